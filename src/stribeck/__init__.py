@@ -1,0 +1,1 @@
+"""Whole-body joint friction of legged robots and arms, from the logs they already record."""

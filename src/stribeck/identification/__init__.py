@@ -1,0 +1,1 @@
+"""From friction torque samples to parameters with intervals and verdicts."""

@@ -1,0 +1,183 @@
+"""What was found: the content of result.json, written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from stribeck.errors import SettingsError
+from stribeck.log import Array
+from stribeck.samples import Samples
+
+SCHEMA = 1
+Verdict = Literal["identified", "weak", "not excited"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """A fitted parameter: value, standard error, 95 % interval, unit and verdict."""
+
+    value: float
+    standard_error: float
+    interval_95: tuple[float, float]
+    unit: str
+    verdict: Verdict
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation:
+    """Root mean square of the friction torque not explained, on blocks that no fit saw [N m]."""
+
+    rms: float
+    rms_zero_friction: float
+    rms_coulomb_only: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointResult:
+    """What the log says about one joint; `parameters` is empty when it did not move enough."""
+
+    parameters: dict[str, ParameterEstimate]
+    verdict: Verdict
+    reason: str
+    samples: int
+    velocity_range: tuple[float, float]
+    reversals: int
+    residual_rms: float | None = None
+    validation: Validation | None = None
+    positive_power_fraction: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogSummary:
+    """Which log, and how much of it was used; for several logs `path` and `sha256` are lists."""
+
+    path: str | list[str]
+    sha256: str | list[str]
+    duration: float
+    rate: float
+    samples_used: int
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """What the report draws beside the numbers; not part of result.json.
+
+    Attributes
+    ----------
+    samples
+        The friction torque samples that were kept.
+    covariance
+        Per joint, of the fitted parameters in the order of `JointResult.parameters`.
+    phases
+        Support timeline: (start [s], end [s], support name, whether it was used), in log order.
+    stretch
+        One clear stretch at the full rate: `time`, and per joint velocity and friction torque.
+    provenance
+        Versions, settings and choices, as label and text.
+    notes
+        What was done to the log on the way, a sentence each.
+    """
+
+    samples: Samples
+    covariance: dict[str, Array]
+    phases: list[tuple[float, float, str, bool]]
+    stretch: Samples | None
+    provenance: list[tuple[str, str]]
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """The whole finding; `result.json` is this without `evidence`."""
+
+    robot: str
+    log: LogSummary
+    law: str
+    method: str
+    joints: dict[str, JointResult]
+    warnings: list[str]
+    stribeck: str
+    schema: int = SCHEMA
+    evidence: Evidence | None = field(default=None, repr=False, compare=False)
+
+    def to_json(self) -> str:
+        """Return the text of result.json."""
+        document = {key: value for key, value in asdict_shallow(self).items() if key != "evidence"}
+        order = ["schema", "stribeck", "robot", "log", "law", "method", "joints", "warnings"]
+        return json.dumps({key: document[key] for key in order}, indent=2, allow_nan=False) + "\n"
+
+
+def asdict_shallow(result: Result) -> dict[str, Any]:
+    """Return the fields of a result as plain JSON values, its evidence untouched."""
+    plain = {
+        name: getattr(result, name) for name in ("schema", "stribeck", "robot", "law", "method", "warnings")
+    }
+    plain["log"] = asdict(result.log)
+    plain["joints"] = {name: asdict(joint) for name, joint in result.joints.items()}
+    return plain
+
+
+def read_result(path: str | Path) -> Result:
+    """Read a result.json.
+
+    Raises
+    ------
+    SettingsError
+        If the file is not a result of a schema that this version reads.
+    """
+    try:
+        document = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a result.json") from error
+    except ValueError as error:
+        raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        found = document.get("schema") if isinstance(document, dict) else type(document).__name__
+        raise SettingsError(f"{path}: key 'schema' is {found!r}; this version reads schema {SCHEMA}")
+    try:
+        return Result(
+            **{key: document[key] for key in ("schema", "stribeck", "robot", "law", "method", "warnings")},
+            log=LogSummary(**document["log"]),
+            joints={name: _joint_from_plain(joint) for name, joint in document["joints"].items()},
+        )
+    except (KeyError, TypeError) as error:
+        raise SettingsError(f"{path}: key {error} is missing or unknown; expected a result.json") from error
+
+
+def _joint_from_plain(plain: dict[str, Any]) -> JointResult:
+    parameters = {
+        name: ParameterEstimate(**{**value, "interval_95": tuple(value["interval_95"])})
+        for name, value in plain["parameters"].items()
+    }
+    validation = Validation(**plain["validation"]) if plain["validation"] else None
+    changed = {
+        "parameters": parameters,
+        "validation": validation,
+        "velocity_range": tuple(plain["velocity_range"]),
+    }
+    return JointResult(**{**plain, **changed})
+
+
+@contextmanager
+def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside `path` to write to; it takes the name `path` only if no error came."""
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    os.close(descriptor)
+    temporary = Path(name)
+    try:
+        yield temporary
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)

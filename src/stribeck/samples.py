@@ -1,0 +1,49 @@
+"""Friction torque samples, as the fit and the report take them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.log import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Samples:
+    """N samples of the friction torque of n joints, kept from one log or several.
+
+    Attributes
+    ----------
+    joint_names
+        The n torque-controlled joints.
+    period
+        Sampling period of the log [s]; samples kept may be further apart.
+    time
+        [s], shape (N,).
+    velocity, acceleration, friction_torque
+        [rad/s], [rad/s^2], [N m], shape (N, n); NaN where the friction torque is not known.
+    usable
+        Which samples a fit may use, shape (N, n): the joint's limb swings, or the base is fixed.
+    block
+        Number of the step or second a sample belongs to, shape (N,): samples of one block are correlated.
+    support
+        Index into `support_names`, shape (N,).
+    support_names
+        E.g. ("left_foot", "left_foot+right_foot"); ("base",) for a fixed base.
+    stride
+        One of this many samples was kept.
+    """
+
+    joint_names: tuple[str, ...]
+    period: float
+    time: Array
+    velocity: Array
+    acceleration: Array
+    friction_torque: Array
+    usable: NDArray[np.bool_]
+    block: NDArray[np.int64]
+    support: NDArray[np.int64]
+    support_names: tuple[str, ...]
+    stride: int = 1

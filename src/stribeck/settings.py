@@ -1,0 +1,132 @@
+"""The settings a user may give, in the robot file or on the command line, with their defaults, validated by pydantic."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from stribeck.log import TorqueSource
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+PerJoint = Finite | list[Finite] | dict[str, Finite]
+"""One value for all joints, a list in the log's joint order, or a value by the log's joint name."""
+
+
+class Table(BaseModel):
+    """A table of a settings file: unknown keys and wrong types are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class RobotTable(Table):
+    """`[robot]`: which model, and the role of its joints."""
+
+    model: str
+    name: str | None = None
+    base: Literal["floating", "fixed"] = "floating"
+    base_frame: str | None = (
+        None  # frame whose orientation the log's base_orientation is; the model's root link
+    )
+    torque_source: TorqueSource = "link_side_sensor"
+    position_controlled: list[str] = []
+    locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
+    armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
+    gravity: tuple[Finite, Finite, Finite] = (0.0, 0.0, -9.81)  # in the world, or of a fixed base [m/s^2]
+
+
+class ContactTable(Table):
+    """`[contacts.<foot>]`: a frame that can stand on the ground."""
+
+    frame: str
+    kind: Literal["surface", "point"] = "surface"
+
+
+class ChannelTable(Table):
+    """`[log.<channel>]`: how one of the log's channels differs from what stribeck reads by itself.
+
+    The value that stribeck uses is `scale * unit * value + offset`, taken `delay` seconds later: a channel that
+    arrives late has a positive delay.
+    """
+
+    name: str | list[str] | None = None  # array, column prefix, list of columns, or topic
+    unit: str | None = None  # "rad", "deg", "rpm", "deg/s", "Nm", "mNm", "s", "ms", "us", "ns", ...
+    scale: PerJoint = 1.0
+    offset: PerJoint = 0.0  # in SI units, added after scale and unit
+    delay: Finite = 0.0  # [s]
+    unwrap: bool = False  # remove jumps of a whole turn
+    order: Literal["xyzw", "wxyz"] | None = None  # quaternions only
+
+
+class LogTable(Table):
+    """`[log]`: only where the log's own names, units or signs differ from the contract."""
+
+    time: ChannelTable = ChannelTable()
+    position: ChannelTable = ChannelTable()
+    torque: ChannelTable = ChannelTable()
+    velocity: ChannelTable = ChannelTable()
+    acceleration: ChannelTable = ChannelTable()
+    temperature: ChannelTable = ChannelTable()
+    base_orientation: ChannelTable = ChannelTable()
+    angular_velocity: ChannelTable = ChannelTable()
+    linear_acceleration: ChannelTable = ChannelTable()
+    contact: ChannelTable = ChannelTable()
+    foot_wrench: ChannelTable = ChannelTable()
+    joint_names: dict[str, str] = {}  # the log's name -> the model's name
+    joint_order: list[str] = []  # names of the columns of arrays that come without names
+    foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
+    foot_order: list[str] = []
+    rate: Positive | None = None  # [Hz], for logs without a time channel
+    max_gap: Positive | None = (
+        None  # [s], longest step that is still interpolated; default 1.5 sampling periods
+    )
+
+
+class FilterSettings(Table):
+    """Which zero-phase filter gives velocity and acceleration from positions."""
+
+    kind: Literal["auto", "savitzky-golay", "butterworth", "central", "backward", "log"] = "auto"
+    window: int | None = Field(default=None, ge=3)  # samples, odd (savitzky-golay)
+    order: int = Field(default=4, ge=1, le=12)  # polynomial or Butterworth order
+    weights: Literal["uniform", "hann", "gaussian"] | list[Positive] = "uniform"  # (7.4), symmetric
+    cutoff: Positive | None = None  # [Hz] (butterworth; savitzky-golay if no window is given)
+    compensate_delay: bool = True  # backward differences only (6.1.2)
+
+
+class SupportSettings(Table):
+    """How support phases are found and trimmed."""
+
+    trim_start: NonNegative = 0.10  # [s] left out at the beginning of each single support
+    trim_end: NonNegative = 0.05  # [s] left out at its end
+    source: Literal["auto", "flags", "forces", "kinematics"] = "auto"
+    force_on: Positive = 0.15  # a foot lands when it carries more than this share of the weight
+    force_off: Positive = 0.05  # and lifts when it carries less than this
+    min_duration: NonNegative = 0.05  # [s] shorter phases are left out
+
+
+class Settings(Table):
+    """`[identify]`: everything that `identify` can be told."""
+
+    law: str = "stribeck-smooth"
+    method: Literal["curve-fit"] = "curve-fit"
+    filter: FilterSettings = FilterSettings()
+    support: SupportSettings = SupportSettings()
+    tilt: Literal["auto", "imu", "flat"] = "auto"
+    double_support: Literal["skip", "guess", "fit"] = "skip"
+    standing_legs: bool = False  # let samples of standing legs into the fits
+    loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
+    fit_armature: bool | list[str] = False
+    filter_torque: bool = False
+    block: Positive = 1.0  # [s], length of a block where no step limits it
+    holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone
+
+
+class RobotFile(Table):
+    """The whole robot file."""
+
+    robot: RobotTable
+    contacts: dict[str, ContactTable] = {}
+    log: LogTable = LogTable()
+    identify: Settings = Settings()

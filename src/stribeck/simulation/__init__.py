@@ -1,0 +1,1 @@
+"""Makes logs of simulated robots, and their truth."""
