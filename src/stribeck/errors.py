@@ -1,4 +1,4 @@
-"""The errors a user can meet: each is one sentence with the file, the place, what was found and what would be valid."""
+"""Errors a user can meet: one sentence with the file, the place, what was found and what would be valid."""
 
 
 class StribeckError(Exception):

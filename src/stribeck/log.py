@@ -16,7 +16,7 @@ TorqueSource = Literal["link_side_sensor", "motor_current", "command"]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RobotLog:
-    """A log of T samples of n joints (DESIGN.md section 5); SI units and radians; anything optional may be None.
+    """A log of T samples of n joints; SI units and radians; anything optional may be None.
 
     Attributes
     ----------

@@ -116,9 +116,7 @@ class Result:
 
 def asdict_shallow(result: Result) -> dict[str, Any]:
     """Return the fields of a result as plain JSON values, its evidence untouched."""
-    plain = {
-        name: getattr(result, name) for name in ("schema", "stribeck", "robot", "law", "method", "warnings")
-    }
+    plain = {name: getattr(result, name) for name in ("schema", "stribeck", "robot", "law", "method", "warnings")}
     plain["log"] = asdict(result.log)
     plain["joints"] = {name: asdict(joint) for name, joint in result.joints.items()}
     return plain

@@ -1,4 +1,4 @@
-"""The settings a user may give, in the robot file or on the command line, with their defaults, validated by pydantic."""
+"""Settings of the robot file and the command line, with their defaults, validated by pydantic."""
 
 from __future__ import annotations
 
@@ -27,9 +27,7 @@ class RobotTable(Table):
     model: str
     name: str | None = None
     base: Literal["floating", "fixed"] = "floating"
-    base_frame: str | None = (
-        None  # frame whose orientation the log's base_orientation is; the model's root link
-    )
+    base_frame: str | None = None  # frame whose orientation the log's base_orientation is; the model's root link
     torque_source: TorqueSource = "link_side_sensor"
     position_controlled: list[str] = []
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
@@ -79,9 +77,7 @@ class LogTable(Table):
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
     foot_order: list[str] = []
     rate: Positive | None = None  # [Hz], for logs without a time channel
-    max_gap: Positive | None = (
-        None  # [s], longest step that is still interpolated; default 1.5 sampling periods
-    )
+    max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 sampling periods
 
 
 class FilterSettings(Table):
@@ -109,7 +105,7 @@ class SupportSettings(Table):
 class Settings(Table):
     """`[identify]`: everything that `identify` can be told."""
 
-    law: str = "stribeck-smooth"
+    law: str = "stribeck"
     method: Literal["curve-fit"] = "curve-fit"
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()

@@ -30,18 +30,18 @@ class Parameter:
 
 
 class FrictionLaw(abc.ABC):
-    """Friction torque as a function of velocity: R(v), positive for positive velocity (DESIGN.md section 1).
+    """Friction torque as a function of velocity: R(v), positive for positive velocity.
 
     To add a law:
 
     1. Write `friction/<name>.py` with a subclass; its docstring has the equation, when to use it, and the source.
-    2. Give `name` (as typed after `--law`), `title` and `parameters`. Every parameter is positive where it dissipates; an
-       `offset` may have either sign. Use the names of `stribeck.friction.law_parameters` where they fit.
-    3. Write `torque` and its derivatives `jacobian` (same order as `parameters`) and `slope`.
+    2. Give `name` (as typed after `--law`), `title` and `parameters`. Every parameter is positive where it
+       dissipates; an `offset` may have either sign. Keep to the names that the other laws use.
+    3. Write `torque` and its derivatives `jacobian` (same order as `parameters`).
     4. Write `basis` and `from_linear`: with the nonlinear parameters (those with `starts`) fixed, the law is
        `basis @ coefficients`; `from_linear` turns the coefficients into parameters. Fits start from there.
-    5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it: dissipation,
-       derivatives, the linear form, recovery from wrong starts.
+    5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it:
+       dissipation, derivatives, the linear form, recovery from wrong starts.
     6. Add a page to `docs/laws/`.
     """
 
