@@ -34,6 +34,8 @@ class Samples:
         E.g. ("left_foot", "left_foot+right_foot"); ("base",) for a fixed base.
     stride
         One of this many samples was kept.
+    prismatic
+        Which of the n joints slide, in m, m/s and N; empty if none does.
     """
 
     joint_names: tuple[str, ...]
@@ -47,3 +49,4 @@ class Samples:
     support: NDArray[np.int64]
     support_names: tuple[str, ...]
     stride: int = 1
+    prismatic: tuple[bool, ...] = ()

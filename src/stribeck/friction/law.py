@@ -11,13 +11,23 @@ import numpy as np
 
 from stribeck.log import Array
 
+PRISMATIC_UNITS = {
+    "N m": "N",
+    "N m s/rad": "N s/m",
+    "rad/s": "m/s",
+    "s/rad": "s/m",
+    "kg m^2": "kg",
+}
+"""Unit of a revolute joint's parameter -> unit of the same parameter of a prismatic joint."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """A named, bounded parameter with a unit; `unit` is for a revolute joint.
+    """A named, bounded parameter with a unit; `unit` is for a revolute joint, see `unit_for`.
 
-    `starts` is only for parameters that enter nonlinearly: the values a fit tries. `logarithmic` parameters are
-    scales, whose intervals are symmetric in their logarithm.
+    `starts` is only for parameters that enter nonlinearly: the values a fit tries, times the joint's top speed to the
+    power `start_speed_power`, so that one grid suits slow and fast, revolute and prismatic joints. `logarithmic`
+    parameters are scales, whose intervals are symmetric in their logarithm.
     """
 
     name: str
@@ -26,7 +36,13 @@ class Parameter:
     lower: float = 0.0
     upper: float = np.inf
     starts: tuple[float, ...] = ()
+    start_speed_power: int = 0
     logarithmic: bool = False
+
+
+def unit_for(parameter: Parameter, prismatic: bool) -> str:
+    """Return the unit of a parameter of a revolute or a prismatic joint, e.g. "N m" or "N"."""
+    return PRISMATIC_UNITS.get(parameter.unit, parameter.unit) if prismatic else parameter.unit
 
 
 class FrictionLaw(abc.ABC):
@@ -37,9 +53,11 @@ class FrictionLaw(abc.ABC):
     1. Write `friction/<name>.py` with a subclass; its docstring has the equation, when to use it, and the source.
     2. Give `name` (as typed after `--law`), `title` and `parameters`. Every parameter is positive where it
        dissipates; an `offset` may have either sign. Keep to the names that the other laws use.
-    3. Write `torque` and its derivatives `jacobian` (same order as `parameters`).
+    3. Write `torque` and its derivatives `jacobian` (same order as `parameters`); both finite within the bounds at
+       any finite velocity.
     4. Write `basis` and `from_linear`: with the nonlinear parameters (those with `starts`) fixed, the law is
-       `basis @ coefficients`; `from_linear` turns the coefficients into parameters. Fits start from there.
+       `basis @ coefficients`; `from_linear` turns the coefficients into parameters. Fits start from there. Give
+       `free_coefficients`, the indices of the coefficients that may be negative; the others may not.
     5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it:
        dissipation, derivatives, the linear form, recovery from wrong starts.
     6. Add a page to `docs/laws/`.
@@ -48,6 +66,7 @@ class FrictionLaw(abc.ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
+    free_coefficients: ClassVar[tuple[int, ...]] = ()
 
     @abc.abstractmethod
     def torque(self, velocity: Array, values: Array) -> Array:

@@ -1,0 +1,25 @@
+"""Friction laws: the contract and one file a law."""
+
+from stribeck.errors import SettingsError
+from stribeck.friction.asymmetric import Asymmetric as Asymmetric
+from stribeck.friction.coulomb_viscous import CoulombViscous as CoulombViscous
+from stribeck.friction.law import FrictionLaw as FrictionLaw
+from stribeck.friction.law import Parameter as Parameter
+from stribeck.friction.law import unit_for as unit_for
+from stribeck.friction.stribeck import Stribeck as Stribeck
+from stribeck.friction.stribeck_exponent import StribeckExponent as StribeckExponent
+
+LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (CoulombViscous, Stribeck, StribeckExponent, Asymmetric)}
+
+
+def get_law(name: str) -> FrictionLaw:
+    """Return the friction law of this name.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such law; the message lists the names there are.
+    """
+    if name not in LAWS:
+        raise SettingsError(f"law: found '{name}', expected one of {', '.join(sorted(LAWS))}")
+    return LAWS[name]()

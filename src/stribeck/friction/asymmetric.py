@@ -1,0 +1,56 @@
+"""Coulomb and viscous friction that differ between the two directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.log import Array
+
+
+class Asymmetric(FrictionLaw):
+    """Coulomb and viscous friction apart for each direction of motion.
+
+    R(v) = Fv+ v + Fc+   for v > 0
+    R(v) = Fv- v - Fc-   for v < 0
+    R(0) = 0
+
+    There is no offset: Fc+ + offset and -Fc- + offset are the two levels that a log shows, and any offset can be
+    moved into them. So Fc+ = Fc + offset and Fc- = Fc - offset of a joint with equal friction and an offset, and a
+    torque sensor that is off by more than Fc leaves one of them at its bound of zero (the verdict says so).
+
+    When to use it: gears whose teeth or seals differ between the directions (worm and hypoid gears, joints under a
+    constant load), after `coulomb-viscous` has left a residual that depends on the direction.
+    """
+
+    name: ClassVar[str] = "asymmetric"
+    title: ClassVar[str] = "Coulomb and viscous, each direction apart"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="viscous_positive", symbol="Fv+", unit="N m s/rad"),
+        Parameter(name="viscous_negative", symbol="Fv-", unit="N m s/rad"),
+        Parameter(name="coulomb_positive", symbol="Fc+", unit="N m"),
+        Parameter(name="coulomb_negative", symbol="Fc-", unit="N m"),
+    )
+
+    def torque(self, velocity: Array, values: Array) -> Array:
+        """Return R(v) [N m], shape (N,)."""
+        viscous_positive, viscous_negative, coulomb_positive, coulomb_negative = values
+        forward = viscous_positive * velocity + coulomb_positive
+        backward = viscous_negative * velocity - coulomb_negative
+        return np.where(velocity > 0, forward, np.where(velocity < 0, backward, 0.0))
+
+    def jacobian(self, velocity: Array, values: Array) -> Array:  # noqa: ARG002 - the law is linear
+        """Return dR/d(viscous_positive, viscous_negative, coulomb_positive, coulomb_negative), shape (N, 4)."""
+        forward, backward = velocity > 0, velocity < 0
+        return np.column_stack([velocity * forward, velocity * backward, 1.0 * forward, -1.0 * backward])
+
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - no nonlinear parameters
+        """Return the four columns of the Jacobian, shape (N, 4)."""
+        return self.jacobian(velocity, np.zeros(4))
+
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
+        """Return the coefficients themselves, none negative."""
+        return np.maximum(coefficients, 0.0)

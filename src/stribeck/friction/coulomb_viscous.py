@@ -1,0 +1,48 @@
+"""Coulomb and viscous friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.log import Array
+
+
+class CoulombViscous(FrictionLaw):
+    """Constant and speed-proportional resistance, (3.1) and (3.2) of Toro 2021.
+
+    R(v) = Fv v + Fc sgn(v) + offset, with sgn(0) = 0
+
+    When to use it: first, and whenever the log has too few slow samples to show a Stribeck effect. It is what URDF
+    `<dynamics>`, MuJoCo (`frictionloss`, `damping`) and PhysX understand without loss.
+    """
+
+    name: ClassVar[str] = "coulomb-viscous"
+    title: ClassVar[str] = "Coulomb and viscous"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="viscous", symbol="Fv", unit="N m s/rad"),
+        Parameter(name="coulomb", symbol="Fc", unit="N m"),
+        Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
+    )
+    free_coefficients: ClassVar[tuple[int, ...]] = (2,)
+
+    def torque(self, velocity: Array, values: Array) -> Array:
+        """Return R(v) [N m], shape (N,)."""
+        viscous, coulomb, offset = values
+        return np.asarray(viscous * velocity + coulomb * np.sign(velocity) + offset)
+
+    def jacobian(self, velocity: Array, values: Array) -> Array:  # noqa: ARG002 - the law is linear
+        """Return dR/d(viscous, coulomb, offset), shape (N, 3)."""
+        return np.column_stack([velocity, np.sign(velocity), np.ones_like(velocity)])
+
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - no nonlinear parameters
+        """Return the columns v, sgn(v), 1, shape (N, 3)."""
+        return self.jacobian(velocity, np.zeros(3))
+
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
+        """Return (viscous, coulomb, offset): the coefficients themselves, the first two not negative."""
+        viscous, coulomb, offset = coefficients
+        return np.array([max(viscous, 0.0), max(coulomb, 0.0), offset])

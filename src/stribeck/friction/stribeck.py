@@ -1,0 +1,98 @@
+"""The smooth Stribeck law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.log import Array
+
+MAX_GAIN = 10.0
+"""Largest Stribeck gain S [1]: breakaway at eleven times Coulomb; beyond, Coulomb is zero to any log."""
+
+
+def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:
+    """Return Coulomb friction Fc [N m] and gain S [1] of Fc (1 + S w) = kinetic + excess w, the gain within its bound.
+
+    Where the kinetic part vanishes, S has its bound and Fc is what keeps the breakaway level.
+    """
+    coulomb = max(kinetic, excess / MAX_GAIN, 0.0)
+    return coulomb, max(excess, 0.0) / coulomb if coulomb > 0 else 0.0
+
+
+class Stribeck(FrictionLaw):
+    """Viscous, Coulomb and Stribeck friction, continuous at standstill, (3.5) of Toro 2021 with delta = 2.
+
+    R(v) = Fv v + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
+
+    When to use it: the default, for logs that pass slowly through standstill and also move clearly faster than vs.
+    """
+
+    name: ClassVar[str] = "stribeck"
+    title: ClassVar[str] = "Smooth Stribeck"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="viscous", symbol="Fv", unit="N m s/rad"),
+        Parameter(name="coulomb", symbol="Fc", unit="N m"),
+        Parameter(name="stribeck_gain", symbol="S", unit="1", upper=MAX_GAIN),
+        Parameter(
+            name="stribeck_velocity",
+            symbol="vs",
+            unit="rad/s",
+            lower=1e-4,
+            upper=1e2,
+            starts=(0.03, 0.1, 0.3, 0.7),
+            start_speed_power=1,
+            logarithmic=True,
+        ),
+        Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
+        Parameter(
+            name="slope",
+            symbol="a",
+            unit="s/rad",
+            lower=1e-1,
+            upper=1e4,
+            starts=(10.0, 60.0, 400.0),
+            start_speed_power=-1,
+            logarithmic=True,
+        ),
+    )
+    free_coefficients: ClassVar[tuple[int, ...]] = (3,)
+
+    def torque(self, velocity: Array, values: Array) -> Array:
+        """Return R(v) [N m], shape (N,)."""
+        Fv, Fc, S, vs, offset, a = values
+        return np.asarray(Fv * velocity + Fc * np.tanh(a * velocity) * (1.0 + S * _bell(velocity, vs)) + offset)
+
+    def jacobian(self, velocity: Array, values: Array) -> Array:
+        """Return dR/dp, shape (N, 6), in the order of `parameters`."""
+        _, Fc, S, vs, _, a = values
+        sign = np.tanh(a * velocity)
+        bell = _bell(velocity, vs)
+        level = 1.0 + S * bell
+        columns = np.empty((len(velocity), 6), order="F")
+        columns[:, 0] = velocity
+        columns[:, 1] = sign * level
+        columns[:, 2] = Fc * sign * bell
+        columns[:, 3] = columns[:, 2] * S * 2.0 * (velocity / vs) ** 2 / vs
+        columns[:, 4] = 1.0
+        columns[:, 5] = Fc * level * velocity * (1.0 - sign**2)
+        return columns
+
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
+        """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, shape (N, 4)."""
+        sign = np.tanh(shape["slope"] * velocity)
+        bell = _bell(velocity, shape["stribeck_velocity"])
+        return np.column_stack([velocity, sign, sign * bell, np.ones_like(velocity)])
+
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
+        """Return the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear ones."""
+        viscous, kinetic, excess, offset = coefficients
+        coulomb, gain = split_stribeck(kinetic, excess)
+        return np.array([max(viscous, 0.0), coulomb, gain, shape["stribeck_velocity"], offset, shape["slope"]])
+
+
+def _bell(velocity: Array, stribeck_velocity: float) -> Array:
+    return np.asarray(np.exp(-((velocity / stribeck_velocity) ** 2)))
