@@ -83,6 +83,8 @@ class Evidence:
         Versions, settings and choices, as label and text.
     notes
         What was done to the log on the way, a sentence each.
+    prismatic
+        Joints that slide: their units are m, N and N s/m.
     """
 
     samples: Samples
@@ -91,6 +93,7 @@ class Evidence:
     stretch: Samples | None
     provenance: list[tuple[str, str]]
     notes: list[str] = field(default_factory=list)
+    prismatic: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)
