@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stribeck.log import TorqueSource
 
@@ -126,3 +126,16 @@ class RobotFile(Table):
     contacts: dict[str, ContactTable] = {}
     log: LogTable = LogTable()
     identify: Settings = Settings()
+
+
+def describe(error: ValidationError) -> str:
+    """Return pydantic's first complaint as one sentence: which key, what was found, what would be valid."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    message = str(first["msg"])
+    if first["type"] == "extra_forbidden":
+        return f"unknown key '{key}'"
+    if first["type"] == "missing":
+        return f"key '{key}' is missing"
+    found = repr(first["input"])
+    return f"key '{key}' is {found if len(found) < 80 else found[:77] + '...'}: {message[0].lower()}{message[1:]}"

@@ -1,0 +1,36 @@
+"""Memory for channels: ordinary arrays, and beyond a size arrays on an unlinked temporary file."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+
+import numpy as np
+
+from stribeck.log import Array
+
+IN_MEMORY_LIMIT = 1 << 30
+"""Largest channel that is kept in memory [bytes]."""
+
+BLOCK_ROWS = 1 << 16
+"""Rows that are worked through at once: a block of 100 channels of them takes about 50 MB."""
+
+
+def allocate(shape: tuple[int, ...]) -> Array:
+    """Return an array of zeros, on an unlinked temporary file where it is larger than `IN_MEMORY_LIMIT`.
+
+    The operating system writes such an array out when memory is short, and the file vanishes with the array.
+
+    Raises
+    ------
+    OSError
+        If the disk has no room for it.
+    """
+    size = 8 * math.prod(shape)
+    if size <= IN_MEMORY_LIMIT:
+        return np.zeros(shape)
+    with tempfile.TemporaryFile(prefix="stribeck-") as file:
+        if hasattr(os, "posix_fallocate"):  # a full disk is told now, and not by a crash when a page is written
+            os.posix_fallocate(file.fileno(), 0, size)
+        return np.asarray(np.memmap(file, dtype=np.float64, mode="w+", shape=shape))
