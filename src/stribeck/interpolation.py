@@ -62,11 +62,13 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
 def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
     """Return which queries lie outside the samples, or strictly between two that are further apart than `longest`."""
     if len(time) == 1:
-        return query != time[0]
+        elsewhere: NDArray[np.bool_] = query != time[0]
+        return elsewhere
     left, share = _bracket(query, time)
     on_sample = (share == 0) | (share == 1)
     outside = (query < time[0]) | (query > time[-1])
-    return outside | (~on_sample & (time[left + 1] - time[left] > longest))
+    unknown: NDArray[np.bool_] = outside | (~on_sample & (time[left + 1] - time[left] > longest))
+    return unknown
 
 
 def _bracket(query: Array, time: Array) -> tuple[NDArray[np.int64], Array]:

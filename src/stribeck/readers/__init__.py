@@ -1,1 +1,4 @@
-"""Readers: one file a format."""
+"""Logs of robots, read from the files they come in."""
+
+from stribeck.readers.read import FORMATS as FORMATS
+from stribeck.readers.read import read_log as read_log

@@ -1,0 +1,97 @@
+"""What every reader gives: the channels that a file offers, and a way to load some of their columns.
+
+To add a format:
+
+1. Write `readers/<format>.py` with a function `open_<format>(path, table) -> Source`.
+2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` says where else to look for one.
+   Units, signs, order, delays and joint selection are not the reader's business: `mapping` and `selection` do them.
+3. Call foreign libraries inside `foreign`, so that whatever they raise becomes a LogError naming the file.
+4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/readers/formats.py`, and damage to `tests/damaged.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import LogError, StribeckError
+
+QUATERNION = ("x", "y", "z", "w")
+VECTOR = ("x", "y", "z")
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature")
+VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
+FOOT_CHANNELS = ("contact", "foot_wrench")
+CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
+
+Arrays = dict[str, NDArray[np.generic]]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Loaded columns by channel, each of shape (T, columns), and what was done to them."""
+
+    arrays: Arrays
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Columns that a file offers for a channel: how many, and the log's own names of them, if it names them."""
+
+    columns: int
+    labels: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """An opened log.
+
+    Attributes
+    ----------
+    path
+        The file, for messages.
+    channels
+        What it offers, by the names of RobotLog; `foot_wrench` has six columns a foot.
+    load
+        Reads columns: {channel: column numbers} to arrays of shape (T, columns), in the log's own units; float64, but
+        for `time`, which keeps integers as they are (nanoseconds since 1970 do not fit float64). A column number of -1
+        gives zeros.
+    others
+        Names that the file holds beside them.
+    time_unit
+        Unit of `time` where the file itself says so.
+    torque_source
+        Where the torque comes from, where the file itself says so.
+    """
+
+    path: str
+    channels: Mapping[str, Channel]
+    load: Callable[[Mapping[str, Sequence[int]]], Loaded]
+    others: tuple[str, ...] = ()
+    time_unit: str = "s"
+    torque_source: str | None = None
+
+
+@contextmanager
+def foreign(path: str, what: str) -> Iterator[None]:
+    """Turn whatever a foreign library raises on a damaged file into a LogError of one line."""
+    try:
+        yield
+    except StribeckError:
+        raise
+    except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise LogError(
+            f"{path}: cannot be read as {what}; the file is damaged or of another kind ({reason})"
+        ) from error
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Return names for a message: quoted, and not more than `most` of them."""
+    shown = ", ".join(f"'{' '.join(name.split())[:80]}'" for name in names[:most])
+    return (shown + (f" and {len(names) - most} more" if len(names) > most else "")) or "nothing"
