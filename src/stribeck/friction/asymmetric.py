@@ -34,6 +34,7 @@ class Asymmetric(FrictionLaw):
         Parameter(name="coulomb_positive", symbol="Fc+", unit="N m"),
         Parameter(name="coulomb_negative", symbol="Fc-", unit="N m"),
     )
+    jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) [N m], shape (N,)."""

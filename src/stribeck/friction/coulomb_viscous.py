@@ -12,7 +12,7 @@ from stribeck.log import Array
 
 
 class CoulombViscous(FrictionLaw):
-    """Constant and speed-proportional resistance, (3.1) and (3.2) of Toro 2021.
+    """Constant and speed-proportional resistance, (3.1), (3.2) of Egle 2021.
 
     R(v) = Fv v + Fc sgn(v) + offset, with sgn(0) = 0
 
@@ -28,6 +28,7 @@ class CoulombViscous(FrictionLaw):
         Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (2,)
+    jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) [N m], shape (N,)."""

@@ -57,7 +57,8 @@ class FrictionLaw(abc.ABC):
        any finite velocity.
     4. Write `basis` and `from_linear`: with the nonlinear parameters (those with `starts`) fixed, the law is
        `basis @ coefficients`; `from_linear` turns the coefficients into parameters. Fits start from there. Give
-       `free_coefficients`, the indices of the coefficients that may be negative; the others may not.
+       `free_coefficients`, the indices of the coefficients that may be negative; the others may not. Set `jumps` if
+       R jumps at standstill: samples at rest are then left out of its fits.
     5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it:
        dissipation, derivatives, the linear form, recovery from wrong starts.
     6. Add a page to `docs/laws/`.
@@ -67,6 +68,7 @@ class FrictionLaw(abc.ABC):
     title: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
     free_coefficients: ClassVar[tuple[int, ...]] = ()
+    jumps: ClassVar[bool] = False
 
     @abc.abstractmethod
     def torque(self, velocity: Array, values: Array) -> Array:

@@ -13,7 +13,7 @@ from stribeck.log import Array
 
 
 class StribeckExponent(FrictionLaw):
-    """Stribeck friction with a free exponent, (3.3) of Toro 2021 with viscous friction and an offset.
+    """Stribeck friction with a free exponent, (3.3) of Egle 2021 with viscous friction and an offset.
 
     R(v) = Fv v + Fc sgn(v) (1 + S exp(-|v / vs|^delta)) + offset, with sgn(0) = 0 and S = (Fs - Fc) / Fc
 
@@ -44,6 +44,7 @@ class StribeckExponent(FrictionLaw):
         Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
+    jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) [N m], shape (N,)."""

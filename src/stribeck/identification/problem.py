@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.friction import FrictionLaw, Parameter
+from stribeck.identification.speed import top_speed
 from stribeck.log import Array
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -71,13 +72,19 @@ class FitProblem:
 
 
 def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Settings) -> FitProblem:
-    """Return the problem of all usable, finite samples of a joint, ordered by block."""
+    """Return the problem of all usable, finite samples of a joint, ordered by block.
+
+    A joint at rest holds any torque up to the Coulomb friction, and the sign of its velocity is noise: for laws that
+    jump at standstill, samples slower than `settings.rest` times the top speed are left out.
+    """
     column = samples.joint_names.index(joint)
     fits_armature = settings.fit_armature if isinstance(settings.fit_armature, bool) else joint in settings.fit_armature
     velocity, torque = samples.velocity[:, column], samples.friction_torque[:, column]
     keep = samples.usable[:, column] & np.isfinite(velocity) & np.isfinite(torque)
     if fits_armature:
         keep &= np.isfinite(samples.acceleration[:, column])
+    if law.jumps and keep.any():
+        keep &= np.abs(velocity) >= settings.rest * top_speed(velocity[keep])
     rows = np.flatnonzero(keep)
     rows = rows[np.argsort(samples.block[rows], kind="stable")]
     return FitProblem(

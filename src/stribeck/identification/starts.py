@@ -11,15 +11,8 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from stribeck.identification.problem import FitProblem
+from stribeck.identification.speed import top_speed as top_speed
 from stribeck.log import Array
-
-TOP_SPEED_PERCENTILE = 99.0
-"""Percentile of |v| [%] that counts as a joint's top speed: the very fastest samples may be outliers."""
-
-
-def top_speed(velocity: Array) -> float:
-    """Return the speed that a joint reaches but for outliers [rad/s], 0 without samples."""
-    return float(np.percentile(np.abs(velocity), TOP_SPEED_PERCENTILE)) if len(velocity) else 0.0
 
 
 def grid_starts(problem: FitProblem) -> list[tuple[float, Array]]:
