@@ -1,0 +1,180 @@
+"""How much to smooth: the cutoff that a log's own spectrum asks for (7.1.2, Fig. 7.1 of the paper)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.log import Array
+from stribeck.motion.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
+from stribeck.motion.spectrum import Spectra, average_spectra
+
+ORDER = 4
+"""Of the Savitzky-Golay filter that "auto" stands for."""
+LOWEST_CUTOFF = 5.0
+"""[Hz]; limbs may move slower, but friction changes within the moment in which a joint turns back."""
+HIGHEST_CUTOFF = 0.4
+"""Share of the Nyquist frequency: a window of 9 samples, over which a polynomial still averages."""
+MAX_LOSS = 1e-3
+"""Share of the motion's power that smoothing may cost: noise averages out in a fit, distortion does not."""
+CLEAR = 4.0
+"""A spectrum stands clearly above its noise floor when it is this many times larger."""
+FALSE_ALARM = 1e-4
+"""Share of frequencies at which noise may pass for motion."""
+STILL = 1e-3
+"""A joint whose acceleration has less than this share of the liveliest joint's power has no say."""
+UPPER_BAND = (0.6, 0.95)
+"""Shares of the Nyquist frequency between which a spectrum is taken for noise."""
+CANDIDATES = 40
+"""Windows that are compared."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CutoffChoice:
+    """A cutoff frequency and why it was chosen.
+
+    Attributes
+    ----------
+    cutoff
+        -3 dB frequency of the position kernel [Hz].
+    window
+        Of the Savitzky-Golay filter of order 4 with uniform weights that has this cutoff [samples].
+    reason
+        One sentence with numbers, for the user.
+    frequency
+        [Hz], shape (F,).
+    density
+        Power spectral density of each joint's acceleration [(rad/s^2)^2/Hz], shape (F, n).
+    """
+
+    cutoff: float
+    window: int
+    reason: str
+    frequency: Array
+    density: Array
+
+
+def choose_cutoff(
+    accelerations: Sequence[Array], rate: float, positions: Sequence[Array] | None = None
+) -> CutoffChoice:
+    """Choose the cutoff that distorts the acceleration least in total, by smoothing and by noise.
+
+    The model's own acceleration shows where the motion ends and the noise begins, as it needs no second derivative of
+    a measured position. With S the spectrum of the motion, N that of the noise, and G the gain of a window's
+    acceleration kernel, the expected square error is `sum (1 - G)^2 S + G^2 N`. The joint that needs the shortest
+    window decides for all, and no more than 0.1 % of its S is given up. Where there is no noise, the shortest window
+    wins.
+
+    Parameters
+    ----------
+    accelerations
+        By the model from the measured torque [rad/s^2], a stretch without gaps each, shape (t, n); a joint that a
+        stretch says nothing about is NaN.
+    rate
+        [Hz].
+    positions
+        Measured over the same stretches [rad], shape (t, n). When given, S is the part of the model's acceleration
+        that is coherent with the position and clear of N, and N the noise of the position's second derivative, which
+        is what the filter meets. Otherwise S is what stands above the floor of the model's acceleration, and N that
+        floor.
+
+    Raises
+    ------
+    LogError
+        If no stretch has 64 samples.
+    """
+    windows = _candidate_windows(rate, max((len(stretch) for stretch in accelerations), default=0))
+    if positions is None:
+        spectra = average_spectra(accelerations, accelerations, rate)
+        signal, noise = _above_floor(spectra, rate)
+    else:
+        measured = [np.diff(stretch, 2, axis=0) * rate**2 for stretch in positions]
+        spectra = average_spectra([stretch[1:-1] for stretch in accelerations], measured, rate)
+        signal, noise = _common(spectra, rate)
+    power = signal.sum(axis=0)
+    moving = power > STILL * power.max()
+    if not moving.any():
+        reason = "no joint's acceleration stands above its noise, so the lowest cutoff is taken"
+        return _choice(windows[-1], rate, reason, spectra)
+    signal, noise, power = signal[:, moving], noise[:, moving], power[moving]
+    best, kept = _least_error_windows(windows, rate, spectra.frequency, signal, noise)
+    joint = int(np.argmin(best))
+    highest = float(spectra.frequency[signal[:, joint] > 0].max())
+    reason = (
+        f"the joint that needs the highest moves at up to {highest:.3g} Hz and keeps {100 * kept[joint]:.4g} % of the "
+        f"power of its acceleration, in which unfiltered noise has {noise[:, joint].sum() / power[joint]:.2g} times "
+        f"the power of motion"
+    )
+    return _choice(windows[best[joint]], rate, reason, spectra)
+
+
+def _choice(window: int, rate: float, reason: str, spectra: Spectra) -> CutoffChoice:
+    cutoff = savgol_cutoff(window, ORDER, "uniform", rate)
+    sentence = f"cutoff {cutoff:.3g} Hz, a window of {window} samples: {reason}"
+    return CutoffChoice(
+        cutoff=cutoff, window=window, reason=sentence, frequency=spectra.frequency, density=spectra.first
+    )
+
+
+def _least_error_windows(
+    windows: list[int], rate: float, frequency: Array, signal: Array, noise: Array
+) -> tuple[NDArray[np.int64], Array]:
+    """Return, per joint, the index of the window of least expected error, and the share of the signal that it keeps."""
+    gain = np.stack([_acceleration_gain(window, rate, frequency) for window in windows])
+    lost = (1 - gain) ** 2 @ signal / signal.sum(axis=0)  # (windows, joints)
+    error = lost + gain**2 @ noise / signal.sum(axis=0)
+    error[1:][lost[1:] > MAX_LOSS] = np.inf  # the shortest window is always allowed
+    best = np.argmin(error, axis=0)
+    return best, 1 - lost[best, np.arange(len(best))]
+
+
+def _above_floor(spectra: Spectra, rate: float) -> tuple[Array, Array]:
+    """Return what stands clearly above the noise floor, read off the upper band, and that floor, each (F, n)."""
+    floor = np.median(spectra.first[_upper_band(spectra.frequency, rate)], axis=0)
+    signal = np.where(spectra.first > CLEAR * floor, spectra.first - floor, 0.0)
+    return signal, np.broadcast_to(floor, signal.shape)
+
+
+def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:
+    """Return what torque and position agree on, and the noise of the position's second derivative, each (F, n).
+
+    The noise of a position is white, and read off the upper band of its second difference, whose gain is known.
+    """
+    frequency = spectra.frequency
+    band = _upper_band(frequency, rate)
+    gain = (2 * rate * np.sin(np.pi * frequency[band] / rate)) ** 4
+    white = np.median(spectra.second[band] / gain[:, None], axis=0)
+    noise = (2 * np.pi * frequency[:, None]) ** 4 * white
+    # Of K parts, unrelated noises are coherent by more than c with probability (1 - c)^(K - 1).
+    by_chance = 1 - FALSE_ALARM ** (1 / np.maximum(spectra.parts - 1, 1))
+    common = spectra.coherence * spectra.first
+    clear = (spectra.coherence > by_chance) & (common > (CLEAR - 1) * noise)
+    return np.where(clear, common, 0.0), noise
+
+
+def _upper_band(frequency: Array, rate: float) -> NDArray[np.bool_]:
+    low, high = UPPER_BAND
+    return np.asarray((frequency >= low * rate / 2) & (frequency <= high * rate / 2))
+
+
+def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
+    """Return the gain of the acceleration kernel against the true second derivative, shape (F,)."""
+    kernel = savgol_kernels(window, ORDER, "uniform", 1 / rate)[2]
+    half_width = window // 2
+    phase = 2 * np.pi * frequency[:, None] / rate * np.arange(1, half_width + 1)
+    # The taps sum to zero, so cos - 1 gives the same sum without cancellation at low frequencies.
+    response = 2 * (np.cos(phase) - 1) @ kernel[half_width + 1 :]
+    return np.asarray(-response / (2 * np.pi * frequency) ** 2)
+
+
+def _candidate_windows(rate: float, samples: int) -> list[int]:
+    """Return odd windows in order of length, from the highest cutoff allowed to the lowest."""
+    highest = HIGHEST_CUTOFF * rate / 2
+    shortest = savgol_window(highest, ORDER, "uniform", rate)
+    longest = savgol_window(min(LOWEST_CUTOFF, highest), ORDER, "uniform", rate)
+    longest = max(shortest, min(longest, samples // 4))
+    half_widths = np.geomspace(shortest // 2, longest // 2, CANDIDATES).round().astype(int)
+    return [int(2 * half_width + 1) for half_width in np.unique(half_widths)]

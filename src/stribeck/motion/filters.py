@@ -1,0 +1,160 @@
+"""The filter that the settings ask for, ready to run over the positions of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from stribeck.errors import SettingsError
+from stribeck.log import Array
+from stribeck.motion import butterworth, differences
+from stribeck.motion.convolution import correlate_valid
+from stribeck.motion.cutoff import CutoffChoice
+from stribeck.motion.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
+from stribeck.settings import FilterSettings
+
+TAKES = {
+    "auto": {"order", "weights"},
+    "savitzky-golay": {"window", "order", "weights", "cutoff"},
+    "butterworth": {"order", "cutoff"},
+    "central": set[str](),
+    "backward": {"compensate_delay"},
+    "log": set[str](),
+}
+"""The settings that each kind of filter listens to."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Filter:
+    """A filter for evenly sampled signals, which drops the edges it cannot filter from both sides.
+
+    Attributes
+    ----------
+    name
+        What it is, in words, for the report.
+    half_width
+        Samples dropped at each end. Overlapping a log's chunks by `2 half_width` gives what the whole log gives.
+    run
+        `run(signal, orders)`: filtered derivatives of these orders of a signal of shape (T, n).
+    """
+
+    name: str
+    half_width: int
+    run: Callable[[Array, tuple[int, ...]], tuple[Array, ...]]
+
+    def apply(self, position: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration, each of shape (T - 2 half_width, n), from position (T, n).
+
+        A signal that is too short for the filter gives empty arrays.
+        """
+        filtered, velocity, acceleration = self.run(position, (0, 1, 2))
+        return filtered, velocity, acceleration
+
+    def smooth(self, signal: Array) -> Array:
+        """Return another signal of shape (T, n), e.g. the torque, smoothed as `apply` smooths the position."""
+        return self.run(signal, (0,))[0]
+
+
+def make_filter(settings: FilterSettings, period: float) -> Filter:
+    """Return the filter that the settings ask for.
+
+    Parameters
+    ----------
+    settings
+        Of any kind but "auto", which `choose_cutoff` and `resolve_auto` turn into "savitzky-golay".
+        The filter of kind "log" passes everything through; velocity and acceleration are then the log's own.
+    period
+        Sampling period [s].
+
+    Raises
+    ------
+    SettingsError
+        If the settings do not go together or do not fit the sampling period.
+    """
+    _refuse_unused(settings)
+    if settings.kind == "savitzky-golay":
+        return _savitzky_golay(settings, period)
+    if settings.kind == "butterworth":
+        return _butterworth(settings, period)
+    if settings.kind == "central":
+        return _finite("central differences", differences.central_kernels(period))
+    if settings.kind == "backward":
+        delay = "compensated" if settings.compensate_delay else "left in"
+        kernels = differences.backward_kernels(period, settings.compensate_delay)
+        return _finite(f"backward differences, delay {delay}", kernels)
+    if settings.kind == "log":
+        return Filter(name="none: the log's own velocity and acceleration", half_width=0, run=_pass_through)
+    raise SettingsError("[identify.filter] kind is 'auto'; its cutoff must be chosen from a log before it can filter")
+
+
+def resolve_auto(settings: FilterSettings, choice: CutoffChoice) -> FilterSettings:
+    """Return the settings of the Savitzky-Golay filter that "auto" stands for, given the cutoff chosen.
+
+    Raises
+    ------
+    SettingsError
+        If "auto" is told a window or a cutoff.
+    """
+    _refuse_unused(settings)
+    return settings.model_copy(update={"kind": "savitzky-golay", "cutoff": choice.cutoff})
+
+
+def _refuse_unused(settings: FilterSettings) -> None:
+    for key, field in FilterSettings.model_fields.items():
+        if key != "kind" and key not in TAKES[settings.kind] and getattr(settings, key) != field.default:
+            kinds = " or ".join(f"'{kind}'" for kind, keys in TAKES.items() if key in keys)
+            raise SettingsError(
+                f"[identify.filter] {key} is {getattr(settings, key)!r}, which the filter of kind "
+                f"'{settings.kind}' does not use; leave it out, or set kind to {kinds}"
+            )
+
+
+def _savitzky_golay(settings: FilterSettings, period: float) -> Filter:
+    rate = 1 / period
+    if settings.window is not None and settings.cutoff is not None:
+        raise SettingsError(
+            f"[identify.filter] window is {settings.window} and cutoff is {settings.cutoff:g} Hz; give only one of them"
+        )
+    if settings.cutoff is not None:
+        window = savgol_window(settings.cutoff, settings.order, settings.weights, rate)
+    elif settings.window is not None:
+        window = settings.window
+    elif isinstance(settings.weights, list):
+        window = len(settings.weights)
+    else:
+        raise SettingsError(
+            "[identify.filter] kind is 'savitzky-golay', which needs a window [samples] or a cutoff [Hz]"
+        )
+    kernels = savgol_kernels(window, settings.order, settings.weights, period)
+    cutoff = savgol_cutoff(window, settings.order, settings.weights, rate)
+    weights = "given" if isinstance(settings.weights, list) else settings.weights
+    name = f"Savitzky-Golay, window {window}, order {settings.order}, {weights} weights, -3 dB at {cutoff:.3g} Hz"
+    return _finite(name, kernels)
+
+
+def _butterworth(settings: FilterSettings, period: float) -> Filter:
+    if settings.cutoff is None:
+        raise SettingsError("[identify.filter] kind is 'butterworth', which needs a cutoff [Hz]")
+    sections = butterworth.butterworth_sections(settings.cutoff, settings.order, 1 / period)
+    half_width = butterworth.settling_length(sections) + differences.HALF_WIDTH
+    run = partial(butterworth.filter_derivatives, sections=sections, period=period, half_width=half_width)
+    name = f"Butterworth, order {settings.order}, forward and backward, -3 dB at {settings.cutoff:.3g} Hz"
+    return Filter(name=name, half_width=half_width, run=run)
+
+
+def _finite(name: str, kernels: Array) -> Filter:
+    """Return the filter of three kernels, of position, velocity and acceleration, shape (3, L)."""
+
+    def run(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
+        return correlate_valid(signal, np.ascontiguousarray(kernels[list(orders)]), orders)
+
+    return Filter(name=name, half_width=kernels.shape[1] // 2, run=run)
+
+
+def _pass_through(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
+    if orders != (0,):
+        raise SettingsError("[identify.filter] kind is 'log', which takes velocity and acceleration from the log")
+    return (signal,)

@@ -1,0 +1,114 @@
+"""Power and cross spectra averaged over many stretches of a log (Welch's method)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy.signal.windows import hann
+
+from stribeck.errors import LogError
+from stribeck.log import Array
+
+MIN_SAMPLES = 64
+"""Shortest stretch that has a spectrum."""
+MIN_PARTS = 8
+"""About how many parts a spectrum is averaged over, at least, where the log is long enough."""
+MAX_PART = 4.0
+"""Longest part [s]: a resolution of 0.25 Hz."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Averaged spectra of two signals.
+
+    Attributes
+    ----------
+    frequency
+        [Hz], shape (F,), without 0.
+    first, second
+        Power spectral densities of the two signals, one-sided, shape (F, n).
+    cross
+        Magnitude of their cross spectral density, shape (F, n).
+    parts
+        Independent parts averaged, shape (n,); 0 for a signal that was never there.
+    """
+
+    frequency: Array
+    first: Array
+    second: Array
+    cross: Array
+    parts: Array
+
+    @property
+    def coherence(self) -> Array:
+        """Squared coherence of the two signals, from 0 (nothing in common) to 1, shape (F, n)."""
+        power = self.first * self.second
+        return np.asarray(np.divide(self.cross**2, power, out=np.zeros_like(power), where=power > 0))
+
+
+def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float) -> Spectra:
+    """Average the spectra of two signals over half-overlapping parts of all stretches, under a Hann window.
+
+    Parameters
+    ----------
+    first, second
+        The signals of each stretch, shape (t, n); a column with NaN is left out of the average of its part.
+    rate
+        [Hz].
+
+    Raises
+    ------
+    LogError
+        If no stretch has 64 samples.
+    """
+    length = _part_length([len(stretch) for stretch in first], rate)
+    window = hann(length, sym=False)
+    samples_per_power = 2 / (rate * np.sum(window**2))
+    joints = first[0].shape[1]
+    first_power, second_power = np.zeros((2, length // 2 + 1, joints))
+    cross_power = np.zeros((length // 2 + 1, joints), dtype=np.complex128)
+    count = np.zeros(joints)
+    for x, y in zip(first, second, strict=True):
+        if len(x) < length:
+            continue
+        x_parts, x_there = _transform(x, window)
+        y_parts, y_there = _transform(y, window)
+        there = x_there & y_there
+        count += there.sum(axis=0)
+        x_parts, y_parts = np.where(there[:, None], x_parts, 0.0), np.where(there[:, None], y_parts, 0.0)
+        first_power += np.sum(np.abs(x_parts) ** 2, axis=0)
+        second_power += np.sum(np.abs(y_parts) ** 2, axis=0)
+        cross_power += np.sum(x_parts * y_parts.conj(), axis=0)
+    scale = samples_per_power / np.maximum(count, 1)
+    return Spectra(
+        np.asarray(np.fft.rfftfreq(length, 1 / rate)[1:], dtype=np.float64),
+        (scale * first_power)[1:],
+        (scale * second_power)[1:],
+        (scale * np.abs(cross_power))[1:],
+        count,
+    )
+
+
+def _part_length(stretches: list[int], rate: float) -> int:
+    """Return a length that most of the samples can fill and that gives several parts."""
+    if max(stretches, default=0) < MIN_SAMPLES:
+        raise LogError(
+            f"log: the longest usable stretch has {max(stretches, default=0)} samples; choosing a filter from the "
+            f"spectrum takes {MIN_SAMPLES}, so set [identify.filter] kind = 'savitzky-golay' and a window"
+        )
+    ordered = np.sort(stretches)[::-1]
+    filled = np.cumsum(ordered)
+    typical = int(ordered[np.searchsorted(filled, filled[-1] / 2)])
+    return max(MIN_SAMPLES, min(typical, int(filled[-1]) // MIN_PARTS, int(MAX_PART * rate)))
+
+
+def _transform(signal: Array, window: Array) -> tuple[NDArray[np.complex128], NDArray[np.bool_]]:
+    """Return the Fourier transforms of a stretch's parts, shape (parts, F, n), and which are whole, (parts, n)."""
+    parts = sliding_window_view(signal, len(window), axis=0)[:: len(window) // 2]
+    there = np.asarray(np.isfinite(parts).all(axis=2))
+    centred = np.where(there[:, :, None], parts - parts.mean(axis=2, keepdims=True), 0.0)
+    return np.fft.rfft(centred * window, axis=2).transpose(0, 2, 1), there
