@@ -1,4 +1,4 @@
-"""Do the 95 % intervals hold the truth 95 % of the time?
+"""How often the 95 % intervals hold the truth.
 
     python studies/coverage.py --repetitions 200 --save studies/coverage.json
 
@@ -68,7 +68,7 @@ CASES = {
 def noisy_samples(case: Case, rng: np.random.Generator) -> Samples:
     """Return the friction torque samples of one joint over a log with the noise of a case."""
     count = case.steps * STEP
-    time = np.arange(count) * PERIOD
+    time = PERIOD * np.arange(count, dtype=np.float64)
     phase = 2 * np.pi * np.array(FREQUENCIES)[:, None] * time + rng.uniform(0, 2 * np.pi, (3, 1))
     amplitude = rng.uniform(0.5, 1.0, (3, 1))
     velocity = (amplitude * np.sin(phase)).sum(axis=0)

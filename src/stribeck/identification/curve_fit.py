@@ -12,7 +12,8 @@ from stribeck.friction import FrictionLaw, Parameter
 from stribeck.identification.covariance import block_covariance, intervals_95
 from stribeck.identification.problem import FitProblem, hold_out, joint_problem
 from stribeck.identification.robust import TUNING, Loss, influence, robust_scale
-from stribeck.identification.starts import grid_starts, top_speed
+from stribeck.identification.speed import top_speed
+from stribeck.identification.starts import grid_starts
 from stribeck.log import Array
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -22,6 +23,9 @@ SUBSET = 4000
 
 BEST_STARTS = 3
 """Grid points [1] that are followed to their minimum."""
+
+ROUGH, FINE = 1e-6, 1e-9
+"""Relative change of cost and parameters [1] that ends a descent on the subset, and the last one."""
 
 PRIOR_FACTOR = 100.0
 """How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
@@ -98,13 +102,13 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
     step = -(-len(problem.velocity) // SUBSET)
     subset = problem.take(slice(None, None, step))
     starts = grid_starts(subset)
-    descents = [_descend(subset, values) for _, values in starts[:BEST_STARTS]]
+    descents = [_descend(subset, values, tolerance=ROUGH) for _, values in starts[:BEST_STARTS]]
     best = min(descents, key=lambda descent: descent.cost)
     bend = 0.0
     if loss != "linear":  # twice: outliers inflate the first scale
         for _ in range(2):
             bend = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
-            best = _descend(subset, best.values, loss, bend)
+            best = _descend(subset, best.values, loss, bend, ROUGH)
     best = _descend(problem, best.values, loss, bend)
     return _describe(problem, best, loss, bend, len(starts))
 
@@ -118,7 +122,9 @@ class _Descent:
     held: NDArray[np.bool_]
 
 
-def _descend(problem: FitProblem, start: Array, loss: Loss = "linear", bend: float = 0.0) -> _Descent:
+def _descend(
+    problem: FitProblem, start: Array, loss: Loss = "linear", bend: float = 0.0, tolerance: float = FINE
+) -> _Descent:
     """Minimise (6.4) by SciPy's trust-region-reflective algorithm, scales by their logarithm."""
     logs = problem.logarithmic
     # residuals of order one, whatever the joint's torque: SciPy's gradient tolerance is absolute
@@ -141,9 +147,9 @@ def _descend(problem: FitProblem, start: Array, loss: Loss = "linear", bend: flo
         x_scale="jac",
         loss=loss,
         f_scale=bend / scale if bend else 1.0,
-        ftol=1e-11,
-        xtol=1e-9,
-        gtol=1e-13,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance**1.5,
         max_nfev=200,
     )
     return _Descent(_external(solution.x, logs), float(solution.cost * scale**2), solution.active_mask != 0)

@@ -1,0 +1,118 @@
+"""What a log can support: the verdict on every parameter and every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stribeck.friction import FrictionLaw, unit_for
+from stribeck.identification.curve_fit import JointFit
+from stribeck.identification.excitation import Excitation, excitation
+from stribeck.identification.problem import FitProblem, hold_out, joint_problem
+from stribeck.identification.weakness import is_weak, why_weak
+from stribeck.log import Array
+from stribeck.result import JointResult, ParameterEstimate, Validation
+from stribeck.samples import Samples
+from stribeck.settings import Settings
+
+POWER_DEAD_ZONE = 1e-3
+"""Share [1] of rms velocity times rms torque: less power than this, of either sign, is rounding or standstill."""
+
+
+def judge(
+    fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
+) -> dict[str, JointResult]:
+    """Return what the samples say about every joint, in the order of `samples.joint_names`.
+
+    A joint that does not move enough gets no numbers. A parameter is weak if it sits on a bound or its 95 % interval
+    is wider than its value; an offset may well be zero, so its interval is compared with Coulomb friction where that
+    is larger. A joint is weak if one of its parameters is, or if its law is no better than zero friction on blocks
+    that the fit did not see.
+    """
+    results = {}
+    for column, joint in enumerate(samples.joint_names):
+        problem = joint_problem(samples, joint, law, settings)
+        prismatic = bool(samples.prismatic) and samples.prismatic[column]
+        moved = excitation(problem, prismatic)
+        if moved.reason or joint not in fits:
+            results[joint] = _not_excited(moved)
+        else:
+            results[joint] = _judge_joint(fits[joint], problem, moved, settings.holdout, prismatic)
+    return results
+
+
+def _not_excited(moved: Excitation) -> JointResult:
+    return JointResult(
+        parameters={},
+        verdict="not excited",
+        reason=moved.reason or "too few samples are left for the fit when every n-th block is held out",
+        samples=moved.samples,
+        velocity_range=moved.velocity_range,
+        reversals=moved.reversals,
+    )
+
+
+def _judge_joint(fit: JointFit, problem: FitProblem, moved: Excitation, holdout: int, prismatic: bool) -> JointResult:
+    training, unseen = hold_out(problem, holdout)
+    validation = _validate(fit, training, unseen)
+    weak = is_weak(fit)
+    reason = why_weak(fit, weak, problem.velocity, prismatic)
+    if validation.rms >= validation.rms_zero_friction and not reason:
+        reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
+    enough = (
+        f"every 95 % interval is narrower than its value ({moved.samples} samples, {moved.blocks} steps or seconds, "
+        f"{moved.reversals} reversals)"
+    )
+    return JointResult(
+        parameters={
+            parameter.name: ParameterEstimate(
+                value=float(fit.values[i]),
+                standard_error=float(fit.standard_errors[i]),
+                interval_95=(float(fit.intervals[i, 0]), float(fit.intervals[i, 1])),
+                unit=unit_for(parameter, prismatic),
+                verdict="weak" if weak[i] else "identified",
+            )
+            for i, parameter in enumerate(fit.parameters)
+        },
+        verdict="weak" if reason else "identified",
+        reason=reason or enough,
+        samples=moved.samples,
+        velocity_range=moved.velocity_range,
+        reversals=moved.reversals,
+        residual_rms=fit.rms,
+        validation=validation,
+        positive_power_fraction=positive_power_fraction(fit, problem),
+    )
+
+
+def _validate(fit: JointFit, training: FitProblem, unseen: FitProblem) -> Validation:
+    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks."""
+    coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
+    return Validation(
+        rms=_rms(unseen.friction_torque - unseen.predict(fit.values)),
+        rms_zero_friction=_rms(unseen.friction_torque),
+        rms_coulomb_only=_rms(unseen.friction_torque - _coulomb_basis(unseen) @ coefficients),
+    )
+
+
+def _coulomb_basis(problem: FitProblem) -> Array:
+    return np.column_stack([np.sign(problem.velocity), np.ones_like(problem.velocity)])
+
+
+def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:
+    """Return the share of samples in which friction would feed power in, v (R - offset) < 0, (7.9).
+
+    The paper's tau_f is -R, so its P = v tau_f is positive there. Torque of a fitted armature is not friction.
+    """
+    values = dict(zip(fit.names, fit.values, strict=True))
+    torque = problem.friction_torque - values.get("offset", 0.0)
+    if problem.acceleration is not None:
+        torque = torque - values["armature"] * problem.acceleration
+    power = problem.velocity * torque
+    dead_zone = POWER_DEAD_ZONE * _rms(problem.velocity) * _rms(torque)
+    return float(np.mean(power < -dead_zone))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

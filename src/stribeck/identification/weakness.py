@@ -1,0 +1,75 @@
+"""Which parameters are weak, and why, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.friction import unit_for
+from stribeck.identification.curve_fit import JointFit
+from stribeck.identification.starts import top_speed
+from stribeck.log import Array
+
+MOST, FEW = 0.9, 0.02
+"""Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
+
+RISING = 2.0
+"""Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
+
+
+def is_weak(fit: JointFit) -> NDArray[np.bool_]:
+    """Return which parameters are weak, shape (p,)."""
+    reference = np.abs(fit.values)
+    if {"offset", "coulomb"} <= set(fit.names):
+        offset, coulomb = fit.names.index("offset"), fit.names.index("coulomb")
+        reference[offset] = max(reference[offset], reference[coulomb])
+    return np.asarray(fit.at_bound | (np.diff(fit.intervals)[:, 0] > reference))
+
+
+def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
+    """Return one sentence on the weak parameters of a joint, "" if there are none."""
+    if not weak.any():
+        return ""
+    named = [_describe(fit, index, prismatic) for index in np.flatnonzero(weak).tolist()]
+    causes = _causes(fit, weak, velocity, prismatic)
+    if not causes:
+        causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} steps or seconds"]
+    return f"{', '.join(named)}: {'; '.join(causes)}"
+
+
+def _describe(fit: JointFit, index: int, prismatic: bool) -> str:
+    parameter, (low, high) = fit.parameters[index], fit.intervals[index]
+    unit = unit_for(parameter, prismatic)
+    text = f"{parameter.name} {fit.values[index]:.3g} ({low:.3g} to {high:.3g}{'' if unit == '1' else ' ' + unit})"
+    return f"{text} sits on its bound" if fit.at_bound[index] else text
+
+
+def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:
+    values = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    open_ = {name for name, is_open in zip(fit.names, weak, strict=True) if is_open}
+    unit = "m/s" if prismatic else "rad/s"
+    causes = []
+    if "stribeck_velocity" in values and open_ & {"viscous", "coulomb", "stribeck_gain", "stribeck_velocity"}:
+        causes += _stribeck_causes(fit, values, open_, velocity, unit)
+    if "slope" in open_:
+        limit = RISING / values["slope"]
+        share = float(np.mean(np.abs(velocity) < limit))
+        causes.append(f"{share:.1%} of the samples are slower than {limit:.2g} {unit}, where the slope shows")
+    if "viscous" in open_ and not causes:
+        torque = values["viscous"] * top_speed(velocity)
+        force = "N" if prismatic else "N m"
+        causes.append(f"viscous friction is {torque:.2g} {force} at top speed, the residual {fit.rms:.2g} {force}")
+    return causes
+
+
+def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], velocity: Array, unit: str) -> list[str]:
+    speed = values["stribeck_velocity"]
+    slower = float(np.mean(np.abs(velocity) < speed))
+    if slower >= MOST:
+        return [f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"]
+    if slower <= FEW:
+        return [f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"]
+    gain = fit.names.index("stribeck_gain")
+    if "stribeck_gain" in open_ and fit.intervals[gain, 0] <= 0:
+        return ["there may be no Stribeck effect at all; the law coulomb-viscous has no such parameters"]
+    return []

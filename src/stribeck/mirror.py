@@ -1,0 +1,67 @@
+"""Which joint is the same joint of the other side."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+TOKENS = (("left", "right"), ("l", "r"), ("lf", "rf"), ("lh", "rh"), ("fl", "fr"), ("rl", "rr"), ("hl", "hr"))
+"""Left and right as joint names write them; a leg's two letters are fore (f) or hind (h), rear (r)."""
+
+OTHER_SIDE = dict(TOKENS) | {right: left for left, right in TOKENS}
+
+PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[^A-Za-z]+")
+"""Words of a name: `LHipPitch` is L, Hip, Pitch; `leg_left_1_joint` is leg, _, left, _1_, joint."""
+
+
+def mirror_name(name: str, names: Iterable[str]) -> str | None:
+    """Return the partner of a joint among `names`: the name with left and right exchanged; None if there is none.
+
+    >>> mirror_name("leg_left_1_joint", ["leg_left_1_joint", "leg_right_1_joint"])
+    'leg_right_1_joint'
+    >>> mirror_name("FL_hip_joint", ["FL_hip_joint", "FR_hip_joint", "RL_hip_joint"])
+    'FR_hip_joint'
+    """
+    known = set(names)
+    for partner in _mirrored(name):
+        if partner in known and partner != name:
+            return partner
+    return None
+
+
+def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Return (left, right) of every pair among `names`, in the order of the first of each pair."""
+    listed = list(names)
+    pairs, seen = [], set()
+    for name in listed:
+        partner = mirror_name(name, listed)
+        if partner is None or name in seen:
+            continue
+        seen |= {name, partner}
+        pairs.append((name, partner) if _is_left(name, partner) else (partner, name))
+    return pairs
+
+
+def _mirrored(name: str) -> list[str]:
+    """Return the name with one word exchanged at a time, longest words first, then with all of them exchanged."""
+    parts = PARTS.findall(name)
+    swapped = {index: other for index, part in enumerate(parts) if (other := _other_side(part))}
+    by_length = sorted(swapped, key=lambda index: -len(parts[index]))
+    single = ["".join([*parts[:index], swapped[index], *parts[index + 1 :]]) for index in by_length]
+    everything = "".join(swapped.get(index, part) for index, part in enumerate(parts))
+    return [*single, everything]
+
+
+def _other_side(word: str) -> str | None:
+    """Return the word for the other side, in the same case; None for any other word."""
+    other = OTHER_SIDE.get(word.lower())
+    if other is None or word.islower():
+        return other
+    return other.upper() if word.isupper() else other.capitalize()
+
+
+def _is_left(name: str, partner: str) -> bool:
+    """Whether the first word in which two names differ is the left one."""
+    words = zip(PARTS.findall(name), PARTS.findall(partner), strict=True)
+    word = next(a.lower() for a, b in words if a != b)
+    return word in dict(TOKENS)
