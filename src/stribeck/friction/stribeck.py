@@ -24,7 +24,7 @@ def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:
 
 
 class Stribeck(FrictionLaw):
-    """Viscous, Coulomb and Stribeck friction, continuous at standstill, (3.5) of Toro 2021 with delta = 2.
+    """Viscous, Coulomb and Stribeck friction, continuous at standstill, (3.5) of Egle 2021 with delta = 2.
 
     R(v) = Fv v + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
 
