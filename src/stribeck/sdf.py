@@ -51,6 +51,7 @@ def build_from_sdf(path: Path, root: pin.JointModelFreeFlyer | None) -> tuple[pi
             kind = pin.JointModelPrismaticUnaligned if prismatic else pin.JointModelRevoluteUnaligned
             placement = frame_of_parent.actInv(joint_pose)
             new = model.addJoint(parent, kind(_axis(joint, joint_pose)), placement, str(joint.get("name")))
+            model.addJointFrame(new)  # what Pinocchio needs to lock a joint
             placed[child] = (new, joint_pose)
         pending += _children(tree, child)
     for name, link in links.items():
