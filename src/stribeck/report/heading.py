@@ -1,0 +1,30 @@
+"""The head of the report: which robot and log, and the finding in a few numbers."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from statistics import median
+
+from markupsafe import Markup
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.page import render
+from stribeck.report.verdict_table import explained
+from stribeck.result import Result, Verdict
+
+VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited")
+
+
+def heading(result: Result, law: FrictionLaw) -> Markup:
+    """Return the lead of the page: log, law, and how many joints have which verdict."""
+    paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
+    verdicts = [joint.verdict for joint in result.joints.values()]
+    shares = [share for joint in result.joints.values() if (share := explained(joint)) is not None]
+    return render(
+        "heading.html.j2",
+        result=result,
+        law=law,
+        logs=[PurePath(path).name for path in paths],
+        counts=[(verdict, verdicts.count(verdict)) for verdict in VERDICTS],
+        explained=median(shares) if shares else None,
+    )

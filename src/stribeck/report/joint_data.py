@@ -1,0 +1,111 @@
+"""What a joint's figures are drawn from: its samples, its law with the 95 % band, its units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.log import Array
+from stribeck.result import Evidence, JointResult
+from stribeck.samples import Samples
+
+MOST_DRAWN = 100_000
+"""Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
+
+NORMAL_95 = 1.96
+"""Standard errors on either side of a value that hold 95 % of a normal distribution."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointData:
+    """A joint's samples and law, ready to draw.
+
+    Attributes
+    ----------
+    time, velocity, torque
+        [s], [rad/s], friction torque [N m] (for prismatic joints m/s and N), shape (N,).
+    law, values, covariance
+        `values` of shape (p,) and `covariance` of shape (p, p) in the law's order; None where nothing was fitted.
+    torque_unit, velocity_unit
+        As written on the axes.
+    seconds_per_sample
+        Time of the log that each of these samples stands for [s].
+    """
+
+    time: Array
+    velocity: Array
+    torque: Array
+    law: FrictionLaw
+    values: Array | None
+    covariance: Array | None
+    torque_unit: str
+    velocity_unit: str
+    seconds_per_sample: float
+
+    def predict(self, velocity: Array) -> Array | None:
+        """Return the law's friction torque at these velocities, shape (N,); None where nothing was fitted."""
+        return None if self.values is None else self.law.torque(velocity, self.values)
+
+    def band(self, velocity: Array) -> Array | None:
+        """Return half the width of the law's 95 % band, shape (N,), by the delta method: var R = J C J^T."""
+        if self.values is None or self.covariance is None or not np.isfinite(self.covariance).all():
+            return None
+        J = self.law.jacobian(velocity, self.values)
+        variance = np.einsum("ni,ij,nj->n", J, self.covariance, J)
+        return np.asarray(NORMAL_95 * np.sqrt(np.maximum(variance, 0.0)))
+
+
+def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw, samples: Samples) -> JointData:
+    """Collect what is drawn of a joint, from these samples (all that were kept, or the clear stretch)."""
+    prismatic = name in evidence.prismatic
+    time, velocity, torque = _usable(samples, name, _value(joint, "armature"))
+    values, covariance = _fitted(name, joint, evidence, law)
+    return JointData(
+        time=time,
+        velocity=velocity,
+        torque=torque,
+        law=law,
+        values=values,
+        covariance=covariance,
+        torque_unit="N" if prismatic else "N m",
+        velocity_unit="m/s" if prismatic else "rad/s",
+        seconds_per_sample=samples.period * samples.stride * _thinning(samples),
+    )
+
+
+def _value(joint: JointResult, name: str) -> float:
+    return joint.parameters[name].value if name in joint.parameters else 0.0
+
+
+def _thinning(samples: Samples) -> int:
+    return max(1, -(-len(samples.time) // MOST_DRAWN))
+
+
+def _usable(samples: Samples, name: str, armature: float) -> tuple[Array, Array, Array]:
+    """Return time, velocity and friction torque of the samples that a fit may use, evenly thinned."""
+    if name not in samples.joint_names:
+        return np.empty(0), np.empty(0), np.empty(0)
+    column = samples.joint_names.index(name)
+    thinned = slice(None, None, _thinning(samples))
+    velocity = samples.velocity[thinned, column]
+    torque = samples.friction_torque[thinned, column]
+    if armature:  # a rotor inertia found beside the law: what is left is friction
+        torque = torque - armature * samples.acceleration[thinned, column]
+    keep = samples.usable[thinned, column] & np.isfinite(velocity) & np.isfinite(torque)
+    return samples.time[thinned][keep], velocity[keep], torque[keep]
+
+
+def _fitted(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw) -> tuple[Array | None, Array | None]:
+    """Return the law's values and their covariance in the law's order, without what was fitted beside it."""
+    fitted = list(joint.parameters)
+    wanted = [parameter.name for parameter in law.parameters]
+    if not set(wanted) <= set(fitted):
+        return None, None
+    values = np.array([joint.parameters[parameter].value for parameter in wanted])
+    covariance = evidence.covariance.get(name)
+    if covariance is None or covariance.shape != (len(fitted), len(fitted)):
+        return values, None
+    order = [fitted.index(parameter) for parameter in wanted]
+    return values, covariance[np.ix_(order, order)]

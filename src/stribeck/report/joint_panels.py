@@ -1,0 +1,90 @@
+"""A panel a joint: its numbers and its four figures; a short one where the log shows too little motion."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.figure import inline_svg
+from stribeck.report.joint_data import JointData, joint_data
+from stribeck.report.joint_figures import (
+    friction_over_time,
+    friction_over_velocity,
+    residual_over_velocity,
+    velocity_coverage,
+)
+from stribeck.report.page import Section, render
+from stribeck.report.text import number
+from stribeck.result import Evidence, JointResult, Result
+
+Figures = list[tuple[Markup, str]]
+"""Drawings with their captions."""
+
+
+def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
+    """Return the section with every joint's panel, in the order of the result."""
+    symbols = {parameter.name: parameter.symbol for parameter in law.parameters}
+    panels = []
+    for index, (name, joint) in enumerate(result.joints.items()):
+        data = joint_data(name, joint, evidence, law, evidence.samples)
+        figures = _figures(f"j{index}", name, joint, data)
+        stretch = _stretch_figure(f"j{index}t", name, joint, evidence, law)
+        if stretch is not None and joint.parameters:
+            figures.insert(1, stretch)
+        panels.append(
+            {
+                "anchor": f"joint-{index}",
+                "name": name,
+                "joint": joint,
+                "figures": figures,
+                "unit": data.torque_unit,
+                "velocity_unit": data.velocity_unit,
+            }
+        )
+    return Section(anchor="joints", title="Joints", body=render("joint_panels.html.j2", panels=panels, symbols=symbols))
+
+
+def _figures(prefix: str, name: str, joint: JointResult, data: JointData) -> Figures:
+    """Return the figures over velocity; without a fitted law, the samples alone."""
+    if not len(data.velocity):
+        return []
+    low, high = joint.velocity_range
+    span = f"from {number(low)} to {number(high)} {data.velocity_unit}"
+    over_velocity = inline_svg(
+        friction_over_velocity(data),
+        f"{name}: friction torque over velocity {span}",
+        f"{prefix}v",
+    )
+    prediction = data.predict(data.velocity)
+    if prediction is None:
+        return [(over_velocity, "Friction torque over velocity: samples only, no law is fitted.")]
+    residual = inline_svg(
+        residual_over_velocity(data, prediction),
+        f"{name}: what the law leaves of the friction torque, over velocity",
+        f"{prefix}r",
+    )
+    stribeck_velocity = joint.parameters.get("stribeck_velocity")
+    coverage = inline_svg(
+        velocity_coverage(data, stribeck_velocity.value if stribeck_velocity else None),
+        f"{name}: time at each velocity {span}",
+        f"{prefix}c",
+    )
+    return [
+        (over_velocity, "Friction torque over velocity"),
+        (residual, "What the law leaves, and its mean"),
+        (coverage, "Velocity coverage"),
+    ]
+
+
+def _stretch_figure(
+    prefix: str, name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw
+) -> tuple[Markup, str] | None:
+    if evidence.stretch is None:
+        return None
+    data = joint_data(name, joint, evidence, law, evidence.stretch)
+    if len(data.time) < 2:
+        return None
+    span = f"{data.time[0]:.2f} to {data.time[-1]:.2f} s of the log"
+    label = f"{name}: friction torque and law over time, {span}"
+    drawing = inline_svg(friction_over_time(data), label, prefix)
+    return drawing, f"Over time, {span}"

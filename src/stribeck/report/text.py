@@ -1,0 +1,105 @@
+"""Numbers as a reader wants them: with sensible digits, and with their error."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+
+from markupsafe import Markup
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.result import Result
+
+MINUS = "\N{MINUS SIGN}"
+GREEK = {"tau": "τ", "delta": "δ"}
+THIN = "\N{NARROW NO-BREAK SPACE}"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a value with this many significant digits: `0.0123`, `1,520`, `1.2e7`."""
+    if not math.isfinite(value):
+        return "unknown" if math.isnan(value) else ("∞" if value > 0 else f"{MINUS}∞")
+    if not value:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    if exponent >= 7 or exponent < -5:
+        text = f"{value:.{digits - 1}e}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
+    else:
+        text = f"{value:.{max(digits - 1 - exponent, 0)}f}"
+    return text.replace("-", MINUS)
+
+
+def matched(value: float, error: float) -> str:
+    """Return a value with the digits that its error leaves it: those down to the error's second digit."""
+    if not (math.isfinite(value) and math.isfinite(error)) or error <= 0:
+        return number(value, 4)
+    decimals = 1 - math.floor(math.log10(error))
+    if value and math.floor(math.log10(abs(value))) + decimals > 9:
+        return number(value, 9)  # an error of rounding size: more digits say nothing
+    if decimals > 6 or abs(value) >= 1e7:
+        return number(value, 3)
+    return f"{value:.{max(decimals, 0)}f}".replace("-", MINUS)
+
+
+def percent(share: float) -> str:
+    """Return a share as a percentage: `97 %`, and one decimal where the whole number would hide it."""
+    value = 100 * share
+    shown = f"{min(value, 99.9):.1f}" if 99 < value < 100 or 0 < value < 1 else f"{value:.0f}"
+    return f"{shown}{THIN}%".replace("-", MINUS)
+
+
+def count(value: int) -> str:
+    """Return a whole number with its thousands apart: `600 000`."""
+    return f"{value:,}".replace(",", THIN)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as `12.5 s`, `10 min 4 s` or `2 h 3 min`."""
+    if seconds < 100:
+        return f"{number(seconds)} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 120:
+        return f"{minutes} min {rest} s"
+    return f"{minutes // 60} h {minutes % 60} min"
+
+
+def breakable(name: str) -> Markup:
+    """Return a name that may be broken after its underscores, slashes and dots, as narrow tables need."""
+    pieces = re.split(r"(?<=[_/.+])(?=.)", name)
+    return Markup("<wbr>").join(pieces)
+
+
+def words(name: str) -> str:
+    """Return a parameter's name for reading: `stribeck_velocity` is `Stribeck velocity`."""
+    text = name.replace("_", " ")
+    return text[:1].upper() + text[1:]
+
+
+def symbol(text: str) -> Markup:
+    """Return a parameter's symbol with its index lowered: `Fc+` is F<sub>c+</sub>, `tau_os` is τ<sub>os</sub>."""
+    head, _, index = text.partition("_")
+    if head in GREEK:
+        head = GREEK[head]
+    elif not index:
+        head, index = text[:1], text[1:]
+    return Markup("<i>{}</i><sub>{}</sub>").format(head, index.replace("-", MINUS))
+
+
+def parameter_names(result: Result, law: FrictionLaw) -> list[str]:
+    """Return the law's parameters, then what was fitted beside them (rotor inertia), in a fixed order."""
+    names = [parameter.name for parameter in law.parameters]
+    fitted = [name for joint in result.joints.values() for name in joint.parameters]
+    return list(dict.fromkeys([*names, *fitted]))
+
+
+FILTERS: dict[str, Callable[..., str]] = {
+    "number": number,
+    "matched": matched,
+    "percent": percent,
+    "count": count,
+    "duration": duration,
+    "words": words,
+    "breakable": breakable,
+    "symbol": symbol,
+}

@@ -1,0 +1,49 @@
+"""The verdict table: what the log says about each joint, on one screen."""
+
+from __future__ import annotations
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.page import Section, render
+from stribeck.report.text import parameter_names
+from stribeck.result import Evidence, JointResult, Result
+
+
+def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
+    """Return the section with a row a joint: verdict, reason, parameters, validation."""
+    names = parameter_names(result, law)
+    symbols = {parameter.name: parameter.symbol for parameter in law.parameters}
+    columns = [{"name": name, "symbol": symbols.get(name, ""), "unit": _unit(result, name, law)} for name in names]
+    rows = [
+        {
+            "name": name,
+            "joint": joint,
+            "explained": explained(joint),
+            "unit": "N" if name in evidence.prismatic else "N m",
+        }
+        for name, joint in result.joints.items()
+    ]
+    return Section(
+        anchor="verdicts",
+        title="Verdicts",
+        body=render("verdict_table.html.j2", columns=columns, rows=rows),
+    )
+
+
+def explained(joint: JointResult) -> float | None:
+    """Return the share of the friction torque's rms, on blocks that no fit saw, that the law takes away."""
+    validation = joint.validation
+    if validation is None or validation.rms_zero_friction <= 0:
+        return None
+    return 1 - validation.rms / validation.rms_zero_friction
+
+
+def _unit(result: Result, name: str, law: FrictionLaw) -> str:
+    """Return the unit that most joints have; the cells of the others say their own."""
+    units: dict[str, int] = {}
+    for joint in result.joints.values():
+        if name in joint.parameters:
+            unit = joint.parameters[name].unit
+            units[unit] = units.get(unit, 0) + 1
+    if units:
+        return max(units, key=units.__getitem__)
+    return next((parameter.unit for parameter in law.parameters if parameter.name == name), "1")

@@ -1,0 +1,59 @@
+"""The report as a whole: its sections in reading order, in one file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stribeck.errors import SettingsError
+from stribeck.friction import get_law
+from stribeck.report.figure import house_style
+from stribeck.report.heading import heading
+from stribeck.report.joint_panels import joint_panels
+from stribeck.report.page import render_page
+from stribeck.report.power import power
+from stribeck.report.provenance import provenance
+from stribeck.report.sides import sides
+from stribeck.report.timeline import timeline
+from stribeck.report.verdict_table import verdict_table
+from stribeck.report.warnings import warnings
+from stribeck.result import Result, whole_or_not_at_all
+
+
+def write_report(result: Result, path: str | Path) -> None:
+    """Write one self-contained HTML file: no network, no script, the same bytes for the same result.
+
+    Parameters
+    ----------
+    result
+        With its evidence, as `identify` returns it.
+    path
+        The file to write; whole or not at all.
+
+    Raises
+    ------
+    SettingsError
+        If the result has no evidence (one read from a result.json has none), or its law is unknown.
+    """
+    evidence = result.evidence
+    if evidence is None:
+        raise SettingsError(
+            f"{path}: this result has no samples to draw (read from a result.json?); expected one from `identify`"
+        )
+    law = get_law(result.law)
+    with house_style():
+        sections = [
+            verdict_table(result, evidence, law),
+            warnings(result),
+            joint_panels(result, evidence, law),
+            sides(result, evidence, law),
+            power(result),
+            timeline(evidence),
+            provenance(result, evidence),
+        ]
+        page = render_page(
+            f"Joint friction of {result.robot}",
+            [section for section in sections if section is not None],
+            lead=heading(result, law),
+        )
+    with whole_or_not_at_all(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")

@@ -1,0 +1,166 @@
+"""A plausible result with its evidence, made from the smooth Stribeck law and a walking rhythm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from stribeck.friction import get_law
+from stribeck.log import Array
+from stribeck.result import Evidence, JointResult, LogSummary, ParameterEstimate, Result, Validation
+from stribeck.samples import Samples
+
+LAW = get_law("stribeck")
+TRUTH = {
+    "viscous": 1.2,
+    "coulomb": 3.0,
+    "stribeck_gain": 0.6,
+    "stribeck_velocity": 0.12,
+    "offset": 0.3,
+    "slope": 90.0,
+}
+LIMBS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
+ARMS = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_yaw", "wrist_pitch", "wrist_roll", "gripper")
+
+MakeResult = Callable[..., Result]
+
+
+def joint_names(joints: int) -> tuple[str, ...]:
+    """Mirrored legs, then arms, then a torso."""
+    mirrored = [f"{side}_{joint}" for joint in (*LIMBS, *ARMS) for side in ("left", "right")]
+    return (*mirrored[: joints - 2], "torso_pitch", "torso_yaw")
+
+
+def make_samples(names: tuple[str, ...], duration: float, period: float, seed: int) -> tuple[Samples, Array]:
+    """Steps of 0.8 s with both feet down in between, every joint at its own rhythm; samples and the truth."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, duration, period)
+    count = len(names)
+    rhythm = 2 * np.pi * (1.25 + 0.1 * rng.random(count))
+    size = np.where(np.arange(count) == count - 1, 0.004, 0.6 + 1.2 * rng.random(count))  # the last one hardly moves
+    phase = 2 * np.pi * rng.random(count)
+    angle = rhythm * time[:, None] + phase
+    velocity = size * (np.sin(angle) + 0.5 * np.sin(0.37 * angle))
+    acceleration = np.gradient(velocity, period, axis=0)
+    values = np.array([TRUTH[parameter.name] for parameter in LAW.parameters])
+    truth = values * (0.7 + 0.6 * rng.random((count, len(values))))
+    friction = np.column_stack([LAW.torque(velocity[:, j], truth[j]) for j in range(count)])
+    friction += 0.25 * rng.standard_normal(friction.shape)
+    step = (time / 0.8).astype(np.int64)
+    swing_left = step % 2 == 0
+    standing = (time % 0.8) < 0.1
+    left = np.array(["left" in name for name in names])
+    usable = np.where(left, swing_left[:, None], ~swing_left[:, None]) & ~standing[:, None]
+    usable[:, [j for j, name in enumerate(names) if "torso" in name]] = True
+    samples = Samples(
+        joint_names=names,
+        period=period,
+        time=time,
+        velocity=velocity,
+        acceleration=acceleration,
+        friction_torque=np.where(usable, friction, np.nan),
+        usable=usable,
+        block=step,
+        support=np.where(standing, 2, swing_left.astype(np.int64)),
+        support_names=("left_foot", "right_foot", "left_foot+right_foot"),
+    )
+    return samples, truth
+
+
+def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> tuple[JointResult, Array]:
+    """What a fit would say of a joint, and the covariance that goes with it."""
+    name = samples.joint_names[index]
+    keep = samples.usable[:, index]
+    velocity, friction = samples.velocity[keep, index], samples.friction_torque[keep, index]
+    span = (float(velocity.min()), float(velocity.max()))
+    if max(abs(span[0]), abs(span[1])) < 0.02:
+        reason = f"the velocity stays within {span[1]:.3f} rad/s; at least 0.02 rad/s is needed"
+        return JointResult(
+            parameters={},
+            verdict="not excited",
+            reason=reason,
+            samples=int(keep.sum()),
+            velocity_range=span,
+            reversals=3,
+        ), np.empty((0, 0))
+    J = LAW.jacobian(velocity[::7], truth)
+    covariance = 0.25**2 * np.linalg.inv(J.T @ J) * (4000.0 if weak else 4.0)
+    error = np.sqrt(np.diag(covariance))
+    parameters = {
+        parameter.name: ParameterEstimate(
+            value=float(truth[i]),
+            standard_error=float(error[i]),
+            interval_95=(float(truth[i] - 1.96 * error[i]), float(truth[i] + 1.96 * error[i])),
+            unit=parameter.unit,
+            verdict="weak" if 3.92 * error[i] > abs(truth[i]) else "identified",
+        )
+        for i, parameter in enumerate(LAW.parameters)
+    }
+    residual = friction - LAW.torque(velocity, truth)
+    rms = float(np.sqrt(np.mean(residual**2)))
+    zero = float(np.sqrt(np.mean(friction**2)))
+    verdict = "weak" if any(value.verdict == "weak" for value in parameters.values()) else "identified"
+    return JointResult(
+        parameters=parameters,
+        verdict=verdict,
+        reason="the interval of viscous is wider than its value" if verdict == "weak" else "all intervals are narrow",
+        samples=int(keep.sum()),
+        velocity_range=span,
+        reversals=int(np.count_nonzero(np.diff(np.sign(velocity)))),
+        residual_rms=rms,
+        validation=Validation(rms=1.03 * rms, rms_zero_friction=zero, rms_coulomb_only=0.4 * zero),
+        positive_power_fraction=float(np.mean(velocity * (friction - truth[4]) > 0)) if name != "left_knee" else 0.71,
+    ), covariance
+
+
+def take(samples: Samples, start: float, end: float) -> Samples:
+    rows = (samples.time >= start) & (samples.time < end)
+    arrays = ("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support")
+    rest = {name: getattr(samples, name) for name in ("joint_names", "period", "support_names")}
+    return Samples(**{name: getattr(samples, name)[rows] for name in arrays}, **rest)
+
+
+def make_phases(duration: float) -> list[tuple[float, float, str, bool]]:
+    phases = []
+    for step in range(int(duration / 0.8)):
+        start = 0.8 * step
+        foot = "right_foot" if step % 2 == 0 else "left_foot"
+        phases += [(start, start + 0.1, "left_foot+right_foot", False), (start + 0.1, start + 0.8, foot, step % 9 != 4)]
+    return phases
+
+
+def build_result(joints: int = 6, duration: float = 40.0, period: float = 0.002, robot: str = "Walker") -> Result:
+    names = joint_names(joints)
+    samples, truth = make_samples(names, duration, period, seed=3)
+    found = [make_joint(samples, j, truth[j], weak=name == "torso_pitch") for j, name in enumerate(names)]
+    return Result(
+        robot=robot,
+        log=LogSummary(
+            path="logs/walk.mcap", sha256="3f" * 32, duration=duration, rate=1 / period, samples_used=len(samples.time)
+        ),
+        law="stribeck",
+        method="curve-fit",
+        joints={name: joint for name, (joint, _) in zip(names, found, strict=True)},
+        warnings=["left_knee: only 71 % of the samples have positive friction power; the model's inertia may be off."],
+        stribeck="0.1.0",
+        evidence=Evidence(
+            samples=samples,
+            covariance={name: covariance for name, (_, covariance) in zip(names, found, strict=True)},
+            phases=make_phases(duration),
+            stretch=take(samples, 8.0, 11.2),
+            provenance=[("Filter", "Savitzky-Golay, order 4, window 31 samples"), ("Model", "walker.urdf")],
+            notes=["12 samples with a repeated time were dropped."],
+        ),
+    )
+
+
+@pytest.fixture(scope="session")
+def make_result() -> MakeResult:
+    return build_result
+
+
+@pytest.fixture(scope="session")
+def result() -> Result:
+    return build_result()

@@ -1,0 +1,112 @@
+"""The report in a real browser: it renders without errors, on a phone and a desktop, light and dark."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from stribeck.report import write_report
+from stribeck.result import Result
+
+CHROMIUM = next(
+    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
+)
+DRIVER = shutil.which("chromedriver")
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None or DRIVER is None,
+    reason="no Chromium with its chromedriver on the PATH: the report is not looked at",
+)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    webdriver = pytest.importorskip(
+        "selenium.webdriver", reason="selenium is not installed: the report is not looked at"
+    )
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(result, path)
+    browser.get(path.as_uri())
+    return browser
+
+
+def show(page: Any, width: int, scheme: str = "light", media: str = "screen") -> None:
+    metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": features})
+    page.refresh()
+
+
+@pytest.mark.parametrize(("width", "media"), [(390, "screen"), (1280, "screen"), (690, "print")])
+def test_nothing_is_wider_than_the_page(page: Any, width: int, media: str) -> None:
+    show(page, width, media=media)
+    assert page.execute_script("return innerWidth") == width
+    assert page.execute_script("return document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_every_figure_is_drawn(page: Any, width: int) -> None:
+    show(page, width)
+    sizes = page.execute_script(
+        "return [...document.querySelectorAll('figure svg')].map(s => [s.getBoundingClientRect().width,"
+        " s.getBoundingClientRect().height, s.querySelectorAll('path').length])"
+    )
+    assert len(sizes) > 20
+    assert all(wide > 250 and high > 80 and paths > 2 for wide, high, paths in sizes)
+
+
+def test_texts_of_a_figure_are_large_enough_on_a_phone_and_lie_inside(page: Any) -> None:
+    show(page, 390)
+    texts = page.execute_script(
+        "return [...document.querySelectorAll('figure svg text')].map(t => {const s = t.ownerSVGElement;"
+        " const scale = s.getBoundingClientRect().width / s.viewBox.baseVal.width;"
+        " const a = t.getBoundingClientRect(), b = s.getBoundingClientRect();"
+        " return [parseFloat(getComputedStyle(t).fontSize) * scale,"
+        " Math.max(b.left - a.left, a.right - b.right, b.top - a.top, a.bottom - b.bottom), t.textContent]})"
+    )
+    assert len(texts) > 200
+    assert min(size for size, _, _ in texts) > 8
+    assert [text for _, outside, text in texts if outside > 3] == []
+
+
+def test_light_and_dark_differ_and_figures_follow(page: Any) -> None:
+    looks = {}
+    for scheme in ("light", "dark"):
+        show(page, 1280, scheme)
+        looks[scheme] = page.execute_script(
+            "const ground = getComputedStyle(document.body).backgroundColor;"
+            "const text = getComputedStyle(document.querySelector('figure svg text')).fill; return [ground, text]"
+        )
+    assert looks["light"][0] != looks["dark"][0]
+    assert looks["light"][1] != looks["dark"][1]
+
+
+def test_the_browser_has_nothing_to_complain_about(page: Any) -> None:
+    show(page, 1280)
+    assert page.get_log("browser") == []
