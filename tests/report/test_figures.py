@@ -73,7 +73,7 @@ def test_the_band_is_the_parameters_standard_error_where_the_law_is_one_paramete
     assert band == pytest.approx(np.full(11, 1.96 * 0.2))
 
 
-def test_rotor_inertia_is_taken_from_the_samples(result: Result) -> None:
+def test_what_is_fitted_beside_the_law_does_not_widen_its_band(result: Result) -> None:
     name = "left_hip_yaw"
     assert result.evidence is not None
     law, samples = get_law("stribeck"), result.evidence.samples
@@ -82,11 +82,15 @@ def test_rotor_inertia_is_taken_from_the_samples(result: Result) -> None:
         value=0.3, standard_error=0.01, interval_95=(0.28, 0.32), unit="kg m^2", verdict="identified"
     )
     with_inertia = replace(joint, parameters={**joint.parameters, "armature": inertia})
-    plain = joint_data(name, joint, result.evidence, law, samples)
-    freed = joint_data(name, with_inertia, result.evidence, law, samples)
-    keep = samples.usable[:, 0]
-    assert plain.torque - freed.torque == pytest.approx(0.3 * samples.acceleration[keep, 0])
-    assert freed.band(plain.velocity) is None  # this covariance is of six parameters, not of seven
+    wider = np.full((7, 7), 50.0)
+    wider[:6, :6] = result.evidence.covariance[name]
+    evidence = replace(result.evidence, covariance={name: wider})
+    grid = np.linspace(-1, 1, 11)
+    plain = joint_data(name, joint, result.evidence, law, samples).band(grid)
+    beside = joint_data(name, with_inertia, evidence, law, samples).band(grid)
+    assert plain is not None
+    assert beside == pytest.approx(plain)
+    assert joint_data(name, joint, evidence, law, samples).band(grid) is None  # seven variances, six parameters
 
 
 def test_many_samples_are_thinned_and_stand_for_the_same_time(result: Result) -> None:

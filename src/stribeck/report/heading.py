@@ -24,7 +24,7 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
         "heading.html.j2",
         result=result,
         law=law,
-        logs=[PurePath(path).name for path in paths],
+        logs=[PurePath(path).name or "log made in memory" for path in paths],
         counts=[(verdict, verdicts.count(verdict)) for verdict in VERDICTS],
         explained=median(shares) if shares else None,
     )

@@ -60,7 +60,7 @@ class JointData:
 def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw, samples: Samples) -> JointData:
     """Collect what is drawn of a joint, from these samples (all that were kept, or the clear stretch)."""
     prismatic = name in evidence.prismatic
-    time, velocity, torque = _usable(samples, name, _value(joint, "armature"))
+    time, velocity, torque = _usable(samples, name)
     values, covariance = _fitted(name, joint, evidence, law)
     return JointData(
         time=time,
@@ -75,15 +75,11 @@ def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionL
     )
 
 
-def _value(joint: JointResult, name: str) -> float:
-    return joint.parameters[name].value if name in joint.parameters else 0.0
-
-
 def _thinning(samples: Samples) -> int:
     return max(1, -(-len(samples.time) // MOST_DRAWN))
 
 
-def _usable(samples: Samples, name: str, armature: float) -> tuple[Array, Array, Array]:
+def _usable(samples: Samples, name: str) -> tuple[Array, Array, Array]:
     """Return time, velocity and friction torque of the samples that a fit may use, evenly thinned."""
     if name not in samples.joint_names:
         return np.empty(0), np.empty(0), np.empty(0)
@@ -91,8 +87,6 @@ def _usable(samples: Samples, name: str, armature: float) -> tuple[Array, Array,
     thinned = slice(None, None, _thinning(samples))
     velocity = samples.velocity[thinned, column]
     torque = samples.friction_torque[thinned, column]
-    if armature:  # a rotor inertia found beside the law: what is left is friction
-        torque = torque - armature * samples.acceleration[thinned, column]
     keep = samples.usable[thinned, column] & np.isfinite(velocity) & np.isfinite(torque)
     return samples.time[thinned][keep], velocity[keep], torque[keep]
 

@@ -15,7 +15,6 @@ def provenance(result: Result, evidence: Evidence) -> Section:
         title="Settings and provenance",
         body=render(
             "provenance.html.j2",
-            result=result,
             logs=list(zip(paths, hashes, strict=True)),
             rows=evidence.provenance,
             notes=evidence.notes,
