@@ -1,7 +1,8 @@
 """The dense equations of constrained motion, (5.4) to (5.13) and (6.1), one sample at a time.
 
-They are the reference that the re-rooted recursion is tested against, and they serve contact sets that no re-rooting
-covers. Positive friction torque resists motion, so the paper's `tau_f` is `-R` and (5.13) reads `R = M_mod (a_est - a_msr)`.
+They are the reference that the re-rooted recursion is tested against, and they serve contact sets that no
+re-rooting covers. Positive friction torque resists motion, so the paper's `tau_f` is `-R` and
+(5.13) reads `R = M_mod (a_est - a_msr)`.
 """
 
 from __future__ import annotations

@@ -1,0 +1,206 @@
+"""The command line: parses, calls, prints."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from pydantic import ValidationError
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from stribeck import console
+from stribeck.errors import SettingsError, StribeckError
+from stribeck.friction import LAWS
+from stribeck.outputs import staged_folder
+from stribeck.result import read_result
+from stribeck.robot import Robot
+from stribeck.settings import Settings, describe
+from stribeck.version import VERSION
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="npz, h5, csv, parquet, mcap, bag, rosbag2 folder.")]
+RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]
+SetOption = Annotated[
+    list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
+]
+RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
+
+
+@app.callback(invoke_without_command=True)
+def stribeck(
+    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version.")] = False,
+) -> None:
+    """Joint friction of legged robots and arms, from the logs they already record."""
+    if version:
+        typer.echo(VERSION)
+        raise typer.Exit
+
+
+@app.command()
+def identify(
+    logs: Logs,
+    robot: RobotOption,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
+    law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAWS)}.")] = None,
+    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit.")] = None,
+    settings: SetOption = [],  # noqa: B006
+    json: JsonOption = False,
+) -> None:
+    """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
+    from stribeck.pipeline import identify as run
+    from stribeck.report import write_report
+
+    machine = Robot.from_file(robot)
+    chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
+    with staged_folder(output) as staging, progress_bar() as progress:
+        result = run(logs, machine, chosen, table=staging / TABLE, progress=progress)
+        progress("writing the report", 0.9)
+        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
+        write_report(result, staging / REPORT)
+    if json:
+        typer.echo(result.to_json(), nl=False)
+    else:
+        console.print_result(result)
+        console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+
+
+@app.command()
+def inspect(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    robot: RobotOption,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
+    settings: SetOption = [],  # noqa: B006
+    json: JsonOption = False,
+) -> None:
+    """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
+    from stribeck.inspection import inspect_log
+    from stribeck.report.inspection import write_inspection
+
+    machine = Robot.from_file(robot)
+    with progress_bar() as progress:
+        progress("inspecting", 0.1)
+        found = inspect_log(log, machine, with_settings(machine.settings, {}, settings))
+    if output is not None:
+        write_inspection(found, output)
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    else:
+        console.print_inspection(found)
+        console.print_paths([output] if output else [])
+
+
+@app.command()
+def compare(
+    first: Annotated[Path, typer.Argument(metavar="A/result.json", help="A result.")],
+    second: Annotated[
+        Path | None, typer.Argument(metavar="[B/result.json]", help="Another one; without it, left against right of A.")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Show what changed between two results, or between left and right of one."""
+    from stribeck.compare import compare as compare_results
+    from stribeck.compare import compare_sides
+
+    a = read_result(_result_file(first))
+    found = compare_sides(a) if second is None else compare_results(a, read_result(_result_file(second)))
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    else:
+        console.print_comparison(found)
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and what is found in it.")] = Path(
+        "demo"
+    ),
+) -> None:
+    """Make a log of a simulated humanoid, find its friction, and compare it with the truth."""
+    from stribeck.pipeline import identify as run
+    from stribeck.report import write_report
+    from stribeck.simulation.demo import make_demo
+
+    with staged_folder(output) as staging, progress_bar() as progress:
+        progress("simulating", 0.1)
+        example = make_demo(staging)
+        machine = Robot.from_file(example.robot_file)
+        result = run([example.log], machine, table=staging / TABLE, progress=progress)
+        progress("writing the report", 0.9)
+        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
+        write_report(result, staging / REPORT)
+    console.print_truth(result, example.parameters)
+    console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+
+
+def with_settings(settings: Settings, options: dict[str, str | None], assignments: list[str]) -> Settings:
+    """Return the settings with options of the command line, and `key.key=value` assignments (TOML values), put in.
+
+    Raises
+    ------
+    SettingsError
+        If an assignment is malformed, or a key or value is not valid.
+    """
+    document: dict[str, Any] = settings.model_dump(exclude_unset=True)
+    document.update({key: value for key, value in options.items() if value is not None})
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals:
+            raise SettingsError(f"--set {assignment}: expected KEY=VALUE, e.g. filter.window=31")
+        try:
+            value = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            value = text
+        place = document
+        *tables, last = key.strip().split(".")
+        for table in tables:
+            place = place.setdefault(table, {})
+            if not isinstance(place, dict):
+                raise SettingsError(f"--set {assignment}: '{table}' is not a table of settings")
+        place[last] = value
+    try:
+        chosen = Settings.model_validate(document)
+    except ValidationError as error:
+        raise SettingsError(f"settings: {describe(error)}") from error
+    return chosen
+
+
+def _result_file(path: Path) -> Path:
+    return path / RESULT if path.is_dir() else path
+
+
+@contextmanager
+def progress_bar() -> Iterator[Any]:
+    """Give a function to call with a stage and its share; it draws on stderr if that is a terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console.ERRORS, transient=True, disable=not console.ERRORS.is_terminal) as progress:
+        task = progress.add_task("starting", total=1.0)
+        yield lambda stage, share: progress.update(task, description=stage, completed=share)
+
+
+def _stop(signum: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def main() -> None:
+    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3."""
+    signal.signal(signal.SIGTERM, _stop)  # what is half written is taken away, as for Ctrl-C
+    try:
+        app()
+    except StribeckError as error:
+        console.print_error(str(error))
+        sys.exit(error.exit_code)
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        console.print_error(f"{place}{error.strerror or error}")
+        sys.exit(2)
+    except KeyboardInterrupt:
+        console.print_error("interrupted; nothing was written")
+        sys.exit(130)

@@ -1,0 +1,98 @@
+"""Keeps what the fit and the report need of a stream of chunks, in bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.errors import LogError
+from stribeck.friction_torque import Chunk
+from stribeck.log import Array
+from stribeck.samples import Samples
+
+MOST_KEPT = 100_000
+"""Samples that are kept: filtered samples lie closer together than they differ, so a fit loses nothing."""
+
+
+def thin(chunk: Chunk, stride: int) -> Samples:
+    """Return one of `stride` samples of a chunk, counted in rows of the log so that chunks fit together."""
+    kept = chunk.rows % stride == 0
+    samples = chunk.samples
+    return replace(
+        samples,
+        stride=stride,
+        **{name: getattr(samples, name)[kept] for name in ("time", "velocity", "acceleration", "friction_torque")},
+        **{name: getattr(samples, name)[kept] for name in ("usable", "block", "support")},
+    )
+
+
+def join_logs(logs: Sequence[Samples]) -> Samples:
+    """Return the samples of several logs as one, their blocks numbered through; see `join`."""
+    firsts = np.cumsum([0, *(int(log.block.max(initial=-1)) + 1 for log in logs)])
+    return join([replace(log, block=log.block + first) for log, first in zip(logs, firsts, strict=False)])
+
+
+def join(parts: Sequence[Samples]) -> Samples:
+    """Return parts of one log as one; supports are merged by name.
+
+    Raises
+    ------
+    LogError
+        If the joints differ, or there are no samples.
+    """
+    if not parts:
+        raise LogError(
+            "log: no sample is usable: no support phase is longer than what is trimmed off and filtered away"
+        )
+    if len({part.joint_names for part in parts}) > 1:
+        raise LogError("log: the logs have different joints")
+    names = tuple(dict.fromkeys(name for part in parts for name in part.support_names))
+    support = [np.array([names.index(name) for name in part.support_names])[part.support] for part in parts]
+
+    def stacked(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return replace(
+        parts[0],
+        time=stacked("time"),
+        velocity=stacked("velocity"),
+        acceleration=stacked("acceleration"),
+        friction_torque=stacked("friction_torque"),
+        usable=np.concatenate([part.usable for part in parts]),
+        block=np.concatenate([part.block for part in parts]),
+        support=np.concatenate(support).astype(np.int64),
+        support_names=names,
+        stride=max(part.stride for part in parts),
+    )
+
+
+class GroundReaction:
+    """Compares the ground reaction that the model predicts with the foot sensors, sample by sample.
+
+    Friction does not enter it, so a difference speaks of the inertias, of the tilt, or of the sensor.
+    """
+
+    def __init__(self) -> None:
+        self.samples = 0
+        self._squares = np.zeros(6)
+        self._sum = np.zeros(6)
+
+    def add(self, predicted: Array, measured: Array) -> None:
+        """Take wrenches on the only standing foot, each (N, 6) in its frame; rows with NaN are left out."""
+        difference = measured - predicted
+        difference = difference[np.all(np.isfinite(difference), axis=1)]
+        self.samples += len(difference)
+        self._sum += difference.sum(axis=0)
+        self._squares += (difference**2).sum(axis=0)
+
+    @property
+    def rms(self) -> Array:
+        """Root mean square of the difference: force [N], then moment [N m], shape (6,)."""
+        return np.asarray(np.sqrt(self._squares / max(self.samples, 1)))
+
+    @property
+    def mean(self) -> Array:
+        """Mean difference, sensor less model: force [N], then moment [N m], shape (6,)."""
+        return np.asarray(self._sum / max(self.samples, 1))

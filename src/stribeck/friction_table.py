@@ -1,0 +1,55 @@
+"""friction_torque.parquet: every sample at the full rate, written as it is worked out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from stribeck.friction_torque import Chunk
+from stribeck.result import whole_or_not_at_all
+
+PRECISION = pa.float32()
+"""Of velocity and friction torque: seven digits, half the bytes."""
+
+
+@contextmanager
+def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
+    """Give a function that appends a chunk of the n-th log to the table; the file appears when all went well.
+
+    Columns: `log`, `time` [s], `support`, `block`, then `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s] and
+    `usable.<joint>` (whether a fit may use the sample).
+    """
+    with whole_or_not_at_all(path) as temporary:
+        writers: list[pq.ParquetWriter] = []
+
+        def append(log: int, chunk: Chunk) -> None:
+            table = _table(log, chunk)
+            if not writers:
+                writers.append(pq.ParquetWriter(temporary, table.schema, compression="lz4", use_dictionary=["support"]))
+            writers[0].write_table(table)
+
+        try:
+            yield append
+        finally:
+            for writer in writers:
+                writer.close()
+
+
+def _table(log: int, chunk: Chunk) -> pa.Table:
+    samples = chunk.samples
+    names = pa.array(samples.support_names, pa.string())
+    columns = {
+        "log": pa.array([log] * len(samples.time), pa.int32()),
+        "time": pa.array(samples.time),
+        "support": pa.DictionaryArray.from_arrays(pa.array(samples.support, pa.int32()), names).cast(pa.string()),
+        "block": pa.array(samples.block),
+    }
+    for k, joint in enumerate(samples.joint_names):
+        columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(PRECISION)
+        columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(PRECISION)
+        columns[f"usable.{joint}"] = pa.array(samples.usable[:, k])
+    return pa.table(columns)

@@ -1,0 +1,219 @@
+"""The friction torque of every joint at every usable sample of a log, chunk by chunk (5.13).
+
+    R = tau - inverse_dynamics(q, v, a)
+
+On one standing surface the tree is rooted at that foot and every joint is known. On several, and on point feet, the
+wrenches on the feet are not known one by one: the joints between them are left open, and the limbs that swing are known
+all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base_motion import base_root, standing_root
+from stribeck.constrained_dynamics import minimum_norm_friction_torque
+from stribeck.contact import SupportPhase
+from stribeck.dynamics import rooted_inverse_dynamics
+from stribeck.errors import LogError
+from stribeck.log import Array, RobotLog
+from stribeck.motion import Filter, make_filter
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+from stribeck.settings import FilterSettings, Settings
+from stribeck.state import State, orientation_from_derivatives, root_quaternions
+
+CHUNK = 16_384
+"""Samples worked through at a time: some tens of megabytes for a humanoid."""
+ORIENTATION_FILTER = FilterSettings(kind="savitzky-golay", window=11)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Chunk:
+    """Friction torque of a stretch of a log.
+
+    Attributes
+    ----------
+    rows
+        Rows of the log, shape (N,), in order.
+    samples
+        The N samples, of the torque-controlled joints.
+    wrench
+        Ground reaction that the model predicts on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
+    """
+
+    rows: NDArray[np.int64]
+    samples: Samples
+    wrench: Array
+
+
+def support_name(phase: SupportPhase) -> str:
+    """Return the name of a phase's support, e.g. "left_foot+right_foot"."""
+    return "+".join(phase.feet) if phase.feet else phase.kind
+
+
+def friction_torque(
+    robot: Robot,
+    log: RobotLog,
+    segments: tuple[slice, ...],
+    phases: tuple[SupportPhase, ...],
+    motion_filter: Filter,
+    period: float,
+    settings: Settings,
+) -> Iterator[Chunk]:
+    """Yield the friction torque of a log, chunk by chunk.
+
+    Parameters
+    ----------
+    robot
+        The robot.
+    log
+        Evenly sampled within each segment.
+    segments
+        Rows that no filter may cross the ends of.
+    phases
+        Support phases; their trimmed rows are used.
+    motion_filter
+        Gives velocity and acceleration.
+    period
+        [s].
+    settings
+        `tilt`, `double_support`, `standing_legs`, `filter_torque` and `block` are used.
+
+    Raises
+    ------
+    LogError
+        If the log lacks a channel that the settings or the contacts ask for.
+    """
+    _require_channels(log, motion_filter, settings)
+    phases = tuple(phase for phase in phases if phase.kind != "flight" and phase.last > phase.first)
+    names = tuple(dict.fromkeys(support_name(phase) for phase in phases))
+    counts = [max(1, round((phase.last - phase.first) * period / settings.block)) for phase in phases]
+    first_blocks = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    # A log with its own joint velocities comes without derivatives of the orientation.
+    turn_filter = motion_filter if settings.filter.kind != "log" else make_filter(ORIENTATION_FILTER, period)
+    margin = max(motion_filter.half_width, turn_filter.half_width)
+    for segment in segments:
+        for start in range(segment.start, segment.stop, CHUNK):
+            low = max(start, segment.start + margin)
+            high = min(start + CHUNK, segment.stop - margin)
+            here = [
+                (k, np.arange(max(phase.first, low), min(phase.last, high)))
+                for k, phase in enumerate(phases)
+                if phase.first < high and phase.last > low
+            ]
+            if not here:
+                continue
+            state, torque = _differentiate(robot, log, slice(low, high), motion_filter, turn_filter, settings)
+            support = np.concatenate([np.full(len(r), names.index(support_name(phases[k]))) for k, r in here])
+            block = np.concatenate(
+                [
+                    first_blocks[k] + (rows - phases[k].first) * counts[k] // (phases[k].last - phases[k].first)
+                    for k, rows in here
+                ]
+            )
+            rows = np.concatenate([r for _, r in here])
+            contiguous = len(rows) == high - low
+            state = state if contiguous else state.take(rows - low)
+            torque = torque if contiguous else torque[rows - low]
+            friction, usable, wrench = _by_support(robot, names, support, state, torque, settings)
+            known = robot.torque_controlled
+            yield Chunk(
+                rows=rows,
+                wrench=wrench,
+                samples=Samples(
+                    joint_names=tuple(robot.joint_names[c] for c in known),
+                    period=period,
+                    time=log.time[rows],
+                    velocity=state.velocity[:, known],
+                    acceleration=state.acceleration[:, known],
+                    friction_torque=friction[:, known],
+                    usable=usable[:, known],
+                    block=block,
+                    support=support,
+                    support_names=names,
+                    prismatic=tuple(robot.prismatic[c] for c in known),
+                ),
+            )
+
+
+def _require_channels(log: RobotLog, motion_filter: Filter, settings: Settings) -> None:
+    if settings.tilt == "imu" and log.base_orientation is None:
+        raise LogError(
+            f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"
+        )
+    if settings.filter.kind == "log" and (log.velocity is None or log.acceleration is None):
+        missing = "velocity" if log.velocity is None else "acceleration"
+        raise LogError(
+            f"{log.path or 'log'}: filter kind is 'log' but there is no channel {missing}; choose another filter"
+        )
+
+
+def _differentiate(
+    robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, turn_filter: Filter, settings: Settings
+) -> tuple[State, Array]:
+    """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque."""
+    orientation = None
+    if robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None:
+        wide = _widened(rows, turn_filter)
+        quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
+        orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
+    wide = _widened(rows, motion_filter)
+    if log.velocity is not None and log.acceleration is not None and settings.filter.kind == "log":
+        state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], orientation)
+    else:
+        state = State(*motion_filter.apply(log.position[wide]), orientation)
+    torque = motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
+    return state, torque
+
+
+def _widened(rows: slice, motion_filter: Filter) -> slice:
+    return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)
+
+
+def _by_support(
+    robot: Robot, names: tuple[str, ...], support: NDArray[np.int64], state: State, torque: Array, settings: Settings
+) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Return friction torque (N, n), which of it a fit may use (N, n), and the standing foot's wrench (N, 6)."""
+    friction = np.full(torque.shape, np.nan)
+    usable = np.zeros(torque.shape, dtype=bool)
+    wrench = np.full((len(torque), 6), np.nan)
+    for k in np.unique(support):
+        rows: slice | NDArray[np.int64] = np.flatnonzero(support == k)
+        if len(rows) == len(torque):  # type: ignore[arg-type]
+            rows = slice(None)
+        part = state if isinstance(rows, slice) else state.take(rows)
+        found = _one_support(robot, names[k], part, torque[rows], settings)
+        friction[rows], usable[rows], wrench[rows] = found
+    return friction, usable, wrench
+
+
+def _one_support(
+    robot: Robot, support: str, state: State, torque: Array, settings: Settings
+) -> tuple[Array, NDArray[np.bool_], Array | float]:
+    """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
+    if robot.base == "fixed":
+        _, needed = rooted_inverse_dynamics(robot.tree, state.position, state.velocity, state.acceleration)
+        return torque - needed, np.ones(torque.shape[1], dtype=bool), np.nan
+    feet = tuple(support.split("+"))
+    standing = robot.standing(feet)
+    surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), None)
+    if surface is not None:
+        rooted, root = robot.rooted_at(surface), standing_root(robot, surface, state)
+    else:
+        rooted, root = robot.tree, base_root(robot, feet, state)
+    wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
+    friction = torque - needed
+    if surface is not None and len(feet) == 1:
+        return friction, np.full(standing.shape, True) if settings.standing_legs else ~standing, wrench
+    friction[:, standing] = np.nan
+    usable = ~standing
+    if settings.double_support != "skip":
+        guess = minimum_norm_friction_torque(robot, feet, state, torque)
+        friction[:, standing] = guess[:, standing]
+        usable = usable | (settings.double_support == "fit")
+    return friction, usable, np.nan

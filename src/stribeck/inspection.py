@@ -1,0 +1,236 @@
+"""What a log holds, before anything is identified: channels, sampling, support, ranges, delays and signs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from stribeck.friction_torque import support_name
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.survey import PreparedLog, prepare
+
+LISTEN = 60_000
+"""Samples that delays and signs are judged by."""
+LONGEST_DELAY = 0.03
+"""[s] searched on either side for a delay of the torque."""
+SHORTEST_RUN = 0.3
+"""[s]; shorter stretches say little about a delay."""
+OPPOSITE = -0.3
+"""A torque whose correlation with the model is below this has the wrong sign."""
+EXPLAINED = 0.5
+"""Share of a torque's variance that the model must explain before a delay is told."""
+STILL = 0.01
+"""[rad/s] or [m/s]: a joint that never moves faster stands still."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointInspection:
+    """One joint's ranges, and how its torque compares with the model's.
+
+    Attributes
+    ----------
+    position_range, velocity_range, torque_range
+        Smallest and largest [rad], [rad/s], [N m].
+    correlation
+        Of measured torque and inverse dynamics; None for a joint whose model torque is not known or constant.
+    delay
+        By which the torque comes later than the motion asks for [s]; None where the model explains too little of it.
+    sign
+        "opposite" where the torque correlates negatively with the model.
+    """
+
+    position_range: tuple[float, float]
+    velocity_range: tuple[float, float]
+    torque_range: tuple[float, float]
+    correlation: float | None
+    delay: float | None
+    sign: Literal["agrees", "opposite", "unclear"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inspection:
+    """What `stribeck inspect` shows.
+
+    Attributes
+    ----------
+    channels
+        Name and shape of what the log holds.
+    phases
+        Start [s], end [s], support name, whether it is used.
+    gaps
+        Last stamp before and first after [s].
+    findings
+        What a user should act on, a sentence each: joints with opposite signs come first.
+    """
+
+    robot: str
+    path: str
+    samples: int
+    duration: float
+    rate: float
+    jitter: float
+    duplicates: int
+    gaps: list[tuple[float, float]]
+    missing: dict[str, int]
+    channels: dict[str, list[int]]
+    support_source: str
+    phases: list[tuple[float, float, str, bool]]
+    filter: str
+    joints: dict[str, JointInspection]
+    findings: list[str]
+    notes: list[str]
+
+    def to_json(self) -> str:
+        """Return the inspection as JSON text."""
+        return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
+
+
+def inspect_log(log: RobotLog | str | Path, robot: Robot, settings: Settings | None = None) -> Inspection:
+    """Inspect a log of a robot.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log cannot be used at all.
+    """
+    prepared = prepare(log, robot, settings or robot.settings)
+    log, sampling = prepared.log, prepared.sampling
+    runs = list(_runs(prepared, robot))
+    joints = {
+        name: _inspect_joint(runs, k, sampling.period, log, robot.joint_names.index(name))
+        for k, name in enumerate(robot.joint_names[c] for c in robot.torque_controlled)
+    }
+    opposite = [name for name, joint in joints.items() if joint.sign == "opposite"]
+    findings = []
+    if opposite:
+        findings.append(
+            f"the torque runs against the model, its sign or the position's may be inverted: {', '.join(opposite)}; "
+            "set [log] torque = { scale = -1.0 }, or a scale per joint"
+        )
+    findings += _common_delay(joints)
+    return Inspection(
+        robot=robot.name,
+        path=log.path,
+        samples=len(log.time),
+        duration=float(log.time[-1] - log.time[0]),
+        rate=float(sampling.rate),
+        jitter=float(sampling.jitter),
+        duplicates=int(sampling.duplicates),
+        gaps=[(float(a), float(b)) for a, b in sampling.gaps],
+        missing=dict(sampling.missing),
+        channels={name: list(array.shape) for name, array in log.channels().items()},
+        support_source=prepared.support.source,
+        phases=[
+            (float(log.time[p.start]), float(log.time[p.stop - 1]), support_name(p), p.last > p.first)
+            for p in prepared.support.phases
+        ],
+        filter=prepared.motion_filter.name,
+        joints=joints,
+        findings=findings + list(robot.warnings),
+        notes=list(prepared.notes),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A stretch without a break: measured torque, model's torque and velocity, each (t, k)."""
+
+    torque: Array
+    model: Array
+    velocity: Array
+
+
+def _runs(prepared: PreparedLog, robot: Robot) -> Iterator[_Run]:
+    """Yield stretches of one support phase each, up to `LISTEN` samples."""
+    heard = 0
+    for chunk in prepared.chunks(robot):
+        breaks = np.flatnonzero((np.diff(chunk.rows) > 1) | (np.diff(chunk.samples.support) != 0)) + 1
+        for start, stop in pairwise([0, *breaks, len(chunk.rows)]):
+            rows = slice(int(start), int(stop))
+            torque = prepared.log.torque[chunk.rows[rows]][:, robot.torque_controlled]
+            yield _Run(torque, torque - chunk.samples.friction_torque[rows], chunk.samples.velocity[rows])
+            heard += rows.stop - rows.start
+        if heard >= LISTEN:
+            return
+
+
+def _inspect_joint(runs: list[_Run], k: int, period: float, log: RobotLog, column: int) -> JointInspection:
+    known = [run for run in runs if np.all(np.isfinite(run.model[:, k]))]
+    torque = np.concatenate([run.torque[:, k] for run in known]) if known else np.empty(0)
+    model = np.concatenate([run.model[:, k] for run in known]) if known else np.empty(0)
+    velocity = np.concatenate([run.velocity[:, k] for run in runs]) if runs else np.zeros(1)
+    correlation, delay = None, None
+    sign: Literal["agrees", "opposite", "unclear"] = "unclear"
+    if len(torque) > 1 and torque.std() > 0 and model.std() > 0:
+        correlation = float(np.corrcoef(torque, model)[0, 1])
+        sign = "opposite" if correlation < OPPOSITE else "agrees" if correlation > -OPPOSITE else "unclear"
+        if np.abs(velocity).max() > STILL:
+            delay = _delay(known, k, period)
+    return JointInspection(
+        position_range=_span(log.position[:, column]),
+        velocity_range=_span(velocity),
+        torque_range=_span(log.torque[:, column]),
+        correlation=correlation,
+        delay=delay,
+        sign=sign,
+    )
+
+
+def _span(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def _delay(runs: list[_Run], k: int, period: float) -> float | None:
+    """Return by how much the torque comes late [s], or None where the model explains too little of it.
+
+    For every shift the torque is regressed on the model's torque, the velocity, its sign and a constant, so that friction
+    is not taken for a delay; a parabola through the best shift and its neighbours gives the fraction of a sample.
+    """
+    reach = max(2, round(LONGEST_DELAY / period))
+    runs = [run for run in runs if len(run.model) > 2 * reach + SHORTEST_RUN / period]
+    if not runs:
+        return None
+    inner = slice(reach, -reach)
+    speed = np.concatenate([run.velocity[inner, k] for run in runs])
+    model = np.concatenate([run.model[inner, k] for run in runs])
+    basis = np.column_stack([model, speed, np.tanh(speed / max(0.1 * np.abs(speed).max(), 1e-9)), np.ones(len(speed))])
+    orthonormal = np.linalg.qr(basis)[0]
+    shifts = np.arange(-reach, reach + 1)
+    left = np.empty(len(shifts))
+    for j, shift in enumerate(shifts):
+        torque = np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift, k] for run in runs])
+        left[j] = torque @ torque - np.sum((orthonormal.T @ torque) ** 2)
+        if shift == 0:
+            total = float(np.sum((torque - torque.mean()) ** 2))
+    best = int(np.argmin(left))
+    without_model = np.linalg.qr(basis[:, 1:])[0]
+    centre = np.concatenate([run.torque[inner, k] for run in runs])
+    gained = centre @ centre - np.sum((without_model.T @ centre) ** 2) - left[best]
+    if best in (0, len(shifts) - 1) or gained < EXPLAINED * total:
+        return None
+    low, middle, high = left[best - 1 : best + 2]
+    fraction = 0.5 * (low - high) / (low - 2 * middle + high)
+    return float((shifts[best] + fraction) * period)
+
+
+def _common_delay(joints: dict[str, JointInspection]) -> list[str]:
+    """Return a finding if the joints' delays agree on something larger than a tenth of a millisecond."""
+    delays = np.array([joint.delay for joint in joints.values() if joint.delay is not None])
+    if len(delays) == 0:
+        return []
+    middle = float(np.median(delays))
+    spread = float(np.median(np.abs(delays - middle)))
+    if abs(middle) < max(1e-4, 2 * spread):
+        return []
+    return [
+        f"the torque comes {1e3 * middle:+.2f} ms after what the motion asks for (median of {len(delays)} joints); "
+        f"set [log] torque = {{ delay = {middle:.5f} }} if all signals should belong to one time"
+    ]

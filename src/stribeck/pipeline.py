@@ -1,0 +1,139 @@
+"""The spine: from logs to a result, a line a stage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+from stribeck.collect import join_logs
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import get_law
+from stribeck.friction_table import friction_table
+from stribeck.friction_torque import Chunk
+from stribeck.identification.curve_fit import JointFit, fit_law
+from stribeck.identification.verdict import judge
+from stribeck.log import RobotLog
+from stribeck.provenance import log_summary, provenance
+from stribeck.result import Evidence, JointResult, Result
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+from stribeck.settings import Settings
+from stribeck.survey import Progress, Survey, survey
+from stribeck.version import VERSION
+
+
+def identify(
+    logs: RobotLog | str | Path | Sequence[RobotLog | str | Path],
+    robot: Robot,
+    settings: Settings | None = None,
+    *,
+    table: str | Path | None = None,
+    progress: Progress = lambda stage, share: None,
+) -> Result:
+    """Find the friction of every joint of a robot from one log or several: the main job.
+
+    Parameters
+    ----------
+    logs
+        Logs or their paths. Paths are read one after another, so that one log at a time is in memory.
+    robot
+        The robot.
+    settings
+        The robot file's if None.
+    table
+        Where to write every sample's friction torque (friction_torque.parquet), if anywhere.
+    progress
+        Told how far the work is.
+
+    Returns
+    -------
+    result
+        With the evidence that `write_report` draws.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the input or the settings are wrong.
+    NothingIdentifiedError
+        If no joint moves enough for any number.
+    """
+    settings = settings or robot.settings
+    law = get_law(settings.law)
+    sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
+    with friction_table(table) if table else nullcontext(_drop) as write:
+        surveys = [
+            survey(source, k, len(sources), robot, settings, write, progress) for k, source in enumerate(sources)
+        ]
+        progress("fitting", 0.0)
+        samples = join_logs([part.samples for part in surveys])
+        fits = fit_law(samples, law, settings)
+        joints = judge(fits, samples, law, settings)
+        if all(joint.verdict == "not excited" for joint in joints.values()):
+            reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
+            raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
+    return _result(robot, settings, surveys, samples, fits, joints)
+
+
+def _drop(log: int, chunk: Chunk) -> None:
+    """Write nowhere."""
+
+
+def _result(
+    robot: Robot,
+    settings: Settings,
+    surveys: list[Survey],
+    samples: Samples,
+    fits: dict[str, JointFit],
+    joints: dict[str, JointResult],
+) -> Result:
+    """Put the findings together."""
+    filters = tuple(dict.fromkeys(part.filter_name for part in surveys))
+    supports = tuple(dict.fromkeys(part.support_source for part in surveys))
+    choices = [("Filter", "; ".join(filters)), ("Support from", "; ".join(supports))]
+    first = surveys[0]
+    return Result(
+        robot=robot.name,
+        log=log_summary(
+            [part.path for part in surveys],
+            [part.duration for part in surveys],
+            first.rate,
+            sum(part.used for part in surveys),
+        ),
+        law=settings.law,
+        method=settings.method,
+        joints=_with_model_armature(joints, robot),
+        warnings=[*robot.warnings, *(warning for part in surveys for warning in part.warnings)],
+        stribeck=VERSION,
+        evidence=Evidence(
+            samples=_without_armature(samples, fits),
+            covariance={joint: fit.covariance for joint, fit in fits.items()},
+            phases=first.phases,
+            stretch=_without_armature(first.stretch, fits),
+            provenance=provenance(settings, robot.path, choices),
+            notes=[note for part in surveys for note in part.notes],
+        ),
+    )
+
+
+def _without_armature(samples: Samples, fits: dict[str, JointFit]) -> Samples:
+    """Take the torque of fitted rotor inertias out of the friction torque."""
+    friction = samples.friction_torque.copy()
+    for joint, fit in fits.items():
+        if "armature" in fit.names:
+            column = samples.joint_names.index(joint)
+            friction[:, column] -= fit.values[fit.names.index("armature")] * samples.acceleration[:, column]
+    return replace(samples, friction_torque=friction)
+
+
+def _with_model_armature(joints: dict[str, JointResult], robot: Robot) -> dict[str, JointResult]:
+    """Add what the model already has to the fitted rotor inertias, which are what it lacks."""
+    changed = dict(joints)
+    for name, joint in joints.items():
+        if (found := joint.parameters.get("armature")) is not None:
+            known = float(robot.armature[robot.joint_names.index(name)])
+            low, high = found.interval_95
+            total = replace(found, value=found.value + known, interval_95=(low + known, high + known))
+            changed[name] = replace(joint, parameters={**joint.parameters, "armature": total})
+    return changed

@@ -1,0 +1,54 @@
+"""Where a result comes from: the logs' hashes, the versions and the settings."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from stribeck.result import LogSummary
+from stribeck.settings import Settings
+from stribeck.version import VERSION
+
+
+def sha256(path: str) -> str:
+    """Return the SHA-256 of a file, or of all files of a folder in the order of their names; "" for no file."""
+    root = Path(path)
+    if not path or not root.exists():
+        return ""
+    files = [root] if root.is_file() else sorted(file for file in root.rglob("*") if file.is_file())
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()
+
+
+def log_summary(paths: Sequence[str], durations: Sequence[float], rate: float, samples_used: int) -> LogSummary:
+    """Return the summary of one log, or of several with lists of paths and hashes."""
+    hashes = [sha256(path) for path in paths]
+    single = len(paths) == 1
+    return LogSummary(
+        path=paths[0] if single else list(paths),
+        sha256=hashes[0] if single else hashes,
+        duration=float(sum(durations)),
+        rate=float(rate),
+        samples_used=int(samples_used),
+    )
+
+
+def provenance(settings: Settings, robot_file: str, choices: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return label and text of everything needed to make a result again."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("pin", "numpy", "scipy", "pyarrow"))
+    return [
+        ("stribeck", VERSION),
+        ("Python", platform.python_version()),
+        ("Libraries", libraries),
+        ("Robot file", robot_file),
+        *([("Robot file SHA-256", sha256(robot_file))] if sha256(robot_file) else []),
+        *choices,
+        *((f"Setting {key}", str(value)) for key, value in settings.model_dump(exclude={"filter"}).items()),
+    ]
