@@ -61,7 +61,7 @@ def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionL
     """Collect what is drawn of a joint, from these samples (all that were kept, or the clear stretch)."""
     prismatic = name in evidence.prismatic
     time, velocity, torque = _usable(samples, name)
-    values, covariance = _fitted(name, joint, evidence, law)
+    values, covariance = fitted_values(name, joint, evidence, law)
     return JointData(
         time=time,
         velocity=velocity,
@@ -91,7 +91,9 @@ def _usable(samples: Samples, name: str) -> tuple[Array, Array, Array]:
     return samples.time[thinned][keep], velocity[keep], torque[keep]
 
 
-def _fitted(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw) -> tuple[Array | None, Array | None]:
+def fitted_values(
+    name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw
+) -> tuple[Array | None, Array | None]:
     """Return the law's values and their covariance in the law's order, without what was fitted beside it."""
     fitted = list(joint.parameters)
     wanted = [parameter.name for parameter in law.parameters]

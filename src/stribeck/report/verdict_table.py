@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from markupsafe import Markup
+
 from stribeck.friction.law import FrictionLaw
+from stribeck.report.joint_data import fitted_values
 from stribeck.report.page import Section, render
+from stribeck.report.sparkline import sparkline
 from stribeck.report.text import parameter_names
 from stribeck.result import Evidence, JointResult, Result
 
@@ -19,6 +23,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Secti
             "joint": joint,
             "explained": explained(joint),
             "unit": "N" if name in evidence.prismatic else "N m",
+            "sparkline": _sparkline(name, joint, evidence, law),
         }
         for name, joint in result.joints.items()
     ]
@@ -27,6 +32,11 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Secti
         title="Verdicts",
         body=render("verdict_table.html.j2", columns=columns, rows=rows),
     )
+
+
+def _sparkline(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw) -> Markup | None:
+    values, _ = fitted_values(name, joint, evidence, law)
+    return None if values is None else sparkline(law, values, joint.velocity_range)
 
 
 def explained(joint: JointResult) -> float | None:
