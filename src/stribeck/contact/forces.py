@@ -1,0 +1,102 @@
+"""Standing feet from foot forces: sign and unit checked, then a threshold with hysteresis."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.contact.hysteresis import switch
+from stribeck.contact.upright import up_in_base
+from stribeck.errors import LogError, SettingsError
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.settings import SupportSettings
+
+TOLERANCE = 0.25
+"""How far the load of the feet may be from the robot's weight before it is remarked upon."""
+LOADED = 0.3
+"""The feet carry the robot when their load is more than this share of its 95th percentile."""
+UNITS = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}
+"""Load over weight -> the unit that a force must have been in, and what it must be multiplied by."""
+
+
+def standing_from_forces(
+    log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...], settings: SupportSettings
+) -> tuple[NDArray[np.bool_], list[str]]:
+    """Return which feet carry load, shape (T, feet), and notes.
+
+    A foot lands when its load rises above `force_on` times the robot's weight and lifts when it falls below
+    `force_off` times the weight.
+
+    Raises
+    ------
+    SettingsError
+        If the thresholds are the wrong way round.
+    LogError
+        If the log has no foot forces, or they have the wrong sign or unit.
+    """
+    if settings.force_off > settings.force_on:
+        raise SettingsError(
+            f"[identify.support] force_off is {settings.force_off:g}; "
+            f"it must not be above force_on, which is {settings.force_on:g}"
+        )
+    weight = robot.mass * float(np.linalg.norm(robot.gravity))
+    loads = foot_loads(log, robot, feet)
+    notes = _check_total(log, loads[np.concatenate([np.r_[s] for s in segments])].sum(axis=1), weight)
+    standing = np.zeros(loads.shape, dtype=bool)
+    for segment in segments:
+        standing[segment] = switch(loads[segment], settings.force_on * weight, settings.force_off * weight)
+    return standing, notes
+
+
+def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
+    """Return the load of each foot [N], shape (T, feet), positive when the ground pushes.
+
+    For a surface that is the force along its normal, the z axis of the contact frame. A point foot has no normal and
+    turns with its shank, so that its force is turned to the vertical; unless the sensor has a single axis, whose
+    reading is taken as it is.
+
+    Raises
+    ------
+    LogError
+        If the log has no foot forces.
+    """
+    wrench = log.foot_wrench
+    if wrench is None:
+        raise LogError(
+            f"{log.path or 'log'}: [identify.support] source is 'forces', but the log has no channel foot_wrench"
+        )
+    loads = np.empty((len(log.time), len(feet)))
+    for k, foot in enumerate(feet):
+        force = wrench[:, log.foot_names.index(foot), :3]
+        if robot.contacts[foot].kind == "point" and np.any(force[:, :2]):
+            rotation, _ = robot.foot_pose(foot, log.position)
+            loads[:, k] = np.einsum("ti,tij,tj->t", up_in_base(log, robot), rotation, force)
+        else:
+            loads[:, k] = force[:, 2]
+    return loads
+
+
+def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
+    """Compare the load of all feet with the weight; return notes, or refuse a wrong sign or unit."""
+    size = np.abs(total)
+    carried = total[size > LOADED * np.percentile(size, 95)]
+    share = float(np.median(carried)) / weight if len(carried) else 0.0
+    unit = next((found for ratio, found in UNITS.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
+    name = log.path or "log"
+    if unit is not None:
+        raise LogError(
+            f"{name}: the forces in foot_wrench add up to {abs(share) * weight:.4g}, the robot weighs {weight:.4g} N, "
+            f"so they look like {unit[0]}; set [log] foot_wrench = {{scale = {np.sign(share) * unit[1]:g}}}"
+        )
+    if share < -TOLERANCE:
+        raise LogError(
+            f"{name}: the forces in foot_wrench add up to {share * weight:.4g} N where the robot stands, but the "
+            f"ground's force on a foot points up along z; set [log] foot_wrench = {{scale = -1.0}}"
+        )
+    if abs(share - 1) > TOLERANCE:
+        return [
+            f"The feet carry a median of {share * weight:.4g} N, but the model weighs {weight:.4g} N: "
+            "a foot may be missing, or the model's mass may be wrong."
+        ]
+    return []

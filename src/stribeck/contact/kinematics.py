@@ -1,0 +1,144 @@
+"""Standing feet from kinematics alone: feet that stand neither rise above the others nor move against them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.spatial.transform import Rotation
+
+from stribeck.contact.hysteresis import switch
+from stribeck.contact.upright import up_in_base
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.state import root_quaternions
+
+LIFT = 0.25
+"""A foot is in the air above this share of the highest lift, between the bounds of `LIFT_BOUNDS`."""
+LIFT_BOUNDS = (0.005, 0.02)
+"""[m]: below, height is no more than play, tilt and uneven ground; above, a low step would be missed."""
+MOVING = 0.1
+"""A foot moves above this share of the median speed of feet in the air; half of it ends the move."""
+SLOWEST = 0.02
+"""[m/s]: slower feet stand, whatever the others do."""
+SMOOTHING = 0.02
+"""Time over which foot speeds are averaged [s]."""
+
+
+def standing_from_kinematics(
+    log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...]
+) -> tuple[NDArray[np.bool_], list[str]]:
+    """Return which feet stand, shape (T, feet), and notes.
+
+    A foot is certainly in the air while it is clearly higher than the lowest foot. Its swing begins earlier and ends
+    later, as long as it moves against the feet that are not in the air. Where two swings so meet and no foot would
+    be left to stand on, time is divided at the middle between them. The ground is taken for level and some foot for
+    standing at all times: stairs, slopes without IMU and flight need contact flags or foot forces.
+    """
+    standing, airborne = np.ones((2, len(log.time), len(feet)), dtype=bool)
+    height, speed = np.zeros((2, len(log.time), len(feet)))
+    placed = {(segment.start, segment.stop): _place_feet(log.take(segment), robot, feet) for segment in segments}
+    for (start, stop), foot_places in placed.items():
+        height[start:stop] = foot_places.heights()
+    rows = np.concatenate([np.r_[segment] for segment in segments])
+    lift = float(np.clip(LIFT * height[rows].max(), *LIFT_BOUNDS))
+    for (start, stop), foot_places in placed.items():
+        airborne[start:stop] = switch(height[start:stop], lift, lift / 2)
+        speed[start:stop] = foot_places.speeds_against(~airborne[start:stop])
+    in_air = speed[rows][airborne[rows]]
+    threshold = max(SLOWEST, MOVING * float(np.median(in_air))) if len(in_air) else SLOWEST
+    for segment in segments:
+        standing[segment] = ~_swings(airborne[segment], switch(speed[segment], threshold, threshold / 2))
+    note = (
+        "The log has neither contact flags nor foot forces: standing feet are those not lifted by "
+        f"{1000 * lift:.0f} mm nor faster than {threshold:.2g} m/s against the others, on level ground; "
+        "flight cannot be seen."
+    )
+    return standing, [note]
+
+
+@dataclass(frozen=True, eq=False)
+class _FootPlaces:
+    """Feet of a segment: position from the base, and for each the rotation from the base into a frame that stands.
+
+    The frame is level and does not turn as long as that foot stands.
+    """
+
+    time: Array  # [s], (T,)
+    points: Array  # [m], (T, feet, 3)
+    levels: list[Array]  # one a foot, (T, 3, 3)
+    up: Array  # a first guess, in the base, (T, 3)
+
+    def heights(self) -> Array:
+        """Return heights above the lowest foot [m], shape (T, feet), with level ground as the lowest foot has it."""
+        lowest = np.argmin(np.einsum("tfi,ti->tf", self.points, self.up), axis=1)
+        up = np.stack([level[:, 2] for level in self.levels], axis=1)[np.arange(len(lowest)), lowest]
+        heights = np.asarray(np.einsum("tfi,ti->tf", self.points, up))
+        return np.asarray(heights - np.min(heights, axis=1, keepdims=True))
+
+    def speeds_against(self, ground: NDArray[np.bool_]) -> Array:
+        """Return how fast each foot moves, as seen from the others on the ground [m/s], shape (T, feet)."""
+        speeds, seen_from = np.zeros(ground.shape), np.zeros(ground.shape)
+        if len(self.time) < 2:
+            return speeds
+        width = max(1, round(SMOOTHING / float(np.median(np.diff(self.time)))))
+        for foot, other in permutations(range(ground.shape[1]), 2):
+            offset = np.einsum("tij,tj->ti", self.levels[other], self.points[:, foot] - self.points[:, other])
+            velocity = uniform_filter1d(np.gradient(offset, self.time, axis=0), width, axis=0, mode="nearest")
+            speeds[:, foot] += np.linalg.norm(velocity, axis=1) * ground[:, other]
+            seen_from[:, foot] += ground[:, other]
+        return speeds / np.maximum(seen_from, 1)
+
+
+def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlaces:
+    """Return where the feet are and how they or the IMU level the base.
+
+    The IMU says how the base turns. Without it a standing sole does, as it is level and stays where it is; and if feet
+    are points, the base counts as level.
+    """
+    poses = [robot.foot_pose(foot, log.position) for foot in feet]
+    points = np.stack([translation for _, translation in poses], axis=1)
+    up = up_in_base(log, robot)
+    if log.base_orientation is not None:
+        turn = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation)).as_matrix()
+        levels = [np.asarray(turn)] * len(feet)
+    elif all(robot.contacts[foot].kind == "surface" for foot in feet):
+        levels = [rotation.transpose(0, 2, 1) for rotation, _ in poses]
+    else:
+        levels = [np.broadcast_to(np.eye(3), (len(log.time), 3, 3))] * len(feet)
+    return _FootPlaces(log.time, points, levels, up)
+
+
+def _swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which feet swing, shape (T, feet): in the air, or moving on the way up or down."""
+    swinging = np.empty_like(airborne)
+    distance = np.empty(airborne.shape)
+    rows = np.arange(len(airborne))
+    for foot in range(airborne.shape[1]):
+        swinging[:, foot] = _runs_touching(airborne[:, foot] | moving[:, foot], airborne[:, foot])
+        in_air = np.flatnonzero(airborne[:, foot])
+        distance[:, foot] = _distance_to_nearest(rows, in_air)
+    nowhere_to_stand = swinging.all(axis=1)
+    middle = 0.5 * (distance.min(axis=1) + distance.max(axis=1))
+    # The feet whose time in the air is further away stand.
+    swinging[nowhere_to_stand] = (distance < middle[:, None])[nowhere_to_stand]
+    return swinging
+
+
+def _runs_touching(wide: NDArray[np.bool_], core: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return those runs of `wide` that contain some of `core`."""
+    run = np.cumsum(np.diff(wide, prepend=False))
+    return wide & np.isin(run, run[core])
+
+
+def _distance_to_nearest(rows: NDArray[np.int64], marks: NDArray[np.int64]) -> Array:
+    """Return how many rows away the nearest mark is, infinite without marks."""
+    if len(marks) == 0:
+        return np.full(len(rows), np.inf)
+    after = np.searchsorted(marks, rows)
+    later = marks[np.minimum(after, len(marks) - 1)]
+    earlier = marks[np.maximum(after - 1, 0)]
+    return np.asarray(np.minimum(np.abs(later - rows), np.abs(rows - earlier)), dtype=np.float64)

@@ -1,0 +1,108 @@
+"""Support phases: stretches of a log over which the same feet stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.log import Array
+from stribeck.settings import SupportSettings
+
+Kind = Literal["fixed", "single", "double", "multiple", "flight"]
+Source = Literal["fixed", "flags", "forces", "kinematics"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SupportPhase:
+    """A stretch over which the same feet stand; the rows are those of the log.
+
+    Attributes
+    ----------
+    start, stop
+        The whole phase is rows [start, stop).
+    feet
+        Names of the standing contacts, in the robot's order; ("base",) for a fixed base.
+    kind
+        "single", "double" and "multiple" count the standing feet; "flight" has none.
+    first, last
+        Rows [first, last) remain after trimming; none where `last == first`.
+    """
+
+    start: int
+    stop: int
+    feet: tuple[str, ...]
+    kind: Kind
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SupportPhases:
+    """All phases in the order of time, where they were found, and what the user should know, a sentence each."""
+
+    phases: tuple[SupportPhase, ...]
+    source: Source
+    notes: tuple[str, ...] = ()
+
+
+def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
+    """Return the phases of a fixed base: one a segment, nothing trimmed."""
+    return tuple(
+        SupportPhase(start=s.start, stop=s.stop, feet=("base",), kind="fixed", first=s.start, last=s.stop)
+        for s in segments
+        if s.stop > s.start
+    )
+
+
+def phases_of_segment(
+    standing: NDArray[np.bool_], feet: tuple[str, ...], time: Array, segment: slice, settings: SupportSettings
+) -> list[SupportPhase]:
+    """Cut a segment into phases; together they are the whole segment.
+
+    A phase in which a limb swings loses `trim_start` after its beginning and `trim_end` before its end, because the
+    lift-off and the touch-down there are impacts. Where it begins or ends with the segment there is no such event, and
+    nothing is trimmed. A phase in which all feet stand is not trimmed. A phase shorter than `min_duration` keeps its
+    place, but nothing of it remains.
+
+    Parameters
+    ----------
+    standing
+        Which feet stand, shape (T, feet), rows of the whole log.
+    feet
+        Their names.
+    time
+        [s], shape (T,).
+    """
+    rows = standing[segment]
+    changes = np.flatnonzero(np.any(rows[1:] != rows[:-1], axis=1)) + 1 + segment.start
+    edges = [segment.start, *(int(row) for row in changes), segment.stop]
+    period = float(np.median(np.diff(time[segment]))) if len(rows) > 1 else 0.0
+    phases = []
+    for start, stop in pairwise(edges):
+        here = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
+        swinging = len(here) < len(feet)
+        first = _row_after(time, start, settings.trim_start, period) if swinging and start > segment.start else start
+        last = _row_before(time, stop, settings.trim_end, period) if swinging and stop < segment.stop else stop
+        if last <= first or (stop - start) * period < settings.min_duration:
+            first = last = start
+        phases.append(SupportPhase(start=start, stop=stop, feet=here, kind=_kind(here), first=first, last=last))
+    return phases
+
+
+def _row_after(time: Array, start: int, trim: float, period: float) -> int:
+    """Return the first row that is `trim` or more after row `start`; half a period decides what is equal."""
+    return int(np.searchsorted(time, time[start] + trim - period / 2))
+
+
+def _row_before(time: Array, stop: int, trim: float, period: float) -> int:
+    """Return the end of the rows that are `trim` or more before the end of the last row of the phase."""
+    return int(np.searchsorted(time, time[stop - 1] - trim + period / 2))
+
+
+def _kind(feet: tuple[str, ...]) -> Kind:
+    kinds: tuple[Kind, ...] = ("flight", "single", "double", "multiple")
+    return kinds[min(len(feet), 3)]

@@ -1,0 +1,50 @@
+"""Which way is up for the base, and when the robot has fallen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.errors import LogError
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.state import root_quaternions
+
+FALLEN = np.deg2rad(60.0)
+"""A base that is tilted by more than this has fallen [rad]."""
+
+
+def up_in_base(log: RobotLog, robot: Robot) -> Array:
+    """Return the upward direction in the root link's coordinates, shape (T, 3); a base without IMU counts as level."""
+    up = -robot.gravity / np.linalg.norm(robot.gravity)
+    if log.base_orientation is None:
+        return np.broadcast_to(up, (len(log.time), 3))
+    quaternion = root_quaternions(robot, log.position, log.base_orientation)
+    vector, scalar = quaternion[:, :3], quaternion[:, 3:]
+    cross = np.cross(vector, np.broadcast_to(up, vector.shape))
+    return np.asarray(up - 2 * scalar * cross + 2 * np.cross(vector, cross))
+
+
+def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int | None:
+    """Return the first row within the segments at which the base has fallen over, None if it never does.
+
+    Upright is the root link's z axis; a root link whose z axis does not point up when the robot stands would
+    be taken for fallen from the start, and is refused as such.
+
+    Raises
+    ------
+    LogError
+        If the base is tilted that far from the start.
+    """
+    if log.base_orientation is None or not segments:
+        return None
+    rows = np.concatenate([np.r_[segment] for segment in segments])
+    tilt = np.arccos(np.clip(up_in_base(log, robot)[rows, 2], -1.0, 1.0))
+    fallen = np.flatnonzero(tilt > FALLEN)
+    if len(fallen) == 0:
+        return None
+    if fallen[0] == 0:
+        raise LogError(
+            f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f} deg at the start, so "
+            'that the robot lies; if it stands, set [log] base_orientation = {order = "wxyz"} or [robot] base_frame'
+        )
+    return int(rows[fallen[0]])
