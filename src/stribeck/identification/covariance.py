@@ -64,7 +64,8 @@ def block_covariance(jacobian: Array, residual: Array, block: NDArray[np.int64],
     changes = np.einsum("bij,bj->bi", left_out, scores)
     blocks = len(pairs)
     covariance = (blocks - 1) / blocks * changes.T @ changes + inverse @ inverse
-    shares = np.einsum("ki,bij,jk->bk", inverse, information, inverse)
+    # rounding must not make a share negative where the samples say nothing of a parameter
+    shares = np.maximum(np.einsum("ki,bij,jk->bk", inverse, information, inverse), 0.0)
     shares /= np.maximum(shares.sum(axis=0), np.finfo(float).tiny)
     freedom = 1 / np.maximum((shares**2).sum(axis=0), 1 / blocks) - 1
     return Uncertainty(covariance * np.outer(prior, prior), np.maximum(freedom, 1.0))

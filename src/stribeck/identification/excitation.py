@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.identification.problem import FitProblem
 from stribeck.identification.robust import robust_scale
-from stribeck.identification.starts import top_speed
+from stribeck.identification.speed import top_speed
 from stribeck.log import Array
 
 MIN_BLOCKS = 6

@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from stribeck.identification.problem import FitProblem
-from stribeck.identification.speed import top_speed as top_speed
+from stribeck.identification.speed import top_speed
 from stribeck.log import Array
 
 

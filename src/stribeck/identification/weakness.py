@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stribeck.friction import unit_for
 from stribeck.identification.curve_fit import JointFit
-from stribeck.identification.starts import top_speed
+from stribeck.identification.speed import top_speed
 from stribeck.log import Array
 
 MOST, FEW = 0.9, 0.02

@@ -1,0 +1,159 @@
+"""What every friction law promises, checked on all of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stribeck.errors import SettingsError
+from stribeck.friction import LAWS, FrictionLaw, Parameter, get_law, unit_for
+from stribeck.identification.curve_fit import fit_joint
+from stribeck.identification.problem import FitProblem
+from stribeck.log import Array
+
+every_law = pytest.mark.parametrize("law", [law() for law in LAWS.values()], ids=list(LAWS))
+
+TYPICAL = {  # ranges of what joints of robots have, for draws
+    "viscous": (0.0, 5.0),
+    "coulomb": (0.05, 20.0),
+    "stribeck_gain": (0.0, 2.0),
+    "stribeck_velocity": (0.01, 1.0),
+    "exponent": (0.5, 3.0),
+    "offset": (-5.0, 5.0),
+    "slope": (5.0, 500.0),
+}
+
+
+def typical(parameter: Parameter) -> tuple[float, float]:
+    return TYPICAL[parameter.name.removesuffix("_positive").removesuffix("_negative")]
+
+
+def draw_values(law: FrictionLaw, data: st.DataObject) -> Array:
+    return np.array([data.draw(st.floats(*typical(parameter))) for parameter in law.parameters])
+
+
+def offset_of(law: FrictionLaw, values: Array) -> float:
+    return dict(zip((p.name for p in law.parameters), values, strict=True)).get("offset", 0.0)
+
+
+speeds = st.lists(st.floats(-30, 30), min_size=1, max_size=20).map(np.array)
+
+
+@every_law
+@given(data=st.data(), velocity=speeds)
+def test_friction_never_feeds_power_in(law: FrictionLaw, data: st.DataObject, velocity: Array) -> None:
+    values = draw_values(law, data)
+    power = velocity * (law.torque(velocity, values) - offset_of(law, values))
+    assert np.all(power >= -1e-12 * np.abs(velocity * values.sum()))
+
+
+@every_law
+@given(data=st.data(), velocity=speeds)
+def test_friction_is_odd_but_for_the_offset(law: FrictionLaw, data: st.DataObject, velocity: Array) -> None:
+    values = draw_values(law, data)
+    offset = offset_of(law, values)
+    mirrored = values.copy()
+    if law.name == "asymmetric":  # what is forward for one is backward for the other
+        mirrored = values[[1, 0, 3, 2]]
+    forward = law.torque(velocity, values) - offset
+    np.testing.assert_allclose(law.torque(-velocity, mirrored) - offset, -forward, rtol=1e-12, atol=1e-12)
+
+
+@every_law
+@given(data=st.data())
+def test_jacobian_is_the_derivative(law: FrictionLaw, data: st.DataObject) -> None:
+    values = draw_values(law, data)
+    velocity = np.linspace(-3, 3, 61)
+    jacobian = law.jacobian(velocity, values)
+    for index, value in enumerate(values):
+        step = 1e-6 * max(abs(value), 1e-2)
+        up, down = values.copy(), values.copy()
+        up[index] += step
+        down[index] -= step
+        numerical = (law.torque(velocity, up) - law.torque(velocity, down)) / (2 * step)
+        size = 1 + np.abs(numerical).max()
+        np.testing.assert_allclose(jacobian[:, index], numerical, atol=2e-5 * size)
+
+
+@every_law
+@given(data=st.data(), velocity=speeds)
+def test_linear_form_is_the_law(law: FrictionLaw, data: st.DataObject, velocity: Array) -> None:
+    values = draw_values(law, data)
+    shape = {p.name: float(value) for p, value in zip(law.parameters, values, strict=True) if p.starts}
+    basis = law.basis(velocity, shape)
+    coefficients = np.array([data.draw(st.floats(0.5, 3)) for _ in range(basis.shape[1])])
+    for index in law.free_coefficients:
+        coefficients[index] = data.draw(st.floats(-3, 3))
+    torque = law.torque(velocity, law.from_linear(coefficients, shape))
+    np.testing.assert_allclose(torque, basis @ coefficients, rtol=1e-9, atol=1e-9)
+
+
+@every_law
+@given(data=st.data())
+def test_any_linear_coefficients_give_parameters_within_bounds(law: FrictionLaw, data: st.DataObject) -> None:
+    shape = {p.name: p.lower + 1.0 for p in law.parameters if p.starts}
+    columns = law.basis(np.ones(1), shape).shape[1]
+    coefficients = np.array(data.draw(st.lists(st.floats(-1e3, 1e3), min_size=columns, max_size=columns)))
+    values = law.from_linear(coefficients, shape)
+    for parameter, value in zip(law.parameters, values, strict=True):
+        assert parameter.lower <= value <= parameter.upper
+
+
+@every_law
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_law_and_derivatives_are_finite_at_the_bounds_and_at_any_speed(law: FrictionLaw, end: str) -> None:
+    values = np.array([np.clip(getattr(parameter, end), -1e6, 1e6) for parameter in law.parameters])
+    velocity = np.array([-1e6, -1.0, -1e-300, 0.0, 1e-300, 1e-9, 1.0, 1e6])
+    assert np.isfinite(law.torque(velocity, values)).all()
+    assert np.isfinite(law.jacobian(velocity, values)).all()
+
+
+@every_law
+def test_standstill(law: FrictionLaw) -> None:
+    values = np.array([np.mean(typical(parameter)) for parameter in law.parameters])
+    before, still, after = law.torque(np.array([-1e-9, 0.0, 1e-9]), values) - offset_of(law, values)
+    assert still == 0
+    assert (after - before > 1.0) if law.jumps else (after - before < 1e-3)
+
+
+@every_law
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    middle = {
+        "stribeck_velocity": (0.05, 0.4),
+        "slope": (20.0, 150.0),
+        "stribeck_gain": (0.15, 1.5),
+        "viscous": (0.1, 3),
+    }
+    truth = np.array([rng.uniform(*middle.get(p.name, typical(p))) for p in law.parameters])
+    velocity = rng.uniform(1.0, 4.0) * np.sin(np.linspace(0, 60, 3000)) * np.sin(np.linspace(1, 14, 3000))
+    problem = FitProblem(
+        law=law,
+        parameters=law.parameters,
+        velocity=velocity,
+        friction_torque=law.torque(velocity, truth),
+        acceleration=None,
+        block=np.arange(3000) // 100,
+    )
+    fit = fit_joint(problem)
+    np.testing.assert_allclose(fit.values, truth, rtol=1e-6, atol=1e-6)
+    assert fit.starts == int(np.prod([len(p.starts) for p in law.parameters if p.starts]))
+
+
+def test_unknown_law_is_refused_with_the_names_there_are() -> None:
+    with pytest.raises(SettingsError, match=r"found 'stribek', expected one of .*coulomb-viscous.*stribeck"):
+        get_law("stribek")
+
+
+def test_units_of_prismatic_joints() -> None:
+    units = {p.name: (unit_for(p, False), unit_for(p, True)) for p in get_law("stribeck").parameters}
+    assert units == {
+        "viscous": ("N m s/rad", "N s/m"),
+        "coulomb": ("N m", "N"),
+        "stribeck_gain": ("1", "1"),
+        "stribeck_velocity": ("rad/s", "m/s"),
+        "offset": ("N m", "N"),
+        "slope": ("s/rad", "s/m"),
+    }
