@@ -130,6 +130,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), ROOT_JOINT) if floating else 0
     placed = {root_body: (new_root, in_root)}  # old body -> new joint, and the old body's pose in its frame
     columns, axes, armature = [], [], [0.0] * (6 if floating else 0)
+    limits: list[tuple[float, float]] = []
 
     # Depth first, as Pinocchio's recursions need: the joints of a subtree follow one another.
     pending = _edges(model, root_body, base)
@@ -149,6 +150,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         columns.append(joint - base - 1)
         axes.append(Axis(direction, axis.prismatic))
         armature.append(float(model.armature[model.joints[joint].idx_v]))
+        limits.append(_limits(model, joint))
         pending += _edges(model, child, base)
 
     for body, (joint, pose) in placed.items():
@@ -161,7 +163,19 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         joint, pose = placed[base]
         rooted.addFrame(pin.Frame(BASE_FRAME, joint, 0, pose, pin.FrameType.OP_FRAME), False)
     rooted.armature = np.array(armature)
+    lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
+    first = rooted.nq - len(limits)
+    lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
+    rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
     return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes))
+
+
+def _limits(model: pin.Model, joint: int) -> tuple[float, float]:
+    """Return the lowest and highest position of a joint [rad or m], infinite for a continuous one."""
+    joint_model = model.joints[joint]
+    if joint_model.nq != 1:  # stored as cosine and sine
+        return -np.inf, np.inf
+    return float(model.lowerPositionLimit[joint_model.idx_q]), float(model.upperPositionLimit[joint_model.idx_q])
 
 
 def _edges(model: pin.Model, body: int, base: int) -> list[tuple[int, int]]:
