@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -49,8 +50,17 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The report of a result whose names and texts have no place to be broken."""
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(result, path)
+    long = "supercalifragilistic" * 4
+    old = "torso_pitch"
+    assert result.evidence is not None
+    samples = result.evidence.samples
+    names = tuple(long if name == old else name for name in samples.joint_names)
+    evidence = replace(result.evidence, samples=replace(samples, joint_names=names))
+    joints = {long if name == old else name: joint for name, joint in result.joints.items()}
+    changed = replace(result, robot=long, joints=joints, evidence=evidence, warnings=[long, *result.warnings])
+    write_report(changed, path)
     browser.get(path.as_uri())
     return browser
 
@@ -90,7 +100,7 @@ def test_texts_of_a_figure_are_large_enough_on_a_phone_and_lie_inside(page: Any)
         " return [parseFloat(getComputedStyle(t).fontSize) * scale,"
         " Math.max(b.left - a.left, a.right - b.right, b.top - a.top, a.bottom - b.bottom), t.textContent]})"
     )
-    assert len(texts) > 200
+    assert len(texts) > 180
     assert min(size for size, _, _ in texts) > 8
     assert [text for _, outside, text in texts if outside > 3] == []
 

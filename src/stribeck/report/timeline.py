@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from stribeck.log import Array
 from stribeck.report.figure import COLOURS, inline_svg, new_axes
 from stribeck.report.page import Section, render
-from stribeck.result import Evidence
 
 COLUMNS = 600
 """Steps across the figure; a step is drawn as high as the share of its time that the support holds."""
@@ -25,16 +24,24 @@ ROW_HEIGHT = 32.0
 Phases = list[tuple[float, float, str, bool]]
 
 
-def timeline(evidence: Evidence) -> Section | None:
-    """Return the section with the timeline, a close-up of a long log, and the time a support; None without phases."""
-    phases = one_clock(evidence.phases)
+def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
+    """Return the section with the timeline, a close-up of a long log, and the time a support; None without phases.
+
+    Parameters
+    ----------
+    recorded
+        Start [s], end [s], support name, whether it is used; in log order.
+    clear
+        Where the clear stretch of the joints' panels begins [s]: the close-up shows it.
+    """
+    phases = one_clock(recorded)
     if not phases:
         return None
     start, end = phases[0][0], max(phase[1] for phase in phases)
     names = list(dict.fromkeys(phase[2] for phase in phases))
     figures = [(inline_svg(_strips(phases, names, start, end), "Support phases over the whole log", "p0"), "Whole log")]
     if end - start > 2 * CLOSE_UP:
-        near = _close_up_start(evidence, start, end)
+        near = min(max(start if clear is None else clear - 1.0, start), end - CLOSE_UP)
         drawing = inline_svg(_strips(phases, names, near, near + CLOSE_UP), "Support phases, close-up", "p1")
         figures.append((drawing, f"Close-up of {CLOSE_UP:.0f} s"))
     rows = [
@@ -46,7 +53,7 @@ def timeline(evidence: Evidence) -> Section | None:
         }
         for name in names
     ]
-    body = render("timeline.html.j2", figures=figures, rows=rows, several=phases != evidence.phases)
+    body = render("timeline.html.j2", figures=figures, rows=rows, several=phases != recorded)
     return Section(anchor="timeline", title="Support timeline", body=body)
 
 
@@ -60,12 +67,6 @@ def one_clock(phases: Phases) -> Phases:
         placed.append((start + shift, end + shift, name, used))
         previous, last = start, max(last, end + shift)
     return placed
-
-
-def _close_up_start(evidence: Evidence, start: float, end: float) -> float:
-    """Begin where the clear stretch of the joints' panels begins, if there is one."""
-    wanted = float(evidence.stretch.time[0]) - 1.0 if evidence.stretch is not None else start
-    return min(max(wanted, start), end - CLOSE_UP)
 
 
 def _strips(phases: Phases, names: list[str], start: float, end: float) -> Axes:

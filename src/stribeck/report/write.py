@@ -17,6 +17,7 @@ from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import verdict_table
 from stribeck.report.warnings import warnings
 from stribeck.result import Result, whole_or_not_at_all
+from stribeck.samples import Samples
 
 
 def write_report(result: Result, path: str | Path) -> None:
@@ -47,7 +48,7 @@ def write_report(result: Result, path: str | Path) -> None:
             joint_panels(result, evidence, law),
             sides(result, evidence, law),
             power(result),
-            timeline(evidence),
+            timeline(evidence.phases, _start(evidence.stretch)),
             provenance(result, evidence),
         ]
         page = render_page(
@@ -57,3 +58,7 @@ def write_report(result: Result, path: str | Path) -> None:
         )
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
+
+
+def _start(stretch: Samples | None) -> float | None:
+    return float(stretch.time[0]) if stretch is not None and len(stretch.time) else None
