@@ -27,6 +27,9 @@ BEST_STARTS = 3
 ROUGH, FINE = 1e-6, 1e-9
 """Relative change of cost and parameters [1] that ends a descent on the subset, and the last one."""
 
+EVALUATIONS = 100
+"""Evaluations [1] after which a descent gives up; one that is well determined needs about ten."""
+
 PRIOR_FACTOR = 100.0
 """How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
 
@@ -63,6 +66,8 @@ class JointFit:
         Grid points tried.
     cost
         Half the sum of squared training residuals [N^2 m^2] (of the loss, if robust).
+    settled
+        Whether the last descent came to its end; if not, the samples hardly tell its parameters apart.
     """
 
     parameters: tuple[Parameter, ...]
@@ -77,6 +82,7 @@ class JointFit:
     blocks: int
     starts: int
     cost: float
+    settled: bool
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -115,11 +121,12 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
 
 @dataclass(frozen=True, eq=False)
 class _Descent:
-    """Where a descent ended: values, cost, and the parameters that bounds hold."""
+    """Where a descent ended: values, cost, the parameters that bounds hold, and whether it settled."""
 
     values: Array
     cost: float
     held: NDArray[np.bool_]
+    settled: bool
 
 
 def _descend(
@@ -150,9 +157,11 @@ def _descend(
         ftol=tolerance,
         xtol=tolerance,
         gtol=tolerance**1.5,
-        max_nfev=200,
+        max_nfev=EVALUATIONS,
     )
-    return _Descent(_external(solution.x, logs), float(solution.cost * scale**2), solution.active_mask != 0)
+    return _Descent(
+        _external(solution.x, logs), float(solution.cost * scale**2), solution.active_mask != 0, solution.status > 0
+    )
 
 
 def _describe(problem: FitProblem, best: _Descent, loss: Loss, bend: float, starts: int) -> JointFit:
@@ -181,6 +190,7 @@ def _describe(problem: FitProblem, best: _Descent, loss: Loss, bend: float, star
         blocks=len(np.unique(problem.block)),
         starts=starts,
         cost=best.cost,
+        settled=best.settled,
     )
 
 

@@ -60,6 +60,8 @@ def _judge_joint(fit: JointFit, problem: FitProblem, moved: Excitation, holdout:
     reason = why_weak(fit, weak, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction and not reason:
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
+    if not fit.settled and not reason:
+        reason = "the fit came to no end: the samples hardly tell the parameters apart"
     enough = (
         f"every 95 % interval is narrower than its value ({moved.samples} samples, {moved.blocks} steps or seconds, "
         f"{moved.reversals} reversals)"

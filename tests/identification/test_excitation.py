@@ -1,0 +1,77 @@
+"""Motion that can and cannot identify friction."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.friction import get_law
+from stribeck.identification.excitation import count_reversals, excitation, velocity_noise
+from stribeck.identification.problem import joint_problem
+from stribeck.settings import Settings
+
+
+def judged(samples, joint="knee", prismatic=False):
+    return excitation(joint_problem(samples, joint, get_law("stribeck"), Settings()), prismatic)
+
+
+def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:
+    found = judged(make_samples({"knee": make_joint()}))
+    assert (found.reason, found.samples, found.blocks) == ("", 6000, 30)
+    assert found.velocity_range[0] < -1.5 < 1.5 < found.velocity_range[1]
+
+
+@pytest.mark.parametrize(
+    ("joint", "blocks", "reason"),
+    [
+        ({"speed": 0.005}, 30, "it moves only between -0.01.* rad/s; 0.05 rad/s are needed in both directions"),
+        ({"speed": 0.3, "drift": 1.0}, 30, "it moves in one direction only, between 0.* and 1.* rad/s"),
+        ({}, 5, "its usable samples lie in 5 steps or seconds; at least 6 are needed"),
+    ],
+)
+def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint, joint, blocks, reason) -> None:
+    assert re.match(reason, judged(make_samples({"knee": make_joint(**joint)}, blocks=blocks)).reason)
+
+
+def test_few_samples_and_none(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    usable = np.zeros_like(samples.usable)
+    assert judged(replace(samples, usable=usable)).reason.startswith("0 usable samples")
+    usable[::100] = True
+    assert judged(replace(samples, usable=usable)).reason == "60 usable samples; 6 parameters need at least 120"
+
+
+def test_one_turn_is_not_enough(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    velocity = np.cos(np.linspace(0, np.pi, len(samples.time)))[:, None]
+    found = judged(replace(samples, velocity=velocity))
+    assert found.reason == "it turns round 1 times; at least 4 reversals are needed"
+
+
+def test_noise_is_not_motion(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    noise = 0.2 * np.random.default_rng(0).normal(size=samples.velocity.shape)
+    assert "the noise of its velocity, 0.2" in judged(replace(samples, velocity=noise)).reason
+
+
+def test_prismatic_joints_are_judged_in_metres(make_samples, make_joint) -> None:
+    samples = make_samples({"slide": make_joint(speed=0.02)})
+    assert judged(samples, "slide", prismatic=True).reason == ""
+    assert "rad/s are needed" in judged(samples, "slide").reason
+
+
+def test_velocity_noise_is_found_under_motion() -> None:
+    rng = np.random.default_rng(1)
+    velocity = np.sin(np.linspace(0, 100, 20_000)) + 0.03 * rng.normal(size=20_000)
+    assert velocity_noise(velocity) == pytest.approx(0.03, rel=0.05)
+
+
+@given(turns=st.integers(0, 12), noise=st.floats(0, 0.05), seed=st.integers(0, 99))
+def test_reversals_are_counted_through_noise(turns: int, noise: float, seed: int) -> None:
+    velocity = np.cos(np.linspace(0, turns * np.pi, 3001))
+    chatter = np.random.default_rng(seed).uniform(-noise, noise, len(velocity))
+    assert count_reversals(velocity + chatter, threshold=0.11) == turns
+    assert count_reversals(-velocity + chatter, threshold=0.11) == turns

@@ -1,0 +1,110 @@
+"""Verdicts are honest: numbers only where the samples hold them, and reasons in words."""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from stribeck.friction import LAWS, get_law
+from stribeck.identification.curve_fit import fit_law
+from stribeck.identification.verdict import judge
+from stribeck.settings import Settings
+
+
+def identified(samples, law="stribeck", **settings):
+    chosen = Settings(law=law, **settings)
+    results = judge(fit_law(samples, get_law(law), chosen), samples, get_law(law), chosen)
+    json.dumps({joint: asdict(result) for joint, result in results.items()}, allow_nan=False)
+    return results
+
+
+def test_a_well_moved_joint_is_identified(make_samples, make_joint, truth) -> None:
+    found = identified(make_samples({"knee": make_joint()}, blocks=60))["knee"]
+    assert found.verdict == "identified"
+    assert found.reason.startswith("every 95 % interval is narrower than its value (12000 samples, 60 steps")
+    for name, value in truth.items():
+        parameter = found.parameters[name]
+        assert parameter.verdict == "identified"
+        assert parameter.value == pytest.approx(value, abs=4 * parameter.standard_error)
+    assert found.residual_rms == pytest.approx(0.05, rel=0.05)
+    assert found.validation.rms == pytest.approx(0.05, rel=0.1)
+    assert found.validation.rms < found.validation.rms_coulomb_only < found.validation.rms_zero_friction
+    assert found.positive_power_fraction < 0.02
+
+
+def test_a_still_joint_gets_no_numbers(make_samples, make_joint) -> None:
+    found = identified(make_samples({"knee": make_joint(), "neck": make_joint(speed=0.002)}))["neck"]
+    assert found.verdict == "not excited"
+    assert (found.parameters, found.residual_rms, found.validation, found.positive_power_fraction) == (
+        {},
+        None,
+        None,
+        None,
+    )
+    assert "it moves only between" in found.reason
+
+
+def test_a_slow_joint_leaves_viscous_friction_open_and_says_why(make_samples, make_joint) -> None:
+    found = identified(make_samples({"knee": make_joint(speed=0.06, noise=0.3)}))["knee"]
+    assert found.verdict == "weak"
+    assert found.parameters["viscous"].verdict == "weak"
+    assert "viscous" in found.reason
+    assert "of the samples are slower than the Stribeck velocity" in found.reason
+
+
+def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, truth) -> None:
+    samples = make_samples({"knee": make_joint(truth=truth | {"stribeck_gain": 0.0})})
+    found = identified(samples)["knee"]
+    assert {name for name, p in found.parameters.items() if p.verdict == "weak"} >= {
+        "stribeck_gain",
+        "stribeck_velocity",
+    }
+    assert found.verdict == "weak"
+    assert identified(samples, "coulomb-viscous")["knee"].verdict == "identified"
+
+
+def test_an_offset_of_zero_is_known_as_well_as_any(make_samples, make_joint, truth) -> None:
+    found = identified(make_samples({"knee": make_joint(truth=truth | {"offset": 0.0})}))["knee"]
+    low, high = found.parameters["offset"].interval_95
+    assert low < 0 < high
+    assert found.parameters["offset"].verdict == "identified"
+
+
+def test_power_is_judged_by_the_sign_convention(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint(noise=0.0)})
+    flipped = replace(samples, friction_torque=-samples.friction_torque)
+    assert identified(samples)["knee"].positive_power_fraction == 0.0
+    wrong = identified(flipped)["knee"]
+    assert wrong.positive_power_fraction > 0.9
+    assert wrong.verdict == "weak"
+
+
+def test_a_law_that_fails_on_unseen_blocks_is_weak(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint(noise=0.0)})
+    turned = np.isin(samples.block % 5, 2)[:, None]
+    spoilt = replace(samples, friction_torque=np.where(turned, -samples.friction_torque, samples.friction_torque))
+    found = identified(spoilt)["knee"]
+    assert found.verdict == "weak"
+    assert "on blocks that the fit did not see" in found.reason
+
+
+def test_units_follow_the_joint(make_samples, make_joint) -> None:
+    samples = replace(make_samples({"knee": make_joint(), "slide": make_joint()}), prismatic=(False, True))
+    found = identified(samples, "coulomb-viscous", fit_armature=True)
+    assert [p.unit for p in found["knee"].parameters.values()] == ["N m s/rad", "N m", "N m", "kg m^2"]
+    assert [p.unit for p in found["slide"].parameters.values()] == ["N s/m", "N", "N", "kg"]
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+@pytest.mark.parametrize("torque", ["zero", "constant", "random"])
+def test_torque_without_friction_is_never_identified_and_never_crashes(make_samples, make_joint, law, torque) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=12)
+    signal = {"zero": 0.0, "constant": 3.0, "random": np.random.default_rng(2).normal(size=(2400, 1))}[torque]
+    found = identified(replace(samples, friction_torque=np.zeros((2400, 1)) + signal), law)["knee"]
+    assert found.verdict == "weak"
+
+
+def test_joints_keep_the_order_of_the_samples(make_samples, make_joint) -> None:
+    samples = make_samples({"b": make_joint(), "still": make_joint(speed=0.0), "a": make_joint()}, blocks=8)
+    assert list(identified(samples, "coulomb-viscous")) == ["b", "still", "a"]
