@@ -1,6 +1,6 @@
 """The report: one self-contained HTML file, a section a module and a template."""
 
-from stribeck.report.inspection_page import write_inspection as write_inspection
+from stribeck.report.inspection import write_inspection as write_inspection
 from stribeck.report.page import Section as Section
 from stribeck.report.page import render_page as render_page
 from stribeck.report.write import write_report as write_report

@@ -21,6 +21,9 @@ CLOSE_UP = 12.0
 ROW_HEIGHT = 32.0
 """Height of a support's strip with its name [SVG units]."""
 
+BAR = 0.54
+"""Share of a row that its strip takes; above it is the name."""
+
 Phases = list[tuple[float, float, str, bool]]
 
 
@@ -79,8 +82,8 @@ def _strips(phases: Phases, names: list[str], start: float, end: float) -> Axes:
         for used, opacity in ((False, 0.3), (True, 0.9)):
             chosen = [phase for phase in visible if phase[2] == name and (phase[3] or not used)]
             share = _share_held(chosen, edges)
-            axes.stairs(row + 0.6 * share, edges, baseline=row, fill=True, color=COLOURS["data"], alpha=opacity)
-        axes.text(start, row + 0.7, name, color=COLOURS["ink"], fontsize=9, parse_math=False)
+            axes.stairs(row + BAR * share, edges, baseline=row, fill=True, color=COLOURS["data"], alpha=opacity)
+        axes.text(start, row + BAR + 0.13, name, color=COLOURS["ink"], fontsize=9, parse_math=False)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.set_xlim(start, end)
