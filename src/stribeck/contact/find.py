@@ -39,8 +39,8 @@ def find_support_phases(
     Raises
     ------
     LogError
-        If the log's feet are not the robot's, a channel asked for is missing, forces have a wrong sign or unit, the
-        robot lies from the start, or no foot ever stands.
+        If the log's feet are not the robot's, a channel asked for or needed is missing, forces have a wrong sign or
+        unit, the robot lies from the start, or no foot ever stands.
     RobotFileError
         If a robot with a floating base has no contacts.
     SettingsError

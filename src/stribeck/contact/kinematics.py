@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.contact.hysteresis import switch
 from stribeck.contact.upright import up_in_base
+from stribeck.errors import LogError
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.state import root_quaternions
@@ -37,7 +38,18 @@ def standing_from_kinematics(
     later, as long as it moves against the feet that are not in the air. Where two swings so meet and no foot would
     be left to stand on, time is divided at the middle between them. The ground is taken for level and some foot for
     standing at all times: stairs, slopes without IMU and flight need contact flags or foot forces.
+
+    Raises
+    ------
+    LogError
+        If some feet are points and the log has no base orientation: a few degrees of tilt look like a lifted foot.
     """
+    points = [foot for foot in feet if robot.contacts[foot].kind == "point"]
+    if points and log.base_orientation is None:
+        raise LogError(
+            f"{log.path or 'log'}: the joints alone do not tell whether point feet such as '{points[0]}' stand; "
+            "expected a channel contact, foot_wrench or base_orientation"
+        )
     standing, airborne = np.ones((2, len(log.time), len(feet)), dtype=bool)
     height, speed = np.zeros((2, len(log.time), len(feet)))
     placed = {(segment.start, segment.stop): _place_feet(log.take(segment), robot, feet) for segment in segments}
@@ -96,8 +108,7 @@ class _FootPlaces:
 def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlaces:
     """Return where the feet are and how they or the IMU level the base.
 
-    The IMU says how the base turns. Without it a standing sole does, as it is level and stays where it is; and if feet
-    are points, the base counts as level.
+    The IMU says how the base turns. Without it a standing sole does, as it is level and stays where it is.
     """
     poses = [robot.foot_pose(foot, log.position) for foot in feet]
     points = np.stack([translation for _, translation in poses], axis=1)
@@ -105,10 +116,8 @@ def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlac
     if log.base_orientation is not None:
         turn = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation)).as_matrix()
         levels = [np.asarray(turn)] * len(feet)
-    elif all(robot.contacts[foot].kind == "surface" for foot in feet):
-        levels = [rotation.transpose(0, 2, 1) for rotation, _ in poses]
     else:
-        levels = [np.broadcast_to(np.eye(3), (len(log.time), 3, 3))] * len(feet)
+        levels = [rotation.transpose(0, 2, 1) for rotation, _ in poses]
     return _FootPlaces(log.time, points, levels, up)
 
 

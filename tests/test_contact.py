@@ -1,0 +1,487 @@
+"""Support phases of made-up gaits, whose standing feet are known."""
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from stribeck.contact import SupportPhases, find_support_phases
+from stribeck.contact.hysteresis import switch
+from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.log import RobotLog
+from stribeck.robot import Contact
+from stribeck.rooting import BASE_FRAME
+from stribeck.settings import SupportSettings
+
+RATE = 200.0
+MASS = 50.0
+WEIGHT = MASS * 9.81
+AUTO = SupportSettings()
+BIPED = ("left_foot", "right_foot")
+QUADRUPED = ("FL", "FR", "RL", "RR")
+
+
+@dataclass(frozen=True)
+class Walker:
+    """A robot whose joint positions are its feet's coordinates in the base and the rotation vector of the base."""
+
+    feet: tuple[str, ...]
+    kind: str = "surface"
+    base: str = "floating"
+    base_frame: str = BASE_FRAME
+    mass: float = MASS
+    path: str = "robot.toml"
+    gravity: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+
+    @property
+    def contacts(self):
+        return {foot: Contact(foot, f"{foot}_frame", self.kind) for foot in self.feet}
+
+    def foot_pose(self, contact, position):
+        k = self.feet.index(contact)
+        return Rotation.from_rotvec(position[:, -3:]).inv().as_matrix(), position[:, 3 * k : 3 * k + 3]
+
+
+@dataclass(frozen=True)
+class Gait:
+    """Feet in the world, shape (T, feet, 3), and which of them stand, shape (T, feet)."""
+
+    points: np.ndarray
+    standing: np.ndarray
+
+    @property
+    def time(self):
+        return np.arange(len(self.points)) / RATE
+
+    def log(self, feet, *, imu=True, turning=0.0, **channels):
+        """Return a log of a base that follows the feet, pitching and rolling a little, and turning if asked."""
+        samples = len(self.points)
+        sway = np.sin(2 * np.pi * 0.7 * self.time)[:, None] * [0.03, 0.05, 0.0]
+        base = Rotation.from_rotvec(sway + self.time[:, None] * [0.0, 0.0, turning])
+        centre = self.points.mean(axis=1) * [1.0, 1.0, 0.0] + [0.0, 0.0, 0.8]
+        inside = np.stack([base.inv().apply(self.points[:, k] - centre) for k in range(len(feet))], axis=1)
+        position = np.hstack([inside.reshape(samples, -1), base.as_rotvec()])
+        return RobotLog(
+            time=self.time,
+            joint_names=tuple(f"joint_{k}" for k in range(position.shape[1])),
+            position=position,
+            torque=np.zeros(position.shape),
+            base_orientation=base.as_quat() if imu else None,
+            foot_names=feet,
+            path="walk.csv",
+            **channels,
+        )
+
+    def wrench(self, noise=0.0):
+        """Return foot wrenches that carry the weight evenly, shape (T, feet, 6)."""
+        carrying = np.maximum(self.standing.sum(axis=1, keepdims=True), 1)
+        wrench = np.zeros((*self.standing.shape, 6))
+        wrench[:, :, 2] = WEIGHT * self.standing / carrying
+        wrench[:, :, 2] += noise * np.random.default_rng(0).standard_normal(self.standing.shape)
+        return wrench
+
+
+def walk(feet_homes, swings, *, stand=1.0, swing=0.6, both=0.2, step=0.25, lift=0.05):
+    """Return a gait: the feet of each tuple of `swings` move together, with `both` seconds on all feet between."""
+    feet = [np.array(home, dtype=float) for home in feet_homes]
+    rows, standing = [], []
+
+    def hold(seconds):
+        for _ in range(round(seconds * RATE)):
+            rows.append([foot.copy() for foot in feet])
+            standing.append([True] * len(feet))
+
+    hold(stand)
+    for moving in swings:
+        count = round(swing * RATE)
+        for s in (np.arange(count) + 0.5) / count:
+            smooth = s**3 * (10 - 15 * s + 6 * s**2)
+            up = lift * 64 * (s * (1 - s)) ** 3
+            rows.append([foot + np.array([step * smooth, 0.0, up]) * (k in moving) for k, foot in enumerate(feet)])
+            standing.append([k not in moving for k in range(len(feet))])
+        for k in moving:
+            feet[k] = feet[k] + [step, 0.0, 0.0]
+        hold(both)
+    hold(stand)
+    return Gait(np.array(rows), np.array(standing))
+
+
+def biped(**shape):
+    return walk([(0, 0.1, 0), (0, -0.1, 0)], [(0,), (1,)] * 4, **shape)
+
+
+def quadruped(swings, **shape):
+    return walk([(0.2, 0.1, 0), (0.2, -0.1, 0), (-0.2, 0.1, 0), (-0.2, -0.1, 0)], swings, **shape)
+
+
+TROT = [(0, 3), (1, 2)] * 4
+CRAWL = [(0,), (3,), (1,), (2,)] * 2
+
+
+def whole(log):
+    return (slice(0, len(log.time)),)
+
+
+def standing_of(found: SupportPhases, feet, samples):
+    standing = np.zeros((samples, len(feet)), dtype=bool)
+    for phase in found.phases:
+        standing[phase.start : phase.stop] = [foot in phase.feet for foot in feet]
+    return standing
+
+
+def late(found, truth):
+    """Return by how many seconds found and true touch-downs and lift-offs differ at most, in any foot."""
+    worst = 0
+    for k in range(truth.shape[1]):
+        ours, theirs = (np.flatnonzero(np.diff(stands[:, k].astype(int))) for stands in (found, truth))
+        assert len(ours) == len(theirs), f"{len(ours)} events found, {len(theirs)} there"
+        worst = max(worst, int(np.abs(ours - theirs).max(initial=0)))
+    return worst / RATE
+
+
+class TestFlags:
+    def test_biped_walk(self):
+        gait = biped()
+        log = gait.log(BIPED, contact=gait.standing)
+        found = find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+        assert found.source == "flags"
+        assert [phase.kind for phase in found.phases] == ["double", *(["single", "double"] * 8)]
+        assert [phase.feet for phase in found.phases[1::4]] == [("right_foot",)] * 4
+        assert [phase.feet for phase in found.phases[3::4]] == [("left_foot",)] * 4
+        np.testing.assert_array_equal(standing_of(found, BIPED, len(log.time)), gait.standing)
+
+    def test_trimming(self):
+        gait = biped()
+        log = gait.log(BIPED, contact=gait.standing)
+        for phase in find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases:
+            if phase.kind == "single":
+                assert (phase.first, phase.last) == (phase.start + 20, phase.stop - 10)  # 0.10 s and 0.05 s at 200 Hz
+            else:
+                assert (phase.first, phase.last) == (phase.start, phase.stop)
+
+    def test_a_log_that_begins_in_a_swing_is_trimmed_only_where_feet_land_or_lift(self):
+        gait = biped(stand=0.0)
+        log = gait.log(BIPED, contact=gait.standing).take(slice(30, 280))  # from within a swing into another
+        phases = find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases
+        assert (phases[0].first, phases[0].last) == (0, phases[0].stop - 10)
+        assert (phases[-1].first, phases[-1].last) == (phases[-1].start + 20, 250)
+
+    def test_short_phases_keep_their_place_but_nothing_else(self):
+        flags = np.ones((1000, 2), dtype=bool)
+        flags[100:106, 0] = False  # 0.03 s
+        flags[300:326, 0] = False  # 0.13 s, less than what is trimmed
+        flags[500:600, 0] = False
+        log = Gait(np.zeros((1000, 2, 3)), flags).log(BIPED, contact=flags)
+        found = find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+        singles = [phase for phase in found.phases if phase.kind == "single"]
+        assert [phase.last - phase.first for phase in singles] == [0, 0, 70]
+        assert "2 of 7 support phases are too short" in found.notes[0]
+        untrimmed = SupportSettings(trim_start=0.0, trim_end=0.0)
+        kept = find_support_phases(log, Walker(BIPED), whole(log), untrimmed).phases
+        assert [phase.last - phase.first for phase in kept if phase.kind == "single"] == [0, 26, 100]
+
+    def test_feet_come_in_the_robots_order(self):
+        gait = biped()
+        swapped = gait.log(BIPED[::-1], contact=gait.standing[:, ::-1])
+        found = find_support_phases(swapped, Walker(BIPED), whole(swapped), AUTO)
+        np.testing.assert_array_equal(standing_of(found, BIPED, len(swapped.time)), gait.standing)
+
+    def test_phases_of_quadrupeds_count_their_feet(self):
+        gait = quadruped([(0, 3), (0,), (0, 1, 2), (0, 1, 2, 3)])
+        log = gait.log(QUADRUPED, contact=gait.standing)
+        phases = find_support_phases(log, Walker(QUADRUPED, "point"), whole(log), AUTO).phases
+        kinds = ["multiple", "double", "multiple", "multiple", "multiple", "single", "multiple", "flight", "multiple"]
+        assert [phase.kind for phase in phases] == kinds
+        trimmed = [phase.first > phase.start for phase in phases]
+        assert trimmed == [False, True, False, True, False, True, False, True, False]  # where some limb swings
+
+
+@given(
+    st.lists(st.tuples(st.integers(1, 80), st.integers(0, 7)), min_size=1, max_size=12),
+    st.lists(st.integers(1, 400), max_size=3),
+)
+@settings(deadline=None, max_examples=60)
+def test_phases_partition_every_segment(pieces, cuts):
+    """Phases follow one another without gap or overlap, and their rows are all alike and unlike their neighbours'."""
+    flags = np.concatenate([np.tile([bool(code & bit) for bit in (1, 2, 4)], (n, 1)) for n, code in pieces])
+    feet = ("a", "b", "c")
+    log = Gait(np.zeros((len(flags), 3, 3)), flags).log(feet, contact=flags)
+    edges = sorted({0, len(flags), *(cut for cut in cuts if cut < len(flags))})
+    segments = tuple(slice(a, b) for a, b in pairwise(edges))
+    if not flags.any():
+        with pytest.raises(LogError, match="no foot ever stands"):
+            find_support_phases(log, Walker(feet), segments, AUTO)
+        return
+    phases = find_support_phases(log, Walker(feet), segments, AUTO).phases
+    assert [phase.start for phase in phases] == [0, *(phase.stop for phase in phases[:-1])]
+    assert phases[-1].stop == len(flags)
+    assert set(edges) <= {0, *(phase.stop for phase in phases)}
+    np.testing.assert_array_equal(standing_of(SupportPhases(phases=phases, source="flags"), feet, len(flags)), flags)
+    assert all(phase.start <= phase.first <= phase.last <= phase.stop for phase in phases)
+
+
+def test_gaps_between_segments_belong_to_no_phase():
+    gait = biped()
+    log = gait.log(BIPED, contact=gait.standing)
+    segments = (slice(0, 250), slice(300, 700))
+    phases = find_support_phases(log, Walker(BIPED), segments, AUTO).phases
+    rows = np.concatenate([np.arange(phase.start, phase.stop) for phase in phases])
+    np.testing.assert_array_equal(rows, np.r_[0:250, 300:700])
+
+
+def test_trimming_goes_by_the_clock():
+    """A log with dense and sparse samples loses the same time."""
+    gait = biped()
+    log = gait.log(BIPED, contact=gait.standing)
+    stretched = replace(log, time=np.cumsum(np.where(np.arange(len(log.time)) < 400, 0.005, 0.01)))
+    for phase in find_support_phases(stretched, Walker(BIPED), whole(log), AUTO).phases:
+        if phase.kind == "single":
+            assert stretched.time[phase.first] - stretched.time[phase.start] == pytest.approx(0.10, abs=0.006)
+
+
+def test_a_fixed_base_is_one_phase_a_segment():
+    gait = biped()
+    log = gait.log(BIPED)
+    found = find_support_phases(log, Walker((), base="fixed"), (slice(0, 100), slice(120, 400)), AUTO)
+    assert (found.source, found.notes) == ("fixed", ())
+    assert [(p.start, p.stop, p.first, p.last, p.feet, p.kind) for p in found.phases] == [
+        (0, 100, 0, 100, ("base",), "fixed"),
+        (120, 400, 120, 400, ("base",), "fixed"),
+    ]
+
+
+class TestForces:
+    def found(self, gait, wrench, feet=BIPED, choice=AUTO, robot=None):
+        log = gait.log(feet, foot_wrench=wrench)
+        return find_support_phases(log, robot or Walker(feet), whole(log), choice)
+
+    def test_the_same_phases_as_by_flags(self):
+        gait = biped()
+        found = self.found(gait, gait.wrench())
+        assert found.source == "forces"
+        np.testing.assert_array_equal(standing_of(found, BIPED, len(gait.time)), gait.standing)
+
+    def test_noise_near_the_threshold_makes_no_phases(self):
+        """A foot that carries a tenth of the weight, with noise of 1 %, stays as it was."""
+        gait = biped()
+        wrench = gait.wrench(noise=0.01 * WEIGHT)
+        resting = np.flatnonzero(gait.standing.all(axis=1))[-150:]
+        wrench[resting, 0, 2] -= 0.4 * WEIGHT
+        wrench[resting, 1, 2] += 0.4 * WEIGHT
+        found = self.found(gait, wrench)
+        np.testing.assert_array_equal(standing_of(found, BIPED, len(gait.time)), gait.standing)
+        single_threshold = SupportSettings(force_on=0.1, force_off=0.1)
+        assert len(self.found(gait, wrench, choice=single_threshold).phases) > 2 * len(found.phases)
+
+    def test_left_and_right_are_alike(self):
+        gait = biped()
+        mirrored = Gait(gait.points[:, ::-1] * [1, -1, 1], gait.standing[:, ::-1])
+        ours, theirs = self.found(gait, gait.wrench(2.0)), self.found(mirrored, mirrored.wrench(2.0))
+        swap = {"left_foot": "right_foot", "right_foot": "left_foot"}
+        for one, other in zip(ours.phases, theirs.phases, strict=True):
+            assert (one.start, one.stop) == (other.start, other.stop)
+            assert set(one.feet) == {swap[foot] for foot in other.feet}
+
+    def test_forces_that_push_down_are_refused(self):
+        gait = biped()
+        with pytest.raises(LogError, match=r"walk.csv.*-490.5 N.*set \[log\] foot_wrench = \{scale = -1.0\}"):
+            self.found(gait, -gait.wrench())
+
+    @pytest.mark.parametrize(
+        ("factor", "unit", "scale"),
+        [(1 / 9.81, "kgf", "9.81"), (1e-3, "kN", "1000"), (1e3, "mN", "0.001"), (-1e-3, "kN", "-1000")],
+    )
+    def test_other_units_are_named(self, factor, unit, scale):
+        gait = biped()
+        with pytest.raises(LogError) as caught:
+            self.found(gait, factor * gait.wrench())
+        assert f"look like {unit}" in str(caught.value)
+        assert f"foot_wrench = {{scale = {scale}}}" in str(caught.value)
+
+    @pytest.mark.parametrize("factor", [0.6, 1.4])
+    def test_a_load_that_is_not_the_weight_is_remarked_upon(self, factor):
+        gait = biped()
+        found = self.found(gait, factor * gait.wrench())
+        assert f"median of {factor * WEIGHT:.4g} N, but the model weighs 490.5 N" in found.notes[0]
+
+    @pytest.mark.parametrize("factor", [0.8, 1.2])
+    def test_a_load_that_is_nearly_the_weight_is_not(self, factor):
+        gait = biped()
+        assert self.found(gait, factor * gait.wrench()).notes == ()
+
+    def test_thresholds_the_wrong_way_round_are_refused(self):
+        gait = biped()
+        with pytest.raises(SettingsError, match=r"force_off is 0.3; it must not be above force_on, which is 0.1"):
+            self.found(gait, gait.wrench(), choice=SupportSettings(force_on=0.1, force_off=0.3))
+
+    def test_a_robot_in_the_air_stands_nowhere(self):
+        gait = biped()
+        with pytest.raises(LogError, match=r"no foot ever stands: the largest load .* but standing begins at 73"):
+            self.found(gait, 0.0 * gait.wrench() + np.random.default_rng(0).standard_normal((len(gait.time), 2, 6)))
+
+    def test_point_feet_are_turned_to_the_vertical(self):
+        """The frame of a point foot turns with its shank: here the base's tilt, whose own z axis misses much."""
+        gait = quadruped(TROT)
+        tilt = Rotation.from_rotvec([0.0, 0.9, 0.0])
+        upright = gait.wrench()
+        wrench = upright.copy()
+        log = gait.log(QUADRUPED)
+        base = Rotation.from_quat(log.base_orientation)
+
+        class Shanks(Walker):
+            def foot_pose(self, _, position):
+                return np.broadcast_to(tilt.as_matrix(), (len(position), 3, 3)), np.zeros((len(position), 3))
+
+        for k in range(4):
+            wrench[:, k, :3] = tilt.inv().apply(base.inv().apply(upright[:, k, :3]))
+        found = self.found(gait, wrench, QUADRUPED, robot=Shanks(QUADRUPED, "point"))
+        assert found.notes == ()
+        np.testing.assert_array_equal(standing_of(found, QUADRUPED, len(gait.time)), gait.standing)
+        single_axis = self.found(gait, upright, QUADRUPED, robot=Shanks(QUADRUPED, "point"))
+        assert single_axis.notes == ()
+
+
+class TestKinematics:
+    def found(self, gait, robot, **channels):
+        log = gait.log(robot.feet, **channels)
+        found = find_support_phases(log, robot, whole(log), AUTO)
+        assert found.source == "kinematics"
+        return found, standing_of(found, robot.feet, len(log.time))
+
+    @pytest.mark.parametrize("imu", [True, False])
+    @pytest.mark.parametrize("shape", [{}, {"lift": 0.03, "step": 0.15}, {"lift": 0.10, "swing": 1.0}, {"both": 0.05}])
+    def test_biped_walk(self, imu, shape):
+        gait = biped(**shape)
+        found, standing = self.found(gait, Walker(BIPED), imu=imu)
+        assert late(standing, gait.standing) < 0.07  # less than what is trimmed
+        assert "neither contact flags nor foot forces" in found.notes[0]
+
+    def test_biped_without_double_support(self):
+        gait = biped(both=0.0)
+        _, standing = self.found(gait, Walker(BIPED))
+        assert late(standing, gait.standing) < 0.08
+        assert standing.any(axis=1).all()
+
+    @pytest.mark.parametrize("imu", [True, False])
+    def test_turning_is_not_taken_for_stepping(self, imu):
+        gait = biped()
+        _, standing = self.found(gait, Walker(BIPED), imu=imu, turning=0.3)
+        assert late(standing, gait.standing) < 0.07
+
+    @pytest.mark.parametrize("swings", [TROT, CRAWL], ids=["trot", "crawl"])
+    @pytest.mark.parametrize("both", [0.0, 0.1])
+    def test_quadruped(self, swings, both):
+        gait = quadruped(swings, swing=0.4, both=both)
+        _, standing = self.found(gait, Walker(QUADRUPED, "point"))
+        assert late(standing, gait.standing) < 0.07
+
+    def test_standing_still_is_one_phase(self):
+        gait = biped(step=0.0, lift=0.0)
+        found, _ = self.found(gait, Walker(BIPED))
+        assert [phase.feet for phase in found.phases] == [BIPED]
+
+    def test_encoder_noise_makes_no_phases(self):
+        gait = biped()
+        noisy = Gait(gait.points + 1e-4 * np.random.default_rng(0).standard_normal(gait.points.shape), gait.standing)
+        _, standing = self.found(noisy, Walker(BIPED))
+        assert late(standing, gait.standing) < 0.08
+
+    def test_uneven_ground(self):
+        gait = biped()
+        uneven = gait.points + np.array([[0.0, 0.0, 0.003], [0.0, 0.0, 0.0]])
+        _, standing = self.found(Gait(uneven, gait.standing), Walker(BIPED))
+        assert late(standing, gait.standing) < 0.07
+
+    def test_left_and_right_are_alike(self):
+        gait = biped()
+        mirrored = Gait(gait.points[:, ::-1] * [1, -1, 1], gait.standing[:, ::-1])
+        _, ours = self.found(gait, Walker(BIPED), imu=False)
+        _, theirs = self.found(mirrored, Walker(BIPED), imu=False)
+        assert late(ours, theirs[:, ::-1]) <= 0.01
+
+    def test_reversed_time_gives_reversed_phases(self):
+        gait = quadruped(TROT)
+        _, forward = self.found(gait, Walker(QUADRUPED, "point"))
+        _, back = self.found(Gait(gait.points[::-1], gait.standing[::-1]), Walker(QUADRUPED, "point"))
+        assert late(back[::-1], forward) <= 0.02
+
+    def test_point_feet_need_to_know_what_is_level(self):
+        log = quadruped(TROT).log(QUADRUPED, imu=False)
+        with pytest.raises(LogError, match=r"such as 'FL' stand; expected a channel contact, foot_wrench or base"):
+            find_support_phases(log, Walker(QUADRUPED, "point"), whole(log), AUTO)
+
+
+class TestFall:
+    def fallen(self, at, gait):
+        log = gait.log(BIPED, contact=gait.standing)
+        turn = np.where(np.arange(len(log.time)) < at, 0.0, 1.4)
+        return replace(log, base_orientation=Rotation.from_rotvec(turn[:, None] * [0.0, 1.0, 0.0]).as_quat())
+
+    def test_phases_from_the_fall_on_are_left_out(self):
+        gait = biped()
+        log = self.fallen(600, gait)
+        found = find_support_phases(log, Walker(BIPED), (slice(0, 500), slice(510, len(log.time))), AUTO)
+        upright = find_support_phases(gait.log(BIPED, contact=gait.standing), Walker(BIPED), whole(log), AUTO)
+        assert found.phases[-1].stop == max(phase.stop for phase in upright.phases if phase.stop < 600)
+        assert "falls" in found.notes[0]
+        assert "60 deg from 3.00 s" in found.notes[0]
+
+    def test_a_robot_that_lies_from_the_start_is_refused(self):
+        log = self.fallen(0, biped())
+        with pytest.raises(LogError, match=r"tilts the base by 80 deg at the start.*wxyz"):
+            find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+
+    def test_nothing_left_before_the_fall(self):
+        log = self.fallen(100, biped())
+        with pytest.raises(LogError, match=r"no foot ever stands before the robot falls at 0.50 s"):
+            find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+
+
+class TestRefused:
+    def test_unknown_foot(self):
+        gait = biped()
+        log = gait.log(("left_foot", "foot_r"), contact=gait.standing)
+        with pytest.raises(LogError, match=r"foot 'foot_r' is not one of .* left_foot, right_foot; .*\"right_foot\""):
+            find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+
+    def test_missing_foot(self):
+        gait = biped()
+        log = gait.log(BIPED, contact=gait.standing)
+        with pytest.raises(LogError, match=r"contact 'hand' is not among the log's feet, which are left_foot, "):
+            find_support_phases(log, Walker((*BIPED, "hand")), whole(log), AUTO)
+
+    @pytest.mark.parametrize(("source", "channel"), [("flags", "contact"), ("forces", "foot_wrench")])
+    def test_missing_channel(self, source, channel):
+        log = biped().log(BIPED)
+        with pytest.raises(LogError, match=f"source is '{source}', but the log has no channel {channel}"):
+            find_support_phases(log, Walker(BIPED), whole(log), SupportSettings(source=source))
+
+    def test_flags_that_never_stand(self):
+        gait = biped()
+        log = gait.log(BIPED, contact=np.zeros_like(gait.standing))
+        with pytest.raises(LogError, match="all contact flags of left_foot, right_foot are false"):
+            find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+
+    def test_floating_base_without_contacts(self):
+        log = biped().log(BIPED)
+        with pytest.raises(RobotFileError, match=r"robot.toml: .* add \[contacts.<foot>\]"):
+            find_support_phases(log, Walker(()), whole(log), AUTO)
+
+    def test_no_segments(self):
+        log = biped().log(BIPED)
+        with pytest.raises(LogError, match="no stretch of evenly sampled rows"):
+            find_support_phases(log, Walker(BIPED), (slice(3, 3),), AUTO)
+
+
+@given(st.lists(st.floats(-1, 2), min_size=1, max_size=60))
+@settings(deadline=None, max_examples=80)
+def test_a_switch_is_the_sample_by_sample_one(values):
+    expected, state = [], values[0] > 0.5
+    for value in values:
+        state = True if value > 0.7 else False if value < 0.3 else state
+        expected.append(state)
+    np.testing.assert_array_equal(switch(np.array(values)[:, None], 0.7, 0.3)[:, 0], expected)
