@@ -20,7 +20,7 @@ def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:
     Where the kinetic part vanishes, S has its bound and Fc is what keeps the breakaway level.
     """
     coulomb = max(kinetic, excess / MAX_GAIN, 0.0)
-    return coulomb, max(excess, 0.0) / coulomb if coulomb > 0 else 0.0
+    return coulomb, min(max(excess, 0.0) / coulomb, MAX_GAIN) if coulomb > 0 else 0.0
 
 
 class Stribeck(FrictionLaw):

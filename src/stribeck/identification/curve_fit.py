@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
 
 from stribeck.friction import FrictionLaw, Parameter
 from stribeck.identification.covariance import block_covariance, intervals_95
@@ -105,6 +106,14 @@ def fit_law(samples: Samples, law: FrictionLaw, settings: Settings) -> dict[str,
 
 def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
     """Fit one joint: many starts and a few descents on a subset, the best one finished on all samples."""
+    # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
+    with threadpool_limits(limits=1, user_api="blas"):
+        best, bend, starts = _minimise(problem, loss)
+        return _describe(problem, best, loss, bend, starts)
+
+
+def _minimise(problem: FitProblem, loss: Loss) -> tuple[_Descent, float, int]:
+    """Return the best minimum, the residual at which the loss bends [N m], 0 if never, and the number of starts."""
     step = -(-len(problem.velocity) // SUBSET)
     subset = problem.take(slice(None, None, step))
     starts = grid_starts(subset)
@@ -115,8 +124,7 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
         for _ in range(2):
             bend = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
             best = _descend(subset, best.values, loss, bend, ROUGH)
-    best = _descend(problem, best.values, loss, bend)
-    return _describe(problem, best, loss, bend, len(starts))
+    return _descend(problem, best.values, loss, bend), bend, len(starts)
 
 
 @dataclass(frozen=True, eq=False)
