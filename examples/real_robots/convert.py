@@ -1,0 +1,138 @@
+"""Turns the published data of real robots into logs, models and robot files that stribeck reads.
+
+`python examples/real_robots/convert.py DATA_FOLDER OUT_FOLDER` writes OUT_FOLDER/<robot>/: robot.toml, the model, and
+the logs. Only what a robot file cannot say is done here: gears, a torque that was never recorded, faults of a model.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from importlib.metadata import distribution
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+HERE = Path(__file__).parent
+FEEDBACK_STIFFNESS, FEEDBACK_DAMPING = 20.0, 1.5
+"""Gains of the Go2's joint controllers while it was recorded [N m/rad], [N m s/rad]."""
+
+_PAIRS = ("hip_roll", "hip_yaw", "hip_pitch", "knee", "knee_joint", "ankle_joint")
+CASSIE_STATE = (
+    *("qw", "qx", "qy", "qz", "x", "y", "z"),
+    *(f"{joint}_{side}" for joint in _PAIRS for side in ("left", "right")),
+    *(f"{joint}_{side}" for side in ("left", "right") for joint in ("ankle_spring_joint", "toe")),
+)
+"""The positions of a Cassie log, column by column; velocities follow."""
+CASSIE_MOTORS = tuple(
+    f"{joint}_{side}" for joint in ("hip_roll", "hip_yaw", "hip_pitch", "knee", "toe") for side in ("left", "right")
+)
+"""The torques of a Cassie log, column by column."""
+
+
+def tx40(data: Path, out: Path) -> None:
+    """Staubli TX40: motor side to joint side; motor 6 turns with joint 5 as well, and so drives both."""
+    shutil.copyfile(data / "tx40_mdh_modified.urdf", out / "tx40.urdf")
+    raw = np.load(data / "tx40_motor_side.npz")
+    gear = np.diag([32.0, 32.0, 45.0, -48.0, 45.0, 32.0])
+    gear[5, 4] = 32.0  # motor angles = gear @ joint angles, so that joint torques = gear.T @ motor torques
+    zero = np.array([0.0, -np.pi / 2, np.pi / 2, 0.0, 0.0, 0.0])
+    np.savez(
+        out / "log.npz",
+        time=np.arange(len(raw["motor_pos"])) / float(raw["fs"]),
+        joint_names=[f"joint_{number}" for number in range(1, 7)],
+        position=np.linalg.solve(gear, raw["motor_pos"].T).T + zero,
+        torque=raw["motor_torque"] @ gear,
+    )
+
+
+def kinova_gen3(data: Path, out: Path) -> None:
+    """Kinova Gen3: a file a channel, without headers, to an array a channel."""
+    shutil.copyfile(data / "kinova.urdf", out / "kinova.urdf")
+    files = {"time": "t", "position": "q", "velocity": "q_d", "acceleration": "q_dd", "torque": "tau"}
+    for number in range(1, 6):
+        channels = {channel: np.loadtxt(data / f"{file}_downsampled_{number}.csv") for channel, file in files.items()}
+        np.savez(out / f"log_{number}.npz", joint_names=[f"joint_{joint}" for joint in range(1, 8)], **channels)
+
+
+def go2(data: Path, out: Path) -> None:
+    """Unitree Go2: the torque that its joint controllers commanded, from the position and the desired position."""
+    shutil.copyfile(data / "go2.xml", out / "go2.xml")
+    raw = {name: array.astype(float) for name, array in np.load(data / "go2_traj_0.npz").items()}
+    velocity = np.gradient(raw["dof_pos"], raw["time"], axis=0)
+    np.savez(
+        out / "log.npz",
+        time=raw["time"],
+        joint_names=[f"{leg}_{joint}_joint" for leg in ("FL", "FR", "RL", "RR") for joint in ("hip", "thigh", "calf")],
+        position=raw["dof_pos"],
+        torque=FEEDBACK_STIFFNESS * (raw["des_dof_pos"] - raw["dof_pos"]) - FEEDBACK_DAMPING * velocity,
+    )
+
+
+def double_pendulum(data: Path, out: Path) -> None:
+    """Double pendulum: the logs as they are; in the model two faults are mended.
+
+    Its base is fixed to a link 'world' that it does not declare, and the inertias of its links are those about the
+    joints, where a URDF wants those about the centre of mass (smaller by m r^2).
+    """
+    for number, path in enumerate(sorted(data.glob("*_trajectory.npz")), start=1):
+        shutil.copyfile(path, out / f"log_{number}.npz")
+    model = ElementTree.parse(data / "design_C.1_model_1.0_acrobot.urdf")
+    root = model.getroot()
+    root.append(ElementTree.Element("link", name="world"))
+    for link in ("Link1", "Link2"):
+        inertial = root.find(f"link[@name='{link}']/inertial")
+        mass = float(inertial.find("mass").get("value"))
+        radius = float(inertial.find("origin").get("xyz").split()[2])
+        inertia = inertial.find("inertia")
+        for axis in ("ixx", "iyy", "izz"):
+            inertia.set(axis, str(float(inertia.get(axis)) - mass * radius**2))
+    model.write(out / "double-pendulum.urdf")
+
+
+def cassie_landings(data: Path, out: Path) -> None:
+    """Cassie: columns by name; only ten of the sixteen joints have a motor, the others get no torque."""
+    files = distribution("example-robot-data").files or []
+    model = next(file for file in files if file.name == "cassie_v2.sdf")
+    shutil.copyfile(str(model.locate()), out / "cassie.sdf")
+    joints = CASSIE_STATE[7:]
+    torque_columns = [joints.index(name) for name in CASSIE_MOTORS]
+    for number in range(29):
+        state, motor_torque = np.load(data / f"x_{number:02d}.npy"), np.load(data / f"u_{number:02d}.npy")
+        torque = np.zeros((len(state), len(joints)))
+        torque[:, torque_columns] = motor_torque
+        np.savez(
+            out / f"log_{number:02d}.npz",
+            time=np.load(data / f"t_{number:02d}.npy"),
+            joint_names=joints,
+            position=state[:, 7 : len(CASSIE_STATE)],
+            base_orientation=state[:, :4],
+            torque=torque,
+        )
+
+
+CONVERTERS: dict[str, Callable[[Path, Path], None]] = {
+    "tx40": tx40,
+    "kinova-gen3": kinova_gen3,
+    "go2": go2,
+    "double-pendulum": double_pendulum,
+    "cassie-landings": cassie_landings,
+}
+
+
+def convert(robot: str, data: Path, out: Path) -> Path:
+    """Write the robot file, model and logs of one robot below `out`, and return their folder."""
+    folder = out / robot
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(HERE / robot / "robot.toml", folder / "robot.toml")
+    CONVERTERS[robot](data / robot, folder)
+    return folder
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: python convert.py DATA_FOLDER OUT_FOLDER")
+    for name in CONVERTERS:
+        print(convert(name, Path(sys.argv[1]), Path(sys.argv[2])))

@@ -1,0 +1,186 @@
+"""Identifies the joint friction of real robots from their published logs, and prints it beside the published figures.
+
+`python examples/real_robots/run.py DATA_FOLDER` prints the tables of docs/real-robots.md.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from convert import convert
+
+from stribeck.pipeline import identify
+from stribeck.result import Result
+from stribeck.robot import Robot
+
+Published = Mapping[str, Sequence[float]]
+"""Parameters by name, a value a joint."""
+
+TX40: Published = {  # TX40_config.yaml: fs, fv, Ia of joints 1 to 6
+    "coulomb": (7.14, 8.26, 6.34, 2.48, 3.03, 0.282),
+    "viscous": (8.05, 5.53, 1.97, 1.11, 1.86, 0.65),
+    "armature": (0.362, 0.362, 0.0988, 0.0313, 0.0468, 0.0105),
+}
+DOUBLE_PENDULUM: Published = {  # design_C.1_model_1.0.yml: cf, b, and gr^2 Ir
+    "coulomb": (0.16, 0.12),
+    "viscous": (0.001, 0.001),
+    "armature": (36 * 6.2872e-5, 36 * 6.2872e-5),
+    "offset": (0.0, 0.0),
+}
+PARAMETERS = ("coulomb", "viscous", "armature", "offset")
+AS_PUBLISHED = {"rest": 0.0, "holdout": 10_000, "fit_armature": True}
+"""How the Kinova's figures were found: from every sample, those at rest too, and with the rotor inertia."""
+
+
+def kinova_published(data: Path) -> Published:
+    """Return the published friction of the Kinova's seven joints."""
+    values = np.loadtxt(data / "kinova-gen3" / "friction_parameters_solution_5.csv").reshape(4, 7)
+    return {name: row.tolist() for name, row in zip(PARAMETERS, values, strict=True)}
+
+
+def found(result: Result, name: str) -> list[float]:
+    """Return a parameter of every joint: NaN where the log does not show it, 0 where it is no part of the fit."""
+    return [
+        joint.parameters[name].value if name in joint.parameters else 0.0 if joint.parameters else np.nan
+        for joint in result.joints.values()
+    ]
+
+
+def unexplained(log: Path, robot: Robot, parameters: Published) -> list[float]:
+    """Return the rms torque [N m] of every joint that parameters leave unexplained in a log's moving samples."""
+    settings = robot.settings.model_copy(update={"fit_armature": False})  # leaves the rotors' torque in the samples
+    samples = identify(log, robot, settings).evidence.samples
+    speed = np.abs(samples.velocity)
+    predicted = parameters["coulomb"] * np.sign(samples.velocity) + parameters["viscous"] * samples.velocity
+    predicted += parameters["armature"] * samples.acceleration + parameters["offset"]
+    moving = speed > robot.settings.rest * np.percentile(speed, 99, axis=0)
+    squares = np.where(moving, (samples.friction_torque - predicted) ** 2, 0.0)
+    return np.sqrt(squares.sum(axis=0) / moving.sum(axis=0)).tolist()
+
+
+def unseen(logs: Sequence[Path], robot: Robot, published: Published) -> tuple[list[float], list[float]]:
+    """Return the rms torque [N m] left in each log by the fit to the other logs, and by the published figures."""
+    ours, theirs = [], []
+    for log in logs:
+        others = identify([other for other in logs if other != log], robot)
+        ours.append(unexplained(log, robot, {name: found(others, name) for name in PARAMETERS}))
+        theirs.append(unexplained(log, robot, published))
+    together = [np.sqrt(np.mean(np.square(rms), axis=0)).tolist() for rms in (ours, theirs)]
+    return together[0], together[1]
+
+
+def table(columns: Mapping[str, Sequence[str]]) -> str:
+    """Return a Markdown table from its columns, the first of them text."""
+    lines = [list(columns), ["---", *["---:"] * (len(columns) - 1)], *zip(*columns.values(), strict=True)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def numbers(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Return numbers as text, a dash for NaN."""
+    return ["–" if np.isnan(value) else f"{value:.{digits}f}" for value in values]
+
+
+def estimates(result: Result, name: str, digits: int = 3) -> list[str]:
+    """Return a parameter of every joint with its standard error, a dash where the log does not show it."""
+    pairs = [joint.parameters.get(name) for joint in result.joints.values()]
+    return [f"{pair.value:.{digits}f} ± {pair.standard_error:.{digits}f}" if pair else "–" for pair in pairs]
+
+
+def tx40(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - the figures stand above
+    """Return found and published figures of every joint, and by how much they differ."""
+    result = identify(logs, robot)
+    columns = {"joint": list(result.joints)}
+    for title, name, digits in (
+        ("Coulomb [N m]", "coulomb", 2),
+        ("viscous [N m s/rad]", "viscous", 2),
+        ("rotor inertia [kg m²]", "armature", 3),
+    ):
+        differences = 100 * (np.array(found(result, name)) / TX40[name] - 1)
+        columns[title] = estimates(result, name, digits)
+        columns[f"{title.split(' [')[0]}, published"] = [f"{value:g}" for value in TX40[name]]
+        columns[f"{title.split(' [')[0]}, difference"] = [f"{difference:+.1f} %" for difference in differences]
+    return table(columns)
+
+
+def kinova(logs: Sequence[Path], robot: Robot, data: Path) -> str:
+    """Return found and published figures, those found in the published way, and residuals on unseen logs."""
+    result, published = identify(logs, robot), kinova_published(data)
+    their_way = identify(logs[-1], robot, robot.settings.model_copy(update=AS_PUBLISHED))
+    ours, theirs = unseen(logs, robot, published)
+    return table(
+        {
+            "joint": list(result.joints),
+            "Coulomb [N m]": estimates(result, "coulomb"),
+            "log 5, their way": numbers(found(their_way, "coulomb")),
+            "Coulomb, published": numbers(published["coulomb"]),
+            "viscous [N m s/rad]": estimates(result, "viscous"),
+            "log 5, their way ": numbers(found(their_way, "viscous")),
+            "viscous, published": numbers(published["viscous"]),
+            "rms, unseen logs [N m]": numbers(ours),
+            "rms, published figures": numbers(theirs),
+        }
+    )
+
+
+def go2(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - nothing is published
+    """Return Coulomb friction, viscous friction, rotor inertia and held-out residual of every joint."""
+    result = identify(logs, robot)
+    validations = [joint.validation for joint in result.joints.values()]
+    return table(
+        {
+            "joint": list(result.joints),
+            "Coulomb [N m]": estimates(result, "coulomb"),
+            "viscous [N m s/rad]": estimates(result, "viscous"),
+            "rotor inertia [kg m²]": estimates(result, "armature", 4),
+            "held-out rms [N m]": numbers([part.rms if part else np.nan for part in validations]),
+            "without friction": numbers([part.rms_zero_friction if part else np.nan for part in validations]),
+        }
+    )
+
+
+def double_pendulum(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - the figures stand above
+    """Return found and published figures, those of each log alone, and residuals on the other log."""
+    result = identify(logs, robot)
+    ours, theirs = unseen(logs, robot, DOUBLE_PENDULUM)
+    return table(
+        {
+            "joint": list(result.joints),
+            "Coulomb [N m]": estimates(result, "coulomb"),
+            "log 1 alone": numbers(found(identify(logs[0], robot), "coulomb")),
+            "log 2 alone": numbers(found(identify(logs[1], robot), "coulomb")),
+            "Coulomb, published": numbers(DOUBLE_PENDULUM["coulomb"]),
+            "viscous [N m s/rad]": estimates(result, "viscous"),
+            "viscous, published": numbers(DOUBLE_PENDULUM["viscous"]),
+            "rotor inertia [kg m²]": estimates(result, "armature", 4),
+            "rotor inertia, published": numbers(DOUBLE_PENDULUM["armature"], 4),
+            "rms, unseen log [N m]": numbers(ours),
+            "rms, published figures": numbers(theirs),
+        }
+    )
+
+
+SECTIONS: dict[str, Callable[[Sequence[Path], Robot, Path], str]] = {
+    "tx40": tx40,
+    "kinova-gen3": kinova,
+    "go2": go2,
+    "double-pendulum": double_pendulum,
+}
+
+
+def main(data: Path) -> None:
+    """Print a table a robot."""
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, section in SECTIONS.items():
+            folder = convert(name, data, Path(scratch))
+            robot = Robot.from_file(folder / "robot.toml")
+            print(f"### {robot.name}\n\n{section(sorted(folder.glob('log*.npz')), robot, data)}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python run.py DATA_FOLDER")
+    main(Path(sys.argv[1]))

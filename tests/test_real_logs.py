@@ -1,0 +1,135 @@
+"""Logs of real robots, recorded and published by others; they are not part of this repository."""
+
+import os
+import runpy
+import shutil
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from stribeck.errors import NothingIdentifiedError, RobotFileError
+from stribeck.pipeline import identify
+from stribeck.readers import read_log
+from stribeck.robot import Robot
+from stribeck.sampling import regularise
+
+ROOT = Path(__file__).parents[1]
+DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))
+
+pytestmark = pytest.mark.skipif(
+    not DATA.is_dir(), reason="the published logs of real robots are not here: set STRIBECK_REAL_LOGS to their folder"
+)
+
+
+@pytest.fixture(scope="module")
+def converted(tmp_path_factory):
+    """Return a function from a robot's name to its folder of robot file, model and logs."""
+    convert = runpy.run_path(str(ROOT / "examples" / "real_robots" / "convert.py"))["convert"]
+    return cache(lambda name: convert(name, DATA, tmp_path_factory.getbasetemp() / "real-robots"))
+
+
+def opened(folder):
+    return sorted(folder.glob("log*.npz")), Robot.from_file(folder / "robot.toml")
+
+
+def values(result, name):
+    return np.array([joint.parameters[name].value for joint in result.joints.values()])
+
+
+def test_tx40_friction_is_the_published_one(converted):
+    result = identify(*opened(converted("tx40")))
+    published = {"coulomb": [7.14, 8.26, 6.34, 2.48], "viscous": [8.05, 5.53, 1.97, 1.11]}  # TX40_config.yaml
+    for name, figures in published.items():
+        np.testing.assert_allclose(values(result, name)[:4], figures, rtol=0.05, err_msg=name)
+        for joint, figure in zip(list(result.joints.values())[:4], figures, strict=True):
+            assert joint.parameters[name].verdict == "identified"
+            assert joint.parameters[name].interval_95[0] < figure < joint.parameters[name].interval_95[1]
+
+
+def test_a_fifth_of_standstill_spoils_a_law_that_jumps_there(converted):
+    """The TX40 stands still for the last 1.6 s of 9: any torque up to Coulomb friction holds it."""
+    logs, robot = opened(converted("tx40"))
+    spoilt = values(identify(logs, robot, robot.settings.model_copy(update={"rest": 0.0})), "coulomb")
+    assert np.all(spoilt[:4] < 0.9 * np.array([7.14, 8.26, 6.34, 2.48]))
+
+
+def test_tx40_joints_that_share_a_motor_are_not_told_apart(converted):
+    """Motor 6 resists v5 + v6: a law of one joint cannot say so, and validation shows what is left."""
+    joints = identify(*opened(converted("tx40"))).joints
+    share = {name: joint.validation.rms / joint.validation.rms_zero_friction for name, joint in joints.items()}
+    assert max(share[f"joint_{k}"] for k in (1, 2, 3, 4)) < 0.15
+    assert min(share[f"joint_{k}"] for k in (5, 6)) > 0.2
+
+
+def test_kinova_figures_follow_from_log_5_in_the_published_way(converted):
+    """All samples, those at rest too, the log's own velocity and acceleration, the model's inertias."""
+    logs, robot = opened(converted("kinova-gen3"))
+    settings = robot.settings.model_copy(update={"rest": 0.0, "holdout": 10_000, "fit_armature": True})
+    result = identify(logs[4], robot, settings)
+    published = np.loadtxt(DATA / "kinova-gen3" / "friction_parameters_solution_5.csv").reshape(4, 7)
+    found = [(k, joint) for k, joint in enumerate(result.joints.values()) if joint.parameters]
+    assert len(found) >= 4  # the others turn round too seldom in one log
+    for row, (name, tolerance) in enumerate(
+        [("coulomb", 0.02), ("viscous", 0.04), ("armature", 0.01), ("offset", 0.02)]
+    ):
+        for k, joint in found:
+            assert joint.parameters[name].value == pytest.approx(published[row, k], abs=tolerance), (name, k)
+
+
+def test_kinova_five_logs_give_small_friction_and_the_sensors_offsets(converted):
+    result = identify(*opened(converted("kinova-gen3")))
+    coulomb, offset = values(result, "coulomb"), values(result, "offset")
+    assert np.all((coulomb > 0.05) & (coulomb < 0.5))  # the sensors sit behind the gears
+    np.testing.assert_allclose(offset, [-0.69, 2.12, 0.49, -2.47, -0.15, -0.34, 0.40], atol=0.15)
+    for joint in result.joints.values():
+        assert joint.validation.rms < 0.5 * joint.validation.rms_zero_friction
+
+
+def test_go2_friction_and_rotor_inertia_are_of_the_order_that_least_squares_gives(converted):
+    result = identify(*opened(converted("go2")))
+    coulomb, armature = values(result, "coulomb").reshape(4, 3), values(result, "armature")
+    assert np.all((coulomb[:, :2] > 0.95 * 0.15) & (coulomb[:, :2] < 1.05 * 0.28))  # hips and thighs
+    assert np.all((coulomb[:, 2] > 0.95 * 0.58) & (coulomb[:, 2] < 1.05 * 1.26))  # calves
+    assert np.all((armature > 0.95 * 0.013) & (armature < 1.05 * 0.043))
+
+
+def test_double_pendulum_friction_is_of_the_published_order(converted):
+    result = identify(*opened(converted("double-pendulum")))
+    ratio = values(result, "coulomb") / [0.16, 0.12]  # design_C.1_model_1.0.yml
+    assert np.all((ratio > 0.7) & (ratio < 1.7))
+    for joint in result.joints.values():
+        assert joint.validation.rms < 0.7 * joint.validation.rms_zero_friction
+
+
+def test_double_pendulum_model_as_published_is_refused(converted, tmp_path):
+    """Its base is fixed to a link that it does not declare."""
+    shutil.copyfile(converted("double-pendulum") / "robot.toml", tmp_path / "robot.toml")
+    shutil.copyfile(DATA / "double-pendulum" / "design_C.1_model_1.0_acrobot.urdf", tmp_path / "double-pendulum.urdf")
+    with pytest.raises(RobotFileError, match=r"parent link 'world', which the file does not define"):
+        Robot.from_file(tmp_path / "robot.toml")
+
+
+def test_cassie_lands_on_flat_feet(converted):
+    """Base orientation, joint signs, orders and offsets all have to be right for the soles to be level at the end."""
+    logs, robot = opened(converted("cassie-landings"))
+    slopes = []
+    for path in logs:
+        log, _ = regularise(read_log(path, robot), robot.log_table)
+        base = Rotation.from_quat(log.base_orientation[-1]).as_matrix()
+        for foot in robot.contacts:
+            sole = (
+                base @ robot.foot_pose(foot, log.position[-1:])[0][0] @ np.array([0.1337, -0.112, 0.0])
+            )  # toe to heel
+            slopes.append(np.rad2deg(np.arcsin(sole[2] / np.linalg.norm(sole))))
+    assert len(logs) == 29
+    assert np.median(np.abs(slopes)) < 5
+
+
+def test_cassie_landings_identify_nothing(converted):
+    """Fifty milliseconds after an impact are no identification set."""
+    logs, robot = opened(converted("cassie-landings"))
+    with pytest.raises(NothingIdentifiedError, match="usable samples"):
+        identify([logs[k] for k in (10, 12, 24)], robot)
