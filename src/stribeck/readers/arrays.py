@@ -105,7 +105,8 @@ def _load_channel(name: str, parts: Sequence[StoredArray], columns: list[int], p
     if len(rows) > 1:
         raise LogError(f"{path}: the arrays of channel '{name}' have unequal lengths {sorted(rows)}")
     if name == "time":
-        return np.concatenate([block.reshape(len(block), -1) for block in parts[0].blocks()])
+        blocks = [block.reshape(len(block), -1) for block in parts[0].blocks()]
+        return np.concatenate(blocks) if blocks else np.zeros((0, 1))
     result = allocate((rows.pop(), len(columns)))
     first = 0
     for part in parts:

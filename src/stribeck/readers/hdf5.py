@@ -32,6 +32,7 @@ def open_hdf5(path: Path, table: LogTable) -> Source:
 
     def visit(name: str, node: h5py.Dataset | h5py.Group) -> None:
         if isinstance(node, h5py.Dataset) and node.shape is not None:
+            name = name if isinstance(name, str) else repr(name)  # h5py gives bytes for what is not UTF-8
             arrays[name] = StoredArray(node.shape, node.dtype, partial(_blocks, path, name))
 
     with foreign(str(path), "HDF5"), h5py.File(path, "r") as file:

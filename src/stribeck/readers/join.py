@@ -33,8 +33,8 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type sensor_msgs/JointState; found topics "
-            f"{listed([stream.topic for stream in streams] + list(others))}"
+            f"{path}: holds no messages of type sensor_msgs/JointState, and expected is a topic of them; found "
+            f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     parts: dict[str, dict[str, Part]] = {}
     for channel in ("position", "velocity", "torque"):

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.clock import refuse_backward_time
 from stribeck.errors import LogError, SettingsError
 from stribeck.interpolation import bridges, linear, previous, slerp
 from stribeck.log import Array
@@ -156,15 +157,3 @@ def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str)
         raise LogError(f"{path}: lasts {clock[-1] - clock[0]:.6g} s, less than the delays {delays} of [log]")
     text = ", ".join(f"{name} by {1e3 * delay:g} ms" for name, delay in delays.items())
     return slice(int(rows[0]), int(rows[-1]) + 1), [f"Delays taken out by interpolation: {text}."]
-
-
-def refuse_backward_time(time: Array, path: str) -> None:
-    """Raise a LogError if time runs backwards anywhere."""
-    rows = np.flatnonzero(np.isfinite(time))
-    back = np.flatnonzero(np.diff(time[rows]) < 0)
-    if back.size:
-        before, after = rows[back[0]], rows[back[0] + 1]
-        raise LogError(
-            f"{path or 'log'}: time runs backwards in row {after}, from {time[before]:.9g} s to {time[after]:.9g} s; "
-            "expected stamps that rise (split the log there, or sort it)"
-        )

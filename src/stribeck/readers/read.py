@@ -37,6 +37,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
 """Readers by suffix; a rosbag2 is a folder with a metadata.yaml."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` cuts out what comes of it
 def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     """Read a log.
 

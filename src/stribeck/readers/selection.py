@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stribeck.errors import LogError
+from stribeck.readers.feet import foot_columns, places_of, widened
 from stribeck.readers.source import (
     FOOT_CHANNELS,
     JOINT_CHANNELS,
@@ -62,7 +63,7 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     notes: list[str] = []
     labels = {name: _labels(name, channel, source, table, robot, notes) for name, channel in source.channels.items()}
     at = {
-        name: _places([table.joint_names.get(label, label) for label in labels[name]], name, source.path)
+        name: places_of([table.joint_names.get(label, label) for label in labels[name]], name, source.path)
         for name in JOINT_CHANNELS
         if name in labels
     }
@@ -77,9 +78,9 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     for name in VECTOR_CHANNELS:
         if name in labels:
             columns[name] = _vector_columns(name, labels[name], source.path)
-    feet, foot_columns = _foot_columns(labels, source, table, robot, notes)
+    feet, of_feet = foot_columns(labels, source, table, robot, notes)
     notes += _ignored(source, at, joints)
-    return Selection(joints, feet, columns | foot_columns, labels, tuple(notes))
+    return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
 
 def _labels(
@@ -100,16 +101,14 @@ def _labels(
     if channel.labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
         names = channel.labels
     elif agreed:
-        names = _widened(agreed, width)
+        names = widened(agreed, width)
     elif len(own) * width == channel.columns:
-        names = _widened(own, width)
+        names = widened(own, width)
         notes.append(
             f"The columns of '{name}' have no known names: taken in the order of the robot file ({listed(own)})."
         )
     elif robot is None:
-        names = _widened(
-            tuple(f"{'foot' if feet else 'joint'}_{i + 1}" for i in range(channel.columns // width)), width
-        )
+        names = widened(tuple(f"{'foot' if feet else 'joint'}_{i + 1}" for i in range(channel.columns // width)), width)
     else:
         raise LogError(
             f"{source.path}: '{name}' has {channel.columns} columns without names, the robot has {len(own) * width}; "
@@ -121,18 +120,6 @@ def _labels(
             f"({listed(names)}); expected one name a column"
         )
     return names
-
-
-def _widened(names: Sequence[str], width: int) -> tuple[str, ...]:
-    return tuple(names) if width == 1 else tuple(f"{name}.{axis}" for name in names for axis in WRENCH)
-
-
-def _places(names: Sequence[str], channel: str, path: str) -> dict[str, int]:
-    places = {name: place for place, name in enumerate(names)}
-    if len(places) < len(names):
-        twice = sorted({name for name in names if list(names).count(name) > 1})
-        raise LogError(f"{path}: '{channel}' has more than one column for {listed(twice)}; expected one a name")
-    return places
 
 
 def _joint_columns(
@@ -192,53 +179,6 @@ def _vector_columns(channel: str, labels: tuple[str, ...], path: str) -> list[in
     if sorted(labels) == sorted(axes):
         return [labels.index(axis) for axis in axes]
     raise LogError(f"{path}: '{channel}' has columns {listed(labels)}; expected {listed(axes)}")
-
-
-def _foot_columns(
-    labels: dict[str, tuple[str, ...]], source: Source, table: LogTable, robot: Robot | None, notes: list[str]
-) -> tuple[tuple[str, ...], dict[str, list[int]]]:
-    """Return the feet that every foot channel of the log covers, and their columns."""
-    places: dict[str, dict[str, int]] = {}
-    for name in FOOT_CHANNELS:
-        if name in labels:
-            renamed = [_renamed_foot(label, table, tuple(robot.contacts) if robot else ()) for label in labels[name]]
-            places[name] = _places(renamed, name, source.path)
-    if not places:
-        return (), {}
-    found = {
-        name: {foot.rsplit(".", 1)[0] if name == "foot_wrench" else foot: None for foot in feet}
-        for name, feet in places.items()
-    }
-    known = tuple(robot.contacts) if robot else tuple(dict.fromkeys(foot for feet in found.values() for foot in feet))
-    strangers = [foot for foot in dict.fromkeys(f for feet in found.values() for f in feet) if foot not in known]
-    if strangers and robot:
-        notes.append(f"Feet {listed(strangers)} of the log are not contacts of the robot and are ignored.")
-    found = {name: feet for name, feet in found.items() if any(foot in feet for foot in known)}
-    feet = tuple(foot for foot in known if found and all(foot in feet for feet in found.values()))
-    if not feet:
-        return (), {}
-    columns: dict[str, list[int]] = {}
-    for name in found:
-        wanted = _widened(feet, len(WRENCH) if name == "foot_wrench" else 1)
-        absent = [label for label in wanted if label not in places[name]]
-        if absent:
-            raise LogError(f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot")
-        columns[name] = [places[name][label] for label in wanted]
-    return feet, columns
-
-
-def _renamed_foot(label: str, table: LogTable, contacts: Sequence[str]) -> str:
-    """Return the contact's name for the log's: of the foot alone, or of a wrench column `<foot>.<axis>`.
-
-    A topic that no setting names is of the contact whose name it contains, the longest if there are several.
-    """
-    foot, dot, axis = label.rpartition(".")
-    if axis not in WRENCH:
-        foot, dot, axis = label, "", ""
-    name = table.foot_names.get(foot, foot)
-    if name.startswith("/"):
-        name = max((contact for contact in contacts if contact in name), key=len, default=name)
-    return f"{name}{dot}{axis}"
 
 
 def _ignored(source: Source, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:

@@ -85,7 +85,7 @@ def foreign(path: str, what: str) -> Iterator[None]:
     except StribeckError:
         raise
     except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        reason = _one_line(str(error))[:160] or type(error).__name__
         raise LogError(
             f"{path}: cannot be read as {what}; the file is damaged or of another kind ({reason})"
         ) from error
@@ -93,5 +93,10 @@ def foreign(path: str, what: str) -> Iterator[None]:
 
 def listed(names: Sequence[str], most: int = 6) -> str:
     """Return names for a message: quoted, and not more than `most` of them."""
-    shown = ", ".join(f"'{' '.join(name.split())[:80]}'" for name in names[:most])
+    shown = ", ".join(f"'{_one_line(name)[:80]}'" for name in names[:most])
     return (shown + (f" and {len(names) - most} more" if len(names) > most else "")) or "nothing"
+
+
+def _one_line(text: str) -> str:
+    """Return text from a file as one printable line."""
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split()))

@@ -21,11 +21,12 @@ from stribeck.storage import BLOCK_ROWS, allocate
 
 Batches = Callable[[list[str]], Iterator[pa.RecordBatch]]
 CSV_BLOCK = 1 << 23  # bytes parsed at once
+PARQUET_BUFFER = 1 << 18  # bytes read ahead of each column
 SEPARATORS = ",;\t"
 
 
 def open_parquet(path: Path, table: LogTable) -> Source:
-    """Open a Parquet file with columns `time`, `position.<joint>`, ...; it is read row group by row group.
+    """Open a Parquet file with columns `time`, `position.<joint>`, ...; it is read batch by batch.
 
     Raises
     ------
@@ -34,7 +35,11 @@ def open_parquet(path: Path, table: LogTable) -> Source:
     """
 
     def batches(columns: list[str]) -> Iterator[pa.RecordBatch]:
-        with foreign(str(path), "Parquet"), pyarrow.parquet.ParquetFile(path) as file:
+        # Without prefetching and with small buffers, a file that is one row group does not enter memory whole.
+        with (
+            foreign(str(path), "Parquet"),
+            pyarrow.parquet.ParquetFile(path, pre_buffer=False, buffer_size=PARQUET_BUFFER) as file,
+        ):
             yield from file.iter_batches(BLOCK_ROWS, columns=columns)
 
     with foreign(str(path), "Parquet"), pyarrow.parquet.ParquetFile(path) as file:
@@ -64,7 +69,9 @@ def open_csv(path: Path, table: LogTable) -> Source:
         with foreign(str(path), "CSV"):
             yield from pyarrow.csv.open_csv(
                 path,
-                read_options=pyarrow.csv.ReadOptions(column_names=names, skip_rows=1, block_size=CSV_BLOCK),
+                read_options=pyarrow.csv.ReadOptions(  # errors name their row only without threads, which gain nothing
+                    column_names=names, skip_rows=1, block_size=CSV_BLOCK, use_threads=False
+                ),
                 parse_options=pyarrow.csv.ParseOptions(delimiter=separator),
                 convert_options=pyarrow.csv.ConvertOptions(
                     include_columns=columns,
@@ -95,7 +102,7 @@ def _source_of_columns(
 ) -> Source:
     used = {channel: _columns_of(channel, names, table, path) for channel in CHANNELS}
     twice = [name for name, count in Counter(names).items() if count > 1]
-    clash = [name for _, columns in used.values() for name in columns if name in twice]
+    clash = sorted({name for _, columns in used.values() for name in columns if name in twice})
     if clash:
         raise LogError(f"{path}: holds column {listed(clash)} more than once; expected one column a name")
     taken = {name for _, columns in used.values() for name in columns}

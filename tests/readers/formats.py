@@ -1,0 +1,231 @@
+"""A known log, and writers of it in every format that is read."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+from mcap.writer import Writer as McapWriter
+from rosbags import rosbag1, rosbag2
+from rosbags.typesys import Stores, get_typestore
+
+from stribeck.log import RobotLog
+from stribeck.settings import LogTable
+
+JOINTS = ("hip", "knee", "wheel")
+FEET = ("left_foot", "right_foot")
+START = 1_700_000_000_000_000_000  # of recordings by ROS [ns]
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+@dataclass
+class StubRobot:
+    """What a reader knows of a robot."""
+
+    joint_names: tuple = JOINTS
+    position_controlled: tuple = ()
+    contacts: dict = field(default_factory=lambda: dict.fromkeys(FEET))
+    log_table: LogTable = field(default_factory=LogTable)
+    torque_source: str = "link_side_sensor"
+    path: str = "robot.toml"
+
+
+def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
+    """Smooth motion, so that interpolation can be checked; every channel that a log can have."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(samples) / rate
+    phase = rng.uniform(0, 6, len(joints))
+    position = np.sin(3 * time[:, None] + phase)
+    tilt = 0.2 * np.sin(2 * time)
+    zero = np.zeros(samples)
+    return RobotLog(
+        time=time,
+        joint_names=tuple(joints),
+        position=position,
+        torque=5 * np.cos(2 * time[:, None] + phase),
+        velocity=3 * np.cos(3 * time[:, None] + phase),
+        acceleration=-9 * position,
+        base_orientation=np.stack([np.sin(tilt / 2), zero, zero, np.cos(tilt / 2)], axis=1),
+        angular_velocity=rng.normal(size=(samples, 3)),
+        linear_acceleration=rng.normal(size=(samples, 3)),
+        foot_names=FEET,
+        contact=np.stack([np.sin(9 * time) > -0.1, np.sin(9 * time) < 0.1], axis=1),
+        foot_wrench=rng.normal(size=(samples, 2, 6)),
+        temperature=rng.uniform(20, 60, (samples, len(joints))),
+    )
+
+
+def arrays_of(log):
+    names = {"joint_names": np.array(log.joint_names), "foot_names": np.array(log.foot_names)}
+    return {**log.channels(), **names, "torque_source": np.array(log.torque_source)}
+
+
+def columns_of(log):
+    """The log as columns named `<channel>.<label>`."""
+    columns = {"time": log.time}
+    for name in ("position", "velocity", "acceleration", "torque", "temperature"):
+        columns |= {f"{name}.{joint}": getattr(log, name)[:, j] for j, joint in enumerate(log.joint_names)}
+    for name in ("base_orientation", "angular_velocity", "linear_acceleration"):
+        channel = getattr(log, name)
+        columns |= {f"{name}.{'xyzw'[i]}": channel[:, i] for i in range(channel.shape[1])}
+    for f, foot in enumerate(log.foot_names):
+        columns[f"contact.{foot}"] = log.contact[:, f]
+        columns |= {f"foot_wrench.{foot}.{axis}": log.foot_wrench[:, f, i] for i, axis in enumerate(AXES)}
+    return columns
+
+
+def write_npz(folder, log):
+    np.savez(folder / "log.npz", **arrays_of(log))
+    return folder / "log.npz"
+
+
+def write_h5(folder, log):
+    with h5py.File(folder / "log.h5", "w") as file:
+        for name, array in arrays_of(log).items():
+            file[name] = array.astype("S") if array.dtype.kind == "U" else array
+    return folder / "log.h5"
+
+
+def write_csv(folder, log):
+    pyarrow.csv.write_csv(pa.table(columns_of(log)), folder / "log.csv")
+    return folder / "log.csv"
+
+
+def write_parquet(folder, log):
+    pyarrow.parquet.write_table(pa.table(columns_of(log)), folder / "log.parquet", row_group_size=64)
+    return folder / "log.parquet"
+
+
+def messages_of(log, store, ros1=False):
+    """(topic, message type, stamp [ns], message) of a log, as a robot would send them."""
+    types = store.types
+    stamp_type, header_type = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
+    vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    stamps = START + np.round(log.time * 1e9).astype(np.int64)
+
+    def header(stamp):
+        extra = {"seq": 0} if ros1 else {}
+        return header_type(stamp=stamp_type(sec=int(stamp // 10**9), nanosec=int(stamp % 10**9)), frame_id="", **extra)
+
+    for row, stamp in enumerate(stamps):
+        yield (
+            "/joint_states",
+            "sensor_msgs/msg/JointState",
+            stamp,
+            types["sensor_msgs/msg/JointState"](
+                header=header(stamp),
+                name=list(log.joint_names),
+                position=log.position[row],
+                velocity=log.velocity[row],
+                effort=log.torque[row],
+            ),
+        )
+        if log.base_orientation is not None:
+            yield (
+                "/imu",
+                "sensor_msgs/msg/Imu",
+                stamp,
+                types["sensor_msgs/msg/Imu"](
+                    header=header(stamp),
+                    orientation=quaternion(*map(float, log.base_orientation[row])),
+                    orientation_covariance=np.zeros(9),
+                    angular_velocity=vector(*map(float, log.angular_velocity[row])),
+                    angular_velocity_covariance=np.zeros(9),
+                    linear_acceleration=vector(*map(float, log.linear_acceleration[row])),
+                    linear_acceleration_covariance=np.zeros(9),
+                ),
+            )
+        for f, foot in enumerate(log.foot_names):
+            wrench = log.foot_wrench[row, f]
+            yield (
+                f"/sensors/{foot}_ft",
+                "geometry_msgs/msg/WrenchStamped",
+                stamp,
+                types["geometry_msgs/msg/WrenchStamped"](
+                    header=header(stamp),
+                    wrench=types["geometry_msgs/msg/Wrench"](
+                        force=vector(*map(float, wrench[:3])), torque=vector(*map(float, wrench[3:]))
+                    ),
+                ),
+            )
+            flag = types["std_msgs/msg/Bool"](data=bool(log.contact[row, f]))
+            yield f"/contacts/{foot}", "std_msgs/msg/Bool", stamp, flag
+
+
+def write_messages(path, messages, encoding="cdr"):
+    """Write (topic, type, stamp, message) as an MCAP file."""
+    ros1 = encoding == "ros1"
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        channels = {}
+        for topic, kind, stamp, message in messages:
+            if topic not in channels:
+                name = kind.replace("/msg/", "/") if ros1 else kind
+                schema = writer.register_schema(name, "ros1msg" if ros1 else "ros2msg", b"")
+                channels[topic] = writer.register_channel(topic, encoding, schema)
+            writer.add_message(channels[topic], int(stamp), bytes(serialize(message, kind)), int(stamp))
+        writer.finish()
+    return path
+
+
+def write_mcap(folder, log):
+    return write_messages(folder / "log.mcap", messages_of(log, get_typestore(Stores.ROS2_HUMBLE)))
+
+
+def write_mcap_of_ros1(folder, log):
+    messages = messages_of(log, get_typestore(Stores.ROS1_NOETIC), ros1=True)
+    return write_messages(folder / "ros1.mcap", messages, "ros1")
+
+
+def write_rosbag2(folder, log, plugin=rosbag2.StoragePlugin.SQLITE3):
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    path = folder / f"bag_{plugin.name.lower()}"
+    with rosbag2.Writer(path, version=9, storage_plugin=plugin) as writer:
+        connections = {}
+        for topic, kind, stamp, message in messages_of(log, store):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], int(stamp), store.serialize_cdr(message, kind))
+    return path
+
+
+def write_rosbag2_of_mcap(folder, log):
+    return write_rosbag2(folder, log, rosbag2.StoragePlugin.MCAP)
+
+
+def write_bag(folder, log):
+    store = get_typestore(Stores.ROS1_NOETIC)
+    path = folder / "log.bag"
+    with rosbag1.Writer(path) as writer:
+        connections = {}
+        for topic, kind, stamp, message in messages_of(log, store, ros1=True):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], int(stamp), store.serialize_ros1(message, kind))
+    return path
+
+
+WHOLE = {"npz": write_npz, "h5": write_h5, "csv": write_csv, "parquet": write_parquet}
+"""Formats that hold every channel."""
+
+ROS = {
+    "mcap": write_mcap,
+    "mcap of ROS 1": write_mcap_of_ros1,
+    "rosbag2": write_rosbag2,
+    "rosbag2 of mcap": write_rosbag2_of_mcap,
+    "bag": write_bag,
+}
+"""Formats of messages, which have neither acceleration nor temperature."""
+
+WRITERS = WHOLE | ROS
+
+
+def write_arrays(folder: Path, **arrays) -> Path:
+    np.savez(folder / "log.npz", **arrays)
+    return folder / "log.npz"

@@ -1,0 +1,151 @@
+"""Topics of different rates come out on the clock of the joint states."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_typestore
+from tests.readers.formats import JOINTS, StubRobot, messages_of, synthetic_log, write_messages
+
+from stribeck.errors import LogError
+from stribeck.log import RobotLog
+from stribeck.readers import read_log
+from stribeck.settings import LogTable
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+TYPES = STORE.types
+
+
+def messages(log: RobotLog, prefix: str = "", **keep):
+    """Messages of a log whose topics are thinned: `imu=3` keeps every third message of `/imu`."""
+    counts: dict[str, int] = {}
+    for topic, kind, stamp, message in messages_of(log, STORE):
+        word = next((word for word in keep if word in topic), "")
+        counts[topic] = counts.get(topic, -1) + 1
+        if counts[topic] % keep.get(word, 1) == 0:
+            yield prefix + topic, kind, stamp, message
+
+
+def read(folder: Path, sent, robot=None, **table) -> RobotLog:
+    robot = robot or StubRobot()
+    robot.log_table = LogTable.model_validate(table)
+    return read_log(write_messages(folder / "log.mcap", sorted(sent, key=lambda message: message[2])), robot)
+
+
+def test_slower_streams_are_interpolated_and_flags_are_held(tmp_path):
+    log = synthetic_log(101)
+    wrench = log.time[:, None, None] * np.arange(1.0, 13).reshape(1, 2, 6)
+    log = RobotLog(**{**vars(log), "foot_wrench": wrench})
+    result = read(tmp_path, messages(log, imu=5, sensors=10, contacts=10))
+    np.testing.assert_allclose(result.position, log.position, atol=1e-12)
+    np.testing.assert_allclose(result.base_orientation, log.base_orientation, atol=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(result.base_orientation, axis=1), 1)
+    np.testing.assert_allclose(result.foot_wrench, wrench, atol=1e-9)
+    np.testing.assert_array_equal(result.contact, log.contact[np.arange(101) // 10 * 10])
+    assert any("'/imu' is interpolated from 100 Hz" in note for note in result.notes)
+    assert any("held at its last value" in note for note in result.notes)
+
+
+def test_only_the_time_that_all_wanted_topics_cover_is_kept(tmp_path):
+    log = synthetic_log(100)
+    late = [m for m in messages(log) if m[0] != "/imu" or 10 <= (m[2] - 1_700_000_000_000_000_000) / 2e6 <= 89]
+    result = read(tmp_path, late)
+    np.testing.assert_allclose(result.position, log.position[10:90], atol=1e-12)
+    assert any("20 messages outside" in note for note in result.notes)
+
+
+def test_a_topic_that_the_robot_does_not_need_costs_nothing(tmp_path):
+    log = synthetic_log(50)
+    gripper = [
+        ("/gripper/joint_states", *m[1:])
+        for m in messages_of(synthetic_log(5, joints=("finger",)), STORE)
+        if m[0] == "/joint_states"
+    ]
+    result = read(tmp_path, [*messages(log), *gripper])
+    assert len(result.time) == 50
+    assert any("'finger'" in note for note in result.notes)
+
+
+def test_a_pause_of_a_topic_is_not_bridged(tmp_path):
+    log = synthetic_log(100)
+    paused = [m for m in messages(log) if m[0] != "/imu" or not 40 <= (m[2] - 1_700_000_000_000_000_000) / 2e6 <= 60]
+    result = read(tmp_path, paused)
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result.base_orientation[:, 0])), np.arange(40, 61))
+    assert np.isfinite(result.position).all()
+
+
+def test_joints_of_two_topics_make_one_robot(tmp_path):
+    log = synthetic_log(60)
+    arm = RobotLog(time=log.time, joint_names=("arm",), position=log.position[:, :1] * 2, torque=log.torque[:, :1] * 2,
+                   velocity=log.velocity[:, :1] * 2)  # fmt: skip
+    second = [("/arm/joint_states", *m[1:]) for m in messages(arm)][::2] + [
+        ("/arm/joint_states", *m[1:]) for m in messages(arm)
+    ][-1:]
+    result = read(tmp_path, [*messages(log), *second], StubRobot(joint_names=("arm", *JOINTS)))
+    np.testing.assert_allclose(result.position[:, 1:], log.position, atol=1e-12)
+    np.testing.assert_allclose(result.position[:, 0], arm.position[:, 0], atol=1e-4)
+
+
+def test_settings_choose_between_topics(tmp_path):
+    log = synthetic_log(40)
+    commands = RobotLog(**{**vars(log), "torque": log.torque + 1})
+    both = [*messages(log, "/measured"), *messages(commands, "/asked")]
+    with pytest.raises(LogError, match="all hold position"):
+        read(tmp_path, both)
+    chosen = {
+        "position": {"name": "/measured/joint_states"},
+        "torque": {"name": "/asked/joint_states"},
+        "base_orientation": {"name": "/measured/imu"},
+        "foot_wrench": {"name": ["/measured/sensors/left_foot_ft", "/measured/sensors/right_foot_ft"]},
+        "contact": {"name": ["/measured/contacts/left_foot", "/measured/contacts/right_foot"]},
+    }
+    result = read(tmp_path, both, **chosen)
+    np.testing.assert_allclose(result.position, log.position, atol=1e-12)
+    np.testing.assert_allclose(result.torque, log.torque + 1, atol=1e-12)
+    with pytest.raises(
+        LogError, match=r"\[log.torque\] name asks for topic '/x'; the log has '/measured/joint_states'"
+    ):
+        read(tmp_path, both, position={"name": "/measured/joint_states"}, torque={"name": "/x"})
+
+
+def test_joint_states_are_preferred_to_other_topics_of_their_type(tmp_path):
+    log = synthetic_log(40)
+    commands = [("/joint_commands", *m[1:]) for m in messages(RobotLog(**{**vars(log), "torque": 0 * log.torque}))
+                if m[0] == "/joint_states"]  # fmt: skip
+    result = read(tmp_path, [*messages(log), *commands])
+    np.testing.assert_allclose(result.torque, log.torque, atol=1e-12)
+    assert any("'/joint_commands'" in note for note in result.notes)
+
+
+def test_a_wrench_topic_is_named_by_setting(tmp_path):
+    log = synthetic_log(40)
+    names = {"left_foot": "ati_1", "right_foot": "ati_2"}
+    sent = [(m[0].replace(f"{foot}_ft", sensor), *m[1:]) for m in messages(log) for foot, sensor in names.items()
+            if foot in m[0]] + [m for m in messages(log) if "/sensors" not in m[0]]  # fmt: skip
+    table = {"foot_names": {"/sensors/ati_1": "left_foot", "/sensors/ati_2": "right_foot"}}
+    sent = [m for m in sent if "/contacts" not in m[0]]
+    np.testing.assert_allclose(read(tmp_path, sent, **table).foot_wrench, log.foot_wrench, atol=1e-12)
+    unnamed = read(tmp_path, sent)
+    assert unnamed.foot_wrench is None
+    assert any("'/sensors/ati_1'" in note for note in unnamed.notes)
+
+
+def test_messages_without_stamps_take_the_recorders_time(tmp_path):
+    log = synthetic_log(40)
+    sent = [m for m in messages(log) if m[0] == "/joint_states"]
+    for message in sent:
+        message[3].header.stamp.sec = message[3].header.stamp.nanosec = 0
+    result = read(tmp_path, sent)
+    np.testing.assert_allclose(result.time, log.time, atol=1e-9)
+    assert any("without a stamp" in note for note in result.notes)
+
+
+def test_an_imu_that_does_not_measure_orientation_gives_none(tmp_path):
+    log = synthetic_log(40)
+    sent = [m for m in messages(log) if m[0] in ("/joint_states", "/imu")]
+    for message in sent:
+        if message[0] == "/imu":
+            message[3].orientation_covariance[0] = -1
+    result = read(tmp_path, sent)
+    assert result.base_orientation is None
+    np.testing.assert_allclose(result.angular_velocity, log.angular_velocity, atol=1e-12)

@@ -1,0 +1,246 @@
+"""The laws of `[log]`: a log in other names, units, signs, orders and delays gives the same RobotLog."""
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
+
+from stribeck.errors import LogError, SettingsError
+from stribeck.readers import read_log
+from stribeck.readers.mapping import UNITS
+from stribeck.sampling import regularise
+from stribeck.settings import LogTable
+
+LOG = synthetic_log()
+NAMED = {"joint_names": np.array(JOINTS), "foot_names": np.array(LOG.foot_names)}
+
+
+def read(folder, table, robot=None, **arrays):
+    base = {"time": LOG.time, "position": LOG.position, "torque": LOG.torque}
+    arrays = {name: array for name, array in (base | arrays).items() if array is not None}
+    robot = robot or StubRobot()
+    robot.log_table = LogTable.model_validate(table)
+    return read_log(write_arrays(folder, **arrays), robot)
+
+
+FACTORS = {"deg": 180 / np.pi, "turn": 0.5 / np.pi, "mm": 1e3, "deg/s": 180 / np.pi, "turn/s": 0.5 / np.pi,
+           "rpm": 30 / np.pi, "mm/s": 1e3, "deg/s^2": 180 / np.pi, "mm/s^2": 1e3, "mNm": 1e3, "kNm": 1e-3, "mN": 1e3,
+           "kN": 1e-3, "ms": 1e3, "us": 1e6, "ns": 1e9, "g": 1 / 9.80665}  # fmt: skip
+CASES = [(channel, unit) for channel, units in UNITS.items() for unit in units]
+
+
+@pytest.mark.parametrize(("channel", "unit"), CASES)
+def test_every_unit_gives_si(channel, unit, tmp_path):
+    wanted = LOG.channels()[channel]
+    log = read(tmp_path, {channel: {"unit": unit}}, **NAMED, **{channel: FACTORS.get(unit, 1) * wanted})
+    np.testing.assert_allclose(log.channels()[channel], wanted, rtol=1e-12, atol=1e-15)
+
+
+@given(scale=st.floats(0.01, 100) | st.floats(-100, -0.01), offset=st.floats(-10, 10), joint=st.sampled_from(JOINTS))
+def test_scale_then_offset_a_joint(scale, offset, joint, tmp_path_factory):
+    column = JOINTS.index(joint)
+    logged = LOG.torque.copy()
+    logged[:, column] = (logged[:, column] - offset) / scale
+    table = {"torque": {"scale": {joint: scale}, "offset": {joint: offset}}}
+    log = read(tmp_path_factory.mktemp("log"), table, **NAMED, torque=logged)
+    np.testing.assert_allclose(log.torque, LOG.torque, atol=1e-9)
+
+
+def test_lists_of_scales_follow_the_order_of_the_log_and_not_of_the_robot(tmp_path):
+    scales = [2.0, -3.0, 4.0]
+    robot = StubRobot(joint_names=("wheel", "hip"))
+    log = read(tmp_path, {"torque": {"scale": scales}}, robot, **NAMED, torque=LOG.torque / scales)
+    np.testing.assert_allclose(log.torque, LOG.torque[:, [2, 0]])
+
+
+def test_names_of_joints_feet_and_arrays(tmp_path):
+    table = {
+        "position": {"name": "q"},
+        "joint_names": {"a": "wheel", "b": "hip", "c": "knee"},
+        "foot_names": {"lf": "left_foot", "rf": "right_foot"},
+    }
+    order = [2, 0, 1]
+    arrays = {"q": LOG.position[:, order], "torque": LOG.torque[:, order], "contact": LOG.contact[:, ::-1]}
+    names = {"joint_names": np.array(["a", "b", "c"]), "foot_names": np.array(["rf", "lf"])}
+    log = read(tmp_path, table, position=None, **arrays, **names)
+    np.testing.assert_array_equal(log.position, LOG.position)
+    np.testing.assert_array_equal(log.torque, LOG.torque)
+    np.testing.assert_array_equal(log.contact, LOG.contact)
+
+
+def test_a_list_of_arrays_is_a_column_each(tmp_path):
+    table = {"position": {"name": ["q3", "q1", "q2"]}, "joint_names": {"q1": "hip", "q2": "knee", "q3": "wheel"}}
+    columns = {f"q{i + 1}": LOG.position[:, i] for i in range(3)}
+    log = read(tmp_path, table, position=None, **columns)
+    np.testing.assert_array_equal(log.position, LOG.position)
+
+
+def test_a_list_of_unknown_names_is_taken_in_the_robots_order_and_says_so(tmp_path):
+    columns = {f"q{i + 1}": LOG.position[:, i] for i in range(3)}
+    log = read(tmp_path, {"position": {"name": ["q1", "q2", "q3"]}}, position=None, **columns)
+    np.testing.assert_array_equal(log.position, LOG.position)
+    assert any("'position' have no known names" in note for note in log.notes)
+
+
+def test_joint_order_names_nameless_columns(tmp_path):
+    order = [1, 2, 0]
+    table = {"joint_order": [JOINTS[i] for i in order]}
+    log = read(tmp_path, table, position=LOG.position[:, order], torque=LOG.torque[:, order])
+    np.testing.assert_array_equal(log.position, LOG.position)
+
+
+def test_nameless_columns_of_another_number_need_an_order(tmp_path):
+    with pytest.raises(LogError, match=r"'position' has 2 columns without names, the robot has 3.*joint_order"):
+        read(tmp_path, {}, position=LOG.position[:, :2])
+
+
+def test_columns_of_a_table_under_another_prefix(tmp_path):
+    columns = columns_of(LOG)
+    renamed = {name.replace("torque.", "effort_").replace("time", "stamp"): column for name, column in columns.items()}
+    pyarrow.parquet.write_table(pa.table(renamed), tmp_path / "log.parquet")
+    robot = StubRobot(log_table=LogTable.model_validate({"torque": {"name": "effort_"}, "time": {"name": "stamp"}}))
+    log = read_log(tmp_path / "log.parquet", robot)
+    np.testing.assert_array_equal(log.torque, LOG.torque)
+    np.testing.assert_array_equal(log.time, LOG.time)
+
+
+def test_wxyz_is_turned_to_xyzw(tmp_path):
+    logged = LOG.base_orientation[:, [3, 0, 1, 2]]
+    log = read(tmp_path, {"base_orientation": {"order": "wxyz"}}, **NAMED, base_orientation=logged)
+    np.testing.assert_array_equal(log.base_orientation, LOG.base_orientation)
+
+
+def test_unwrapping_undoes_wrapping_and_passes_missing_values(tmp_path):
+    turning = np.cumsum(np.full((200, 3), 0.2), axis=0)
+    wrapped = np.rad2deg((turning + np.pi) % (2 * np.pi) - np.pi)
+    wrapped[50, 1] = np.nan
+    log = read(tmp_path, {"position": {"unit": "deg", "unwrap": True}}, **NAMED, position=wrapped)
+    turning[50, 1] = np.nan
+    np.testing.assert_allclose(log.position, turning, atol=1e-12)
+
+
+@given(delay=st.floats(-0.05, 0.05))
+def test_a_delayed_channel_is_put_back_in_time(delay, tmp_path_factory):
+    def ramp(time):
+        return time[:, None] * np.array([1.0, -2.0, 3.0])
+
+    folder = tmp_path_factory.mktemp("log")
+    log = read(folder, {"torque": {"delay": delay}}, **NAMED, position=ramp(LOG.time), torque=ramp(LOG.time - delay))
+    np.testing.assert_allclose(log.torque, ramp(log.time), atol=1e-12)
+    np.testing.assert_array_equal(log.position, ramp(log.time))
+    assert LOG.time[-1] - log.time[-1] + log.time[0] <= abs(delay) + 0.004
+
+
+def test_a_delay_does_not_reach_across_a_gap(tmp_path):
+    time = LOG.time + np.where(np.arange(200) >= 100, 1.0, 0.0)
+    log = read(tmp_path, {"torque": {"delay": 0.001}}, **NAMED, time=time)
+    assert np.isnan(log.torque[99]).all()
+    assert np.isfinite(np.delete(log.torque, 99, axis=0)).all()
+    even, sampling = regularise(log, LogTable())
+    assert sampling.missing == {f"torque.{joint}": 1 for joint in JOINTS}
+    assert np.isfinite(even.torque).all()
+
+
+def test_delayed_orientation_and_flags_keep_their_kind(tmp_path):
+    table = {"base_orientation": {"delay": 0.003}, "contact": {"delay": 0.003}}
+    late = {"base_orientation": LOG.base_orientation, "contact": LOG.contact}
+    log = read(tmp_path, table, **NAMED, **late)
+    np.testing.assert_allclose(np.linalg.norm(log.base_orientation, axis=1), 1)
+    rows = np.searchsorted(LOG.time, log.time + 0.003, side="right") - 1
+    np.testing.assert_array_equal(log.contact, LOG.contact[rows])
+    half = LOG.base_orientation[1:-1] + LOG.base_orientation[2:]
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    np.testing.assert_allclose(log.base_orientation, half[: len(log.time)], atol=1e-9)
+
+
+def test_rate_stands_in_for_time(tmp_path):
+    log = read(tmp_path, {"rate": 500.0}, **NAMED, time=None)
+    np.testing.assert_allclose(log.time, LOG.time, atol=1e-12)
+
+
+def test_nanoseconds_since_1970_lose_nothing(tmp_path):
+    stamps = 1_700_000_000_123_456_789 + np.arange(200) * 2_000_000 + np.arange(200) % 2
+    log = read(tmp_path, {"time": {"unit": "ns"}}, **NAMED, time=stamps)
+    np.testing.assert_allclose(np.diff(log.time), 2e-3 + 1e-9 * np.diff(np.arange(200) % 2), atol=1e-13)
+    assert any("1700000000.123457 s" in note for note in log.notes)
+
+
+def test_calendar_stamps_of_a_table(tmp_path):
+    columns = columns_of(LOG) | {"time": pa.array((1e9 * LOG.time).astype(np.int64) + 10**18, pa.timestamp("ns"))}
+    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
+    np.testing.assert_allclose(read_log(tmp_path / "log.parquet", StubRobot()).time, LOG.time, atol=1e-9)
+    table = pa.table(columns | {"time": pa.array((1e6 * LOG.time).astype(np.int64) + 10**15, pa.timestamp("us"))})
+    pyarrow.csv.write_csv(table, tmp_path / "log.csv")
+    np.testing.assert_allclose(read_log(tmp_path / "log.csv", StubRobot()).time, LOG.time, atol=1e-6)
+
+
+def test_torque_of_position_controlled_joints_may_be_missing(tmp_path):
+    columns = columns_of(LOG)
+    del columns["torque.knee"]
+    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
+    log = read_log(tmp_path / "log.parquet", StubRobot(position_controlled=("knee",)))
+    np.testing.assert_array_equal(log.torque, LOG.torque * [1, 0, 1])
+    assert any("'knee'" in note for note in log.notes)
+
+
+def test_torque_of_position_controlled_joints_may_be_nan(tmp_path):
+    torque = LOG.torque.copy()
+    torque[:, 1] = np.nan
+    log = read(tmp_path, {}, StubRobot(position_controlled=("knee",)), **NAMED, torque=torque)
+    np.testing.assert_array_equal(log.torque, LOG.torque * [1, 0, 1])
+
+
+def test_optional_channels_that_do_not_cover_the_robot(tmp_path):
+    columns = columns_of(LOG)
+    del columns["velocity.knee"], columns["temperature.knee"]
+    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
+    log = read_log(tmp_path / "log.parquet", StubRobot())
+    assert log.velocity is None
+    assert np.isnan(log.temperature[:, 1]).all()
+    np.testing.assert_array_equal(log.temperature[:, [0, 2]], LOG.temperature[:, [0, 2]])
+
+
+def test_missing_flags_take_the_value_before(tmp_path):
+    flags = LOG.contact.astype(float)
+    flags[50:60, 0] = np.nan
+    log = read(tmp_path, {}, **NAMED, contact=flags)
+    assert (log.contact[50:60, 0] == LOG.contact[49, 0]).all()
+
+
+def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_noted(tmp_path):
+    robot = StubRobot(torque_source="command")
+    log = read(tmp_path, {}, robot, **NAMED, torque_source=np.array("motor_current"))
+    assert log.torque_source == "command"
+    assert any("motor_current" in note for note in log.notes)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"position": {"unit": "rpm"}}, r"\[log.position\] unit is 'rpm'; valid are 'rad', 'deg'"),
+        ({"time": {"unit": "h"}}, r"\[log.time\] unit is 'h'; valid are 's', 'ms'"),
+        ({"torque": {"unwrap": True}}, r"\[log.torque\] unwrap"),
+        ({"torque": {"order": "wxyz"}}, r"\[log.torque\] order"),
+        ({"time": {"delay": 0.1}}, r"\[log.time\] has a delay"),
+        ({"torque": {"scale": {"hop": 2.0}}}, r"\[log.torque\] scale names 'hop'; the log's columns are 'hip'"),
+        ({"torque": {"offset": [1.0]}}, r"\[log.torque\] offset lists 1 values; the log has 3"),
+    ],
+)
+def test_settings_that_mean_nothing_are_refused_with_the_robot_file_and_the_key(table, words, tmp_path):
+    with pytest.raises(SettingsError, match=r"^robot.toml: " + words):
+        read(tmp_path, table, **NAMED)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"position": {"name": "p"}}, r"\[log.position\] name asks for array 'p'; the file holds 'time'"),
+        ({"torque": {"delay": 10.0}}, "less than the delays"),
+    ],
+)
+def test_settings_that_do_not_fit_the_log_are_refused_with_the_log(table, words, tmp_path):
+    with pytest.raises(LogError, match="log.npz: .*" + words):
+        read(tmp_path, table, **NAMED)

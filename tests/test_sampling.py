@@ -1,0 +1,226 @@
+"""What a log's sampling is, and what is done about it: nothing is invented, and nothing crosses a gap."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.readers.formats import synthetic_log
+
+from stribeck.errors import LogError
+from stribeck.sampling import regularise
+from stribeck.settings import LogTable
+
+TABLE = LogTable()
+
+
+def motion(time):
+    """Smooth joints, their velocities, and torques that are straight lines."""
+    phase = np.array([0.0, 1.0, 2.0])
+    return {
+        "position": np.sin(5 * time[:, None] + phase),
+        "velocity": 5 * np.cos(5 * time[:, None] + phase),
+        "torque": time[:, None] * np.array([1.0, 2.0, -3.0]) + 1,
+    }
+
+
+def log_at(time, **channels):
+    """A log of the motion above at these times; other channels are left out."""
+    bare = replace(synthetic_log(2), foot_names=(), path="walk.npz", **dict.fromkeys(
+        ("velocity", "acceleration", "base_orientation", "angular_velocity", "linear_acceleration", "contact",
+         "foot_wrench", "temperature")
+    ))  # fmt: skip
+    return replace(bare, time=time, **(motion(time) | channels))
+
+
+def test_a_regular_log_comes_back_as_it_is():
+    log = synthetic_log(500)
+    same, sampling = regularise(log, TABLE)
+    assert same is log
+    assert sampling.segments == (slice(0, 500),)
+    assert sampling.rate == pytest.approx(500)
+    assert sampling.period == pytest.approx(0.002)
+    assert sampling.jitter < 1e-9
+    assert (sampling.gaps, sampling.duplicates, sampling.missing, sampling.notes) == ((), 0, {}, ())
+
+
+def test_a_regular_log_with_a_gap_is_not_copied_either():
+    time = np.arange(400) / 1000 + np.where(np.arange(400) >= 150, 0.7, 0)
+    log = log_at(time)
+    same, sampling = regularise(log, TABLE)
+    assert same is log
+    assert sampling.segments == (slice(0, 150), slice(150, 400))
+    assert sampling.gaps == (pytest.approx((0.149, 0.85)),)
+    assert sampling.rate == pytest.approx(1000)
+
+
+def test_repeated_stamps_are_dropped_and_counted():
+    time = np.repeat(np.arange(300) / 1000, np.where(np.arange(300) % 50 == 7, 2, 1))
+    even, sampling = regularise(log_at(time), TABLE)
+    assert sampling.duplicates == 6
+    np.testing.assert_allclose(even.time, np.arange(300) / 1000)
+    np.testing.assert_array_equal(even.position, motion(even.time)["position"])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_incomplete_rows_are_cut_out_and_counted_by_joint(bad):
+    time = np.arange(400) / 1000
+    log = log_at(time)
+    log.torque[100:110, 1] = bad
+    log.position[105:120, 2] = bad
+    log.time[200] = bad
+    even, sampling = regularise(log, TABLE)
+    assert sampling.missing == {"time": 1, "position.wheel": 15, "torque.knee": 10}
+    assert len(even.time) == 400 - 20 - 1
+    assert sampling.segments == (slice(0, 100), slice(100, 180), slice(180, 379))
+    for name, exact in motion(even.time).items():
+        np.testing.assert_array_equal(getattr(even, name), exact)
+    assert any("21 rows with missing values" in note and "position.wheel (15)" in note for note in sampling.notes)
+
+
+def test_an_optional_channel_without_values_is_left_out_and_costs_no_rows():
+    time = np.arange(400) / 1000
+    log = log_at(time, acceleration=np.full((400, 3), np.nan))
+    even, sampling = regularise(log, TABLE)
+    assert even.acceleration is None
+    assert len(even.time) == 400
+    assert any("'acceleration' is left out" in note for note in sampling.notes)
+
+
+def test_void_orientations_are_missing_values():
+    log = synthetic_log(300)
+    log.base_orientation[:20] = 0
+    even, sampling = regularise(log, TABLE)
+    assert sampling.missing == {"base_orientation": 20}
+    assert len(even.time) == 280
+
+
+@given(seed=st.integers(0, 1000), share=st.floats(0.05, 0.2))
+def test_jitter_is_interpolated_away(seed, share):
+    rng = np.random.default_rng(seed)
+    time = (np.arange(600) + rng.uniform(-share, share, 600)) / 1000
+    even, sampling = regularise(log_at(time), TABLE)
+    steps = np.diff(even.time)
+    np.testing.assert_allclose(steps, sampling.period, rtol=1e-9)
+    assert sampling.period == pytest.approx(1e-3, rel=1e-3)
+    assert sampling.jitter == pytest.approx(np.abs(np.diff(time) - sampling.period).max())
+    exact = motion(even.time)
+    np.testing.assert_allclose(even.position, exact["position"], atol=1e-9)
+    np.testing.assert_allclose(even.velocity, exact["velocity"], atol=1e-8)
+    np.testing.assert_allclose(even.torque, exact["torque"], atol=1e-12)
+    assert any("interpolated to" in note for note in sampling.notes)
+
+
+def test_interpolation_of_one_segment_knows_nothing_of_the_next():
+    rng = np.random.default_rng(0)
+    time = (np.arange(400) + rng.uniform(-0.1, 0.1, 400)) / 1000
+    time[200:] += 0.5
+    log = log_at(time)
+    other = replace(log, position=log.position + np.where(np.arange(400) >= 200, 1000.0, 0)[:, None])
+    even, sampling = regularise(log, TABLE)
+    moved, _ = regularise(other, TABLE)
+    first, second = sampling.segments
+    np.testing.assert_array_equal(even.position[first], moved.position[first])
+    np.testing.assert_allclose(even.position[second], moved.position[second] - 1000, atol=1e-9)
+    assert even.time[first][-1] <= time[199]
+    assert even.time[second][0] == time[200]
+
+
+def test_every_kind_of_channel_is_interpolated_in_its_own_way():
+    log = synthetic_log(300)
+    late = log.time + 0.0002 * np.sin(7 * np.arange(300))
+    exact = synthetic_log(300)
+    tilt = 0.2 * np.sin(2 * late)
+    zero = np.zeros(300)
+    turned = np.stack([np.sin(tilt / 2), zero, zero, np.cos(tilt / 2)], axis=1)
+    turned[::2] *= -1  # the same orientation
+    even, _ = regularise(replace(exact, time=late, base_orientation=turned), TABLE)
+    tilt = 0.2 * np.sin(2 * even.time)
+    np.testing.assert_allclose(np.abs(even.base_orientation[:, 0]), np.abs(np.sin(tilt / 2)), atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(even.base_orientation, axis=1), 1)
+    rows = np.searchsorted(late, even.time, side="right") - 1
+    np.testing.assert_array_equal(even.contact, exact.contact[np.maximum(rows, 0)])
+    assert even.contact.dtype == bool
+    assert even.foot_wrench.shape == (len(even.time), 2, 6)
+
+
+def test_rounded_stamps_are_evened_and_values_left_alone():
+    true = np.arange(500) / 400  # 2.5 ms, logged in whole milliseconds
+    log = log_at(true)
+    even, sampling = regularise(replace(log, time=np.round(true, 3)), LogTable(max_gap=0.005))
+    np.testing.assert_allclose(even.time, true, atol=0.0006)
+    np.testing.assert_allclose(np.diff(even.time), sampling.period)
+    assert even.position is log.position
+    assert any("rounded to 1 ms" in note for note in sampling.notes)
+
+
+def test_stamps_of_single_precision_are_evened_and_values_left_alone():
+    true = 3600 + np.arange(2000) / 1000
+    log = log_at(true)
+    even, sampling = regularise(replace(log, time=true.astype(np.float32).astype(float)), TABLE)
+    np.testing.assert_allclose(even.time, true, atol=3e-4)
+    assert even.position is log.position
+    assert sampling.rate == pytest.approx(1000, rel=1e-3)
+
+
+def test_a_clock_that_is_slowly_adjusted_is_regular():
+    rows = np.arange(5000)
+    log = log_at(rows / 1000 + 1e-3 * np.sin(rows / 1000))
+    same, sampling = regularise(log, TABLE)
+    assert same is log
+    assert sampling.jitter < 2e-6
+
+
+def test_segments_of_different_rates_come_out_at_one():
+    time = np.concatenate([np.arange(1000) / 1000, 2 + np.arange(1000) / 995])
+    even, sampling = regularise(log_at(time), TABLE)
+    for part in sampling.segments:
+        np.testing.assert_allclose(np.diff(even.time[part]), sampling.period)
+    np.testing.assert_allclose(even.position, motion(even.time)["position"], atol=1e-7)
+
+
+def test_max_gap_allows_longer_steps():
+    time = np.delete(np.arange(300) / 1000, [50, 51, 120])
+    _, split = regularise(log_at(time), TABLE)
+    whole, joined = regularise(log_at(time), LogTable(max_gap=0.01))
+    assert len(split.segments) == 3
+    assert joined.segments == (slice(0, len(whole.time)),)
+    assert joined.rate == pytest.approx(1000)  # not that of the samples that came through
+    assert len(whole.time) == 300
+    np.testing.assert_allclose(whole.position, motion(whole.time)["position"], atol=1e-6)
+
+
+def test_channels_beyond_the_memory_limit_are_cut_and_interpolated_on_disk(monkeypatch):
+    rng = np.random.default_rng(0)
+    time = (np.arange(400) + rng.uniform(-0.1, 0.1, 400)) / 1000
+    log = log_at(time)
+    log.torque[3, 0] = np.nan
+    expected, _ = regularise(log, TABLE)
+    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 1000)
+    even, _ = regularise(log, TABLE)
+    for name, channel in expected.channels().items():
+        np.testing.assert_array_equal(even.channels()[name], channel)
+
+
+def test_time_that_runs_backwards_is_refused_with_the_row_and_both_times():
+    time = np.arange(100) / 1000
+    time[60:] -= 0.03
+    with pytest.raises(LogError, match=r"^walk.npz: time runs backwards in row 60, from 0.059 s to 0.03 s"):
+        regularise(log_at(time), TABLE)
+
+
+def test_suspicions_are_notes():
+    log = synthetic_log(300)
+    turned = replace(log, base_orientation=log.base_orientation[:, [3, 0, 1, 2]])
+    assert any("wxyz" in note for note in regularise(turned, TABLE)[1].notes)
+    wheels = replace(log, velocity=None, position=40 * log.time[:, None] * np.array([1, 2, 3.0]))
+    assert any("'wheel' span more than four turns" in note for note in regularise(wheels, TABLE)[1].notes)
+    mirrored = replace(log, velocity=log.velocity * [1, -1, 1])
+    assert any("opposite signs in 'knee'" in note for note in regularise(mirrored, TABLE)[1].notes)
+
+
+@pytest.mark.parametrize("rate", [20.5, 100.0, 1000.0, 99_000.0])
+def test_rates_of_robots_are_accepted(rate):
+    _, sampling = regularise(log_at(np.arange(200) / rate), TABLE)
+    assert sampling.rate == pytest.approx(rate)
