@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from stribeck.errors import SettingsError
+from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
 from stribeck.result import JointResult, Result
 
@@ -89,7 +90,15 @@ def test_the_verdict_table_comes_first_and_numbers_keep_their_unit(html: str) ->
     page = Page(html)
     sections = [values["id"] for tag, values in page.tags if tag == "section"]
     assert sections == ["verdicts", "warnings", "joints", "sides", "power", "timeline", "provenance"]
-    for expected in ("identified", "weak", "not excited", "N m s/rad", "left_knee: only 71", "3f3f3f", "walker.urdf"):
+    for expected in (
+        "identified",
+        "weak",
+        "not excited",
+        "N m s/rad",
+        "left_hip_roll: friction gives energy",
+        "3f3f3f",
+        "walker.urdf",
+    ):
         assert expected in page.text
 
 
@@ -172,9 +181,23 @@ def test_sides_that_differ_beyond_their_errors_are_marked(result: Result, tmp_pa
 
     twin = replace(right, parameters=left.parameters)
     coulomb = left.parameters["coulomb"]
-    apart = replace(coulomb, value=coulomb.value + 4 * coulomb.standard_error)
+    step, (low, high) = 4 * coulomb.standard_error, coulomb.interval_95
+    apart = replace(coulomb, value=coulomb.value + step, interval_95=(low + step, high + step))
     assert marked(twin) == 0
     assert marked(replace(twin, parameters={**left.parameters, "coulomb": apart})) == 1
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_every_law_has_its_report(result: Result, tmp_path: Path, name: str) -> None:
+    law = get_law(name)
+    joint = result.joints["left_hip_yaw"]
+    coulomb = joint.parameters["coulomb"]
+    parameters = {parameter.name: replace(coulomb, unit=parameter.unit) for parameter in law.parameters}
+    joints = {side: replace(joint, parameters=parameters) for side in ("left_hip_yaw", "right_hip_yaw")}
+    page = Page(written(replace(result, law=name, joints=joints), tmp_path))
+    assert law.title in page.text
+    assert ("Stribeck velocity ±" in page.text) == ("stribeck_velocity" in parameters)
+    assert [values["id"] for tag, values in page.tags if tag == "section"].count("sides") == 1
 
 
 def test_a_ten_minute_log_of_thirty_joints_stays_small(make_result, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stribeck.report.text import MINUS, THIN, breakable, count, duration, matched, number, percent, symbol
+from stribeck.report.text import MINUS, THIN, breakable, count, duration, matched, number, percent, symbol, unit
 
 
 def parse(text: str) -> float:
@@ -34,6 +34,8 @@ def test_a_value_keeps_the_digits_that_its_error_leaves(value: float, error: flo
         (matched(1.23456, 0.031), "1.235"),
         (matched(-92.4, 176.0), f"{MINUS}92"),
         (matched(2.5, 0.0), "2.500"),
+        (matched(-0.0002, 0.031), "0.000"),
+        (unit("kg m^2"), "kg m²"),
         (percent(0.9996), f"99.9{THIN}%"),
         (percent(1.0), f"100{THIN}%"),
         (percent(0.0), f"0{THIN}%"),

@@ -14,9 +14,6 @@ from stribeck.samples import Samples
 MOST_DRAWN = 100_000
 """Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
 
-NORMAL_95 = 1.96
-"""Standard errors on either side of a value that hold 95 % of a normal distribution."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointData:
@@ -28,6 +25,8 @@ class JointData:
         [s], [rad/s], friction torque [N m] (for prismatic joints m/s and N), shape (N,).
     law, values, covariance
         `values` of shape (p,) and `covariance` of shape (p, p) in the law's order; None where nothing was fitted.
+    errors_95
+        Standard errors on either side of a value that hold 95 %: more, the fewer blocks the fit saw.
     torque_unit, velocity_unit
         As written on the axes.
     seconds_per_sample
@@ -40,6 +39,7 @@ class JointData:
     law: FrictionLaw
     values: Array | None
     covariance: Array | None
+    errors_95: float
     torque_unit: str
     velocity_unit: str
     seconds_per_sample: float
@@ -54,7 +54,7 @@ class JointData:
             return None
         J = self.law.jacobian(velocity, self.values)
         variance = np.einsum("ni,ij,nj->n", J, self.covariance, J)
-        return np.asarray(NORMAL_95 * np.sqrt(np.maximum(variance, 0.0)))
+        return np.asarray(self.errors_95 * np.sqrt(np.maximum(variance, 0.0)))
 
 
 def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw, samples: Samples) -> JointData:
@@ -69,6 +69,7 @@ def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionL
         law=law,
         values=values,
         covariance=covariance,
+        errors_95=_errors_95(joint, law),
         torque_unit="N" if prismatic else "N m",
         velocity_unit="m/s" if prismatic else "rad/s",
         seconds_per_sample=samples.period * samples.stride * _thinning(samples),
@@ -89,6 +90,17 @@ def _usable(samples: Samples, name: str) -> tuple[Array, Array, Array]:
     torque = samples.friction_torque[thinned, column]
     keep = samples.usable[thinned, column] & np.isfinite(velocity) & np.isfinite(torque)
     return samples.time[thinned][keep], velocity[keep], torque[keep]
+
+
+def _errors_95(joint: JointResult, law: FrictionLaw) -> float:
+    """Return what the intervals of the joint's parameters say; bounds and logarithms may change one of their ends."""
+    logarithmic = {parameter.name for parameter in law.parameters if parameter.logarithmic}
+    ratios = [
+        max(found.interval_95[1] - found.value, found.value - found.interval_95[0]) / found.standard_error
+        for name, found in joint.parameters.items()
+        if name not in logarithmic and found.standard_error > 0
+    ]
+    return float(np.median(ratios)) if ratios else 0.0
 
 
 def fitted_values(

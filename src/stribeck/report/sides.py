@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from stribeck.compare import Difference, compare_sides
 from stribeck.friction.law import FrictionLaw
 from stribeck.mirror import mirrored_pairs
 from stribeck.report.figure import COLOURS, inline_svg, new_axes
-from stribeck.report.joint_data import NORMAL_95, JointData, joint_data
+from stribeck.report.joint_data import JointData, joint_data
 from stribeck.report.page import Section, render
-from stribeck.report.text import parameter_names
-from stribeck.result import Evidence, ParameterEstimate, Result
+from stribeck.result import Evidence, Result
 
 SIDE_HEIGHT = 170.0
 """Height of a pair's figure [SVG units]."""
@@ -25,9 +25,10 @@ def sides(result: Result, evidence: Evidence, law: FrictionLaw) -> Section | Non
     pairs = mirrored_pairs(name for name, joint in result.joints.items() if joint.parameters)
     if not pairs:
         return None
-    columns = [name for name in parameter_names(result, law) if name != "slope"]  # the slope is no physical quantity
+    found = {(row.joint, row.parameter): row for row in compare_sides(result).rows}
+    columns = list(dict.fromkeys(parameter for _, parameter in found))
     rows = [
-        {"left": left, "right": right, "cells": [_compare(result, left, right, column) for column in columns]}
+        {"left": left, "right": right, "cells": [_cell(result, left, right, column, found) for column in columns]}
         for left, right in pairs
     ]
     figures = [
@@ -41,24 +42,18 @@ def sides(result: Result, evidence: Evidence, law: FrictionLaw) -> Section | Non
     )
 
 
-def _compare(result: Result, left: str, right: str, parameter: str) -> dict[str, Any] | None:
-    """Return what differs: (right - left) and whether that is more than the errors of both explain."""
-    ours, theirs = (result.joints[name].parameters.get(parameter) for name in (left, right))
-    if ours is None or theirs is None:
+def _cell(
+    result: Result, left: str, right: str, parameter: str, found: Mapping[tuple[str, str], Difference]
+) -> dict[str, Any] | None:
+    difference = found.get((f"{left} | {right}", parameter))
+    if difference is None:
         return None
-    error = math.hypot(ours.standard_error, theirs.standard_error)
-    difference = theirs.value - ours.value
     return {
-        "left": ours,
-        "right": theirs,
-        "differs": abs(difference) > NORMAL_95 * error,
-        "change": _relative(ours, difference),
+        "left": result.joints[left].parameters[parameter],
+        "right": result.joints[right].parameters[parameter],
+        "differs": not difference.agrees,
+        "change": difference.difference / abs(difference.a) if difference.a else None,
     }
-
-
-def _relative(left: ParameterEstimate, difference: float) -> float | None:
-    """Return the difference as a share of the left side; None where that is about zero, as offsets may be."""
-    return difference / abs(left.value) if abs(left.value) > NORMAL_95 * left.standard_error else None
 
 
 def _pair_figure(prefix: str, left: str, right: str, result: Result, evidence: Evidence, law: FrictionLaw) -> Markup:

@@ -39,7 +39,8 @@ def matched(value: float, error: float) -> str:
         return number(value, 9)  # an error of rounding size: more digits say nothing
     if decimals > 6 or abs(value) >= 1e7:
         return number(value, 3)
-    return f"{value:.{max(decimals, 0)}f}".replace("-", MINUS)
+    text = f"{value:.{max(decimals, 0)}f}"
+    return (text if float(text) else text.lstrip("-")).replace("-", MINUS)
 
 
 def percent(share: float) -> str:
@@ -62,6 +63,11 @@ def duration(seconds: float) -> str:
     if minutes < 120:
         return f"{minutes} min {rest} s"
     return f"{minutes // 60} h {minutes % 60} min"
+
+
+def unit(text: str) -> str:
+    """Return a unit with its powers raised: `kg m^2` is `kg m²`."""
+    return text.replace("^2", "²")
 
 
 def breakable(name: str) -> Markup:
@@ -100,6 +106,7 @@ FILTERS: dict[str, Callable[..., str]] = {
     "count": count,
     "duration": duration,
     "words": words,
+    "unit": unit,
     "breakable": breakable,
     "symbol": symbol,
 }
