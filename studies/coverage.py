@@ -5,7 +5,8 @@
 A joint with a known smooth Stribeck law moves in every repetition along another smooth random path, in steps of about
 0.65 s, as the swing legs of a walk do. Its sensors are noisy: torque noise is white; encoder noise goes through the
 Savitzky-Golay kernels into velocity and, times the joint's inertia, into friction torque, where it is strongly
-correlated from sample to sample. The study counts how often the interval of each parameter holds the truth.
+correlated from sample to sample; an error that lasts a step stands for a base orientation that is off. The study counts
+how often the interval of each parameter holds the truth.
 """
 
 from __future__ import annotations
@@ -55,6 +56,7 @@ class Case:
     encoder: float  # standard deviation of the encoder's noise [rad]
     torque: float  # standard deviation of the torque sensor's noise [N m]
     window: int  # Savitzky-Golay window [samples], order 4
+    step_error: float = 0.0  # standard deviation of a torque error that lasts a whole step [N m]
 
 
 CASES = {
@@ -62,6 +64,8 @@ CASES = {
     "40 steps, good sensors": Case(40, 1e-5, 0.1, 31),
     "60 steps, fair sensors": Case(60, 2e-5, 0.1, 31),
     "40 steps, poor sensors": Case(40, 1e-4, 0.3, 51),
+    "40 steps, another error each step": Case(40, 1e-5, 0.1, 31, 0.1),
+    "10 steps, good sensors": Case(10, 1e-5, 0.1, 31),
 }
 
 
@@ -77,6 +81,8 @@ def noisy_samples(case: Case, rng: np.random.Generator) -> Samples:
     kernels = [savgol_coeffs(case.window, 4, deriv=order, delta=PERIOD) for order in (1, 2)]
     velocity_noise, acceleration_noise = (np.convolve(encoder, kernel, mode="valid") for kernel in kernels)
     torque += case.torque * rng.normal(size=count) - INERTIA * acceleration_noise
+    block = np.arange(count) // STEP
+    torque += case.step_error * rng.normal(size=case.steps)[block]
     return Samples(
         joint_names=("knee",),
         period=PERIOD,
@@ -85,7 +91,7 @@ def noisy_samples(case: Case, rng: np.random.Generator) -> Samples:
         acceleration=np.zeros((count, 1)),
         friction_torque=torque[:, None],
         usable=np.ones((count, 1), dtype=bool),
-        block=np.arange(count) // STEP,
+        block=block,
         support=np.zeros(count, dtype=np.int64),
         support_names=("stance_foot",),
     )
