@@ -1,0 +1,111 @@
+"""Comparing two results, and left with right."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.compare import compare, compare_sides
+from stribeck.errors import SettingsError
+from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
+
+
+def estimate(value: float, error: float = 0.1, verdict: str = "identified") -> ParameterEstimate:
+    interval = (value - 2 * error, value + 2 * error)
+    return ParameterEstimate(value=value, standard_error=error, interval_95=interval, unit="N m", verdict=verdict)
+
+
+def joint(**parameters: ParameterEstimate) -> JointResult:
+    return JointResult(
+        parameters=parameters,
+        verdict="identified" if parameters else "not excited",
+        reason="" if parameters else "it moves too little",
+        samples=1000,
+        velocity_range=(-1.0, 1.0),
+        reversals=10,
+    )
+
+
+def result(path: str = "a.npz", law: str = "stribeck", **joints: JointResult) -> Result:
+    log = LogSummary(path=path, sha256="0", duration=1.0, rate=1000.0, samples_used=1000)
+    return Result(robot="r", log=log, law=law, method="curve-fit", joints=joints, warnings=[], stribeck="0")
+
+
+def test_a_result_agrees_with_itself() -> None:
+    found = compare(*[result(knee=joint(coulomb=estimate(2.0), offset=estimate(-1.0)))] * 2)
+    assert [(row.joint, row.parameter) for row in found.rows] == [("knee", "coulomb"), ("knee", "offset")]
+    assert all(row.difference == 0 and row.z_score == 0 and row.agrees for row in found.rows)
+
+
+def test_a_difference_is_b_minus_a_in_standard_errors() -> None:
+    old, new = (
+        result("a.npz", knee=joint(coulomb=estimate(2.0, 0.3))),
+        result("b.npz", knee=joint(coulomb=estimate(3.0, 0.4))),
+    )
+    found = compare(old, new)
+    (row,) = found.rows
+    assert (found.a, found.b, row.a, row.b, row.difference) == ("a.npz", "b.npz", 2.0, 3.0, 1.0)
+    assert row.z_score == pytest.approx(2.0)
+    assert row.interval_95 == pytest.approx((0.0, 2.0))
+    assert json.loads(found.to_json())["rows"][0]["parameter"] == "coulomb"
+
+
+values = st.floats(0.1, 10)
+
+
+@given(a=values, b=values, error_a=values, error_b=values)
+def test_swapping_the_results_swaps_the_sign(a: float, b: float, error_a: float, error_b: float) -> None:
+    one, other = result(knee=joint(coulomb=estimate(a, error_a))), result(knee=joint(coulomb=estimate(b, error_b)))
+    there, back = compare(one, other).rows[0], compare(other, one).rows[0]
+    assert there.difference == -back.difference
+    np.testing.assert_allclose(there.interval_95, [-back.interval_95[1], -back.interval_95[0]], atol=1e-12)
+    assert there.z_score == pytest.approx(-back.z_score)
+
+
+def test_unlike_intervals_use_the_ends_that_face_each_other() -> None:
+    skewed = ParameterEstimate(value=1.0, standard_error=0.5, interval_95=(0.8, 3.0), unit="1", verdict="weak")
+    precise = ParameterEstimate(value=2.0, standard_error=0.0, interval_95=(2.0, 2.0), unit="1", verdict="identified")
+    (row,) = compare(result(knee=joint(s=skewed)), result(knee=joint(s=precise))).rows
+    assert row.interval_95 == pytest.approx((-1.0, 1.2))
+    assert row.agrees
+    assert row.weak
+
+
+def test_joints_that_cannot_be_compared_are_named_with_the_reason() -> None:
+    a = result(knee=joint(coulomb=estimate(1.0)), hip=joint(coulomb=estimate(1.0)), neck=joint())
+    b = result(knee=joint(), wrist=joint(coulomb=estimate(1.0)), neck=joint(coulomb=estimate(1.0)))
+    found = compare(a, b)
+    assert found.rows == []
+    assert found.missing == {
+        "hip": "only in the first result",
+        "wrist": "only in the second result",
+        "knee": "not excited in the second (it moves too little)",
+        "neck": "not excited in the first (it moves too little)",
+    }
+
+
+def test_left_and_right_are_compared_without_what_depends_on_the_axis() -> None:
+    knees = {
+        side: joint(coulomb=estimate(value), offset=estimate(1.0))
+        for side, value in (("left_knee", 1.0), ("right_knee", 3.0))
+    }
+    found = compare_sides(result(torso=joint(coulomb=estimate(5.0)), **dict(reversed(knees.items()))))
+    (row,) = found.rows
+    assert (row.joint, row.parameter, row.a, row.b, row.agrees) == (
+        "left_knee | right_knee",
+        "coulomb",
+        1.0,
+        3.0,
+        False,
+    )
+
+
+def test_results_that_do_not_belong_together_are_refused() -> None:
+    with pytest.raises(SettingsError, match=r"laws 'stribeck' and 'asymmetric'"):
+        compare(result(knee=joint()), result(law="asymmetric", knee=joint()))
+    with pytest.raises(SettingsError, match=r"no joint is in both results, the first has 'knee', the second 'hip'"):
+        compare(result(knee=joint()), result(hip=joint()))
+    with pytest.raises(SettingsError, match=r"no joint of 'torso' has a partner"):
+        compare_sides(result(torso=joint()))
