@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from stribeck import Robot, identify, read_log
 from stribeck.errors import NothingIdentifiedError, RobotFileError
-from stribeck.pipeline import identify
-from stribeck.readers import read_log
-from stribeck.robot import Robot
-from stribeck.sampling import regularise
+from stribeck.inspection import inspect_log
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))
@@ -88,6 +86,19 @@ def test_kinova_five_logs_give_small_friction_and_the_sensors_offsets(converted)
         assert joint.validation.rms < 0.5 * joint.validation.rms_zero_friction
 
 
+def test_kinova_sign_of_the_torque_is_found_to_be_inverted(converted, tmp_path):
+    folder = converted("kinova-gen3")
+    shutil.copyfile(folder / "kinova.urdf", tmp_path / "kinova.urdf")
+    text = (folder / "robot.toml").read_text(encoding="utf-8")
+    (tmp_path / "robot.toml").write_text(text.replace("scale = -1.0", "scale = 1.0"), encoding="utf-8")
+    inverted = inspect_log(folder / "log_3.npz", Robot.from_file(tmp_path / "robot.toml"))
+    signs = {name: joint.sign for name, joint in inverted.joints.items()}
+    assert [signs[f"joint_{k}"] for k in range(1, 7)] == ["opposite"] * 6
+    assert "joint_1, joint_2, joint_3" in inverted.findings[0]
+    right = inspect_log(folder / "log_3.npz", Robot.from_file(folder / "robot.toml"))
+    assert "opposite" not in {joint.sign for joint in right.joints.values()}
+
+
 def test_go2_friction_and_rotor_inertia_are_of_the_order_that_least_squares_gives(converted):
     result = identify(*opened(converted("go2")))
     coulomb, armature = values(result, "coulomb").reshape(4, 3), values(result, "armature")
@@ -117,7 +128,7 @@ def test_cassie_lands_on_flat_feet(converted):
     logs, robot = opened(converted("cassie-landings"))
     slopes = []
     for path in logs:
-        log, _ = regularise(read_log(path, robot), robot.log_table)
+        log = read_log(path, robot)
         base = Rotation.from_quat(log.base_orientation[-1]).as_matrix()
         for foot in robot.contacts:
             sole = (

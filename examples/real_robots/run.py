@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 from convert import convert
+from scipy.spatial.transform import Rotation
 
-from stribeck.pipeline import identify
+from stribeck import Robot, identify, read_log
 from stribeck.result import Result
-from stribeck.robot import Robot
 
 Published = Mapping[str, Sequence[float]]
 """Parameters by name, a value a joint."""
@@ -31,6 +31,8 @@ DOUBLE_PENDULUM: Published = {  # design_C.1_model_1.0.yml: cf, b, and gr^2 Ir
     "armature": (36 * 6.2872e-5, 36 * 6.2872e-5),
     "offset": (0.0, 0.0),
 }
+CASSIE_TOE, CASSIE_HEEL = np.array([-0.0457, 0.112, 0.0]), np.array([0.088, 0.0, 0.0])
+"""Ends of Cassie's sole in its foot frame [m]."""
 PARAMETERS = ("coulomb", "viscous", "armature", "offset")
 AS_PUBLISHED = {"rest": 0.0, "holdout": 10_000, "fit_armature": True}
 """How the Kinova's figures were found: from every sample, those at rest too, and with the rotor inertia."""
@@ -103,7 +105,8 @@ def tx40(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001
         columns[title] = estimates(result, name, digits)
         columns[f"{title.split(' [')[0]}, published"] = [f"{value:g}" for value in TX40[name]]
         columns[f"{title.split(' [')[0]}, difference"] = [f"{difference:+.1f} %" for difference in differences]
-    return table(columns)
+    at_rest = found(identify(logs, robot, robot.settings.model_copy(update={"rest": 0.0})), "coulomb")
+    return table(columns) + f"\nCoulomb friction if samples at rest stay in: {', '.join(numbers(at_rest, 2))} N m.\n"
 
 
 def kinova(logs: Sequence[Path], robot: Robot, data: Path) -> str:
@@ -163,11 +166,24 @@ def double_pendulum(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # n
     )
 
 
+def cassie(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - nothing is published
+    """Return how level the soles are at the end of each landing: angles, orders, signs and offsets meet there."""
+    slopes = []
+    for path in logs:
+        log = read_log(path, robot)
+        base = Rotation.from_quat(log.base_orientation[-1])
+        for foot in robot.contacts:
+            toe_to_heel = robot.foot_pose(foot, log.position[-1:])[0][0] @ (CASSIE_HEEL - CASSIE_TOE)
+            slopes.append(np.rad2deg(np.arcsin(base.apply(toe_to_heel)[2] / np.linalg.norm(toe_to_heel))))
+    return f"{len(logs)} logs; the soles end within {np.median(np.abs(slopes)):.1f} degrees of level (median).\n"
+
+
 SECTIONS: dict[str, Callable[[Sequence[Path], Robot, Path], str]] = {
     "tx40": tx40,
     "kinova-gen3": kinova,
     "go2": go2,
     "double-pendulum": double_pendulum,
+    "cassie-landings": cassie,
 }
 
 
