@@ -5,4 +5,4 @@ from stribeck.readers import read_log as read_log
 from stribeck.report import write_report as write_report
 from stribeck.robot import Robot as Robot
 from stribeck.settings import Settings as Settings
-from stribeck.version import VERSION as __version__
+from stribeck.version import __version__ as __version__

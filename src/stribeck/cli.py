@@ -21,7 +21,7 @@ from stribeck.outputs import staged_folder
 from stribeck.result import read_result
 from stribeck.robot import Robot
 from stribeck.settings import Settings, describe
-from stribeck.version import VERSION
+from stribeck.version import __version__
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -40,7 +40,7 @@ def stribeck(
 ) -> None:
     """Joint friction of legged robots and arms, from the logs they already record."""
     if version:
-        typer.echo(VERSION)
+        typer.echo(__version__)
         raise typer.Exit
 
 

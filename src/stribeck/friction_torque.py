@@ -95,7 +95,8 @@ def friction_torque(
     counts = [max(1, round((phase.last - phase.first) * period / settings.block)) for phase in phases]
     first_blocks = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     # A log with its own joint velocities comes without derivatives of the orientation.
-    turn_filter = motion_filter if settings.filter.kind != "log" else make_filter(ORIENTATION_FILTER, period)
+    own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
+    turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
     margin = max(motion_filter.half_width, turn_filter.half_width)
     for segment in segments:
         for start in range(segment.start, segment.stop, CHUNK):
@@ -158,7 +159,7 @@ def _differentiate(
 ) -> tuple[State, Array]:
     """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque."""
     orientation = None
-    if robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None:
+    if log.base_orientation is not None and _uses_orientation(robot, log, settings):
         wide = _widened(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
@@ -169,6 +170,10 @@ def _differentiate(
         state = State(*motion_filter.apply(log.position[wide]), orientation)
     torque = motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
     return state, torque
+
+
+def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
+    return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
 
 
 def _widened(rows: slice, motion_filter: Filter) -> slice:

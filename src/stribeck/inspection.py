@@ -191,8 +191,8 @@ def _span(values: Array) -> tuple[float, float]:
 def _delay(runs: list[_Run], k: int, period: float) -> float | None:
     """Return by how much the torque comes late [s], or None where the model explains too little of it.
 
-    For every shift the torque is regressed on the model's torque, the velocity, its sign and a constant, so that friction
-    is not taken for a delay; a parabola through the best shift and its neighbours gives the fraction of a sample.
+    For every shift the torque is regressed on the model's torque, the velocity, its sign and a constant, so that
+    friction is not taken for a delay; a parabola through the best shift and its neighbours gives the fraction of a sample.
     """
     reach = max(2, round(LONGEST_DELAY / period))
     runs = [run for run in runs if len(run.model) > 2 * reach + SHORTEST_RUN / period]

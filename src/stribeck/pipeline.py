@@ -21,7 +21,7 @@ from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.survey import Progress, Survey, survey
-from stribeck.version import VERSION
+from stribeck.version import __version__
 
 
 def identify(
@@ -105,7 +105,7 @@ def _result(
         method=settings.method,
         joints=_with_model_armature(joints, robot),
         warnings=[*robot.warnings, *(warning for part in surveys for warning in part.warnings)],
-        stribeck=VERSION,
+        stribeck=__version__,
         evidence=Evidence(
             samples=_without_armature(samples, fits),
             covariance={joint: fit.covariance for joint, fit in fits.items()},

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from stribeck.result import LogSummary
 from stribeck.settings import Settings
-from stribeck.version import VERSION
+from stribeck.version import __version__
 
 
 def sha256(path: str) -> str:
@@ -44,7 +44,7 @@ def provenance(settings: Settings, robot_file: str, choices: Sequence[tuple[str,
     """Return label and text of everything needed to make a result again."""
     libraries = ", ".join(f"{name} {version(name)}" for name in ("pin", "numpy", "scipy", "pyarrow"))
     return [
-        ("stribeck", VERSION),
+        ("stribeck", __version__),
         ("Python", platform.python_version()),
         ("Libraries", libraries),
         ("Robot file", robot_file),

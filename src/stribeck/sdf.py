@@ -58,9 +58,9 @@ def build_from_sdf(path: Path, root: pin.JointModelFreeFlyer | None) -> tuple[pi
         if name not in placed:
             left_out.append(f"link '{name}'")
             continue
-        joint, frame = placed[name]
-        model.appendBodyToJoint(joint, _inertia(link, path), frame.actInv(poses[name]))
-        model.addBodyFrame(name, joint, frame.actInv(poses[name]), 0)
+        carrier, frame = placed[name]
+        model.appendBodyToJoint(carrier, _inertia(link, path), frame.actInv(poses[name]))
+        model.addBodyFrame(name, carrier, frame.actInv(poses[name]), 0)
     warnings = [f"{path.name}: left out of the tree: {', '.join(left_out)}"] if left_out else []
     return model, warnings
 

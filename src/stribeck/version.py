@@ -2,4 +2,4 @@
 
 from importlib.metadata import version
 
-VERSION = version("stribeck")
+__version__ = version("stribeck")

@@ -60,9 +60,9 @@ def check_table(table: LogTable, where: str) -> None:
             raise SettingsError(f"{where}: [log.time] has a delay or a scale by joint; give each channel its own delay")
 
 
-def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str) -> tuple[Array, list[str]]:
+def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | None) -> tuple[Array, list[str]]:
     """Return time [s], shape (T,), from stamps in the log's unit; long counts start anew from their first stamp."""
-    factor = TIME[settings.unit or unit] * float(np.asarray(settings.scale))
+    factor = TIME[unit or settings.unit or "s"] * float(np.asarray(settings.scale))
     offset = float(np.asarray(settings.offset))
     values = stamps.reshape(-1)
     if not values.size:

@@ -95,7 +95,9 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
 
 def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     """Return the reader of a file's format, by its suffix."""
-    if not path.exists():
+    with foreign(str(path), "a log"):
+        size = path.stat().st_size if path.exists() else None
+    if size is None:
         raise LogError(f"{path}: no such file; expected a log")
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
@@ -105,7 +107,7 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
         raise LogError(
             f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)} or a rosbag2 folder"
         )
-    if path.stat().st_size == 0:
+    if size == 0:
         raise LogError(f"{path}: is empty; expected a log")
     return FORMATS[path.suffix.lower()]
 

@@ -11,6 +11,8 @@ To add a format:
 
 from __future__ import annotations
 
+import errno
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -64,7 +66,7 @@ class Source:
     others
         Names that the file holds beside them.
     time_unit
-        Unit of `time` where the file itself says so.
+        Unit of `time` where the file itself says so; settings do not change it.
     torque_source
         Where the torque comes from, where the file itself says so.
     """
@@ -73,7 +75,7 @@ class Source:
     channels: Mapping[str, Channel]
     load: Callable[[Mapping[str, Sequence[int]]], Loaded]
     others: tuple[str, ...] = ()
-    time_unit: str = "s"
+    time_unit: str | None = None
     torque_source: str | None = None
 
 
@@ -84,7 +86,11 @@ def foreign(path: str, what: str) -> Iterator[None]:
         yield
     except StribeckError:
         raise
+    except MemoryError as error:
+        raise LogError(_too_large(path)) from error
     except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+            raise LogError(_too_large(path)) from error
         reason = _one_line(str(error))[:160] or type(error).__name__
         raise LogError(
             f"{path}: cannot be read as {what}; the file is damaged or of another kind ({reason})"
@@ -95,6 +101,13 @@ def listed(names: Sequence[str], most: int = 6) -> str:
     """Return names for a message: quoted, and not more than `most` of them."""
     shown = ", ".join(f"'{_one_line(name)[:80]}'" for name in names[:most])
     return (shown + (f" and {len(names) - most} more" if len(names) > most else "")) or "nothing"
+
+
+def _too_large(path: str) -> str:
+    return (
+        f"{path}: is too large for this machine's memory and for the folder of temporary files, {tempfile.gettempdir()}; "
+        "free some of either, or set TMPDIR to a folder on a larger disk"
+    )
 
 
 def _one_line(text: str) -> str:

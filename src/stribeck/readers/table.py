@@ -111,7 +111,7 @@ def _source_of_columns(
         channels={name: Channel(len(columns), labels) for name, (labels, columns) in used.items() if columns},
         load=partial(_load, {name: columns for name, (_, columns) in used.items()}, rows, batches, path),
         others=tuple(name for name in names if name not in taken),
-        time_unit="ns" if nanoseconds else "s",
+        time_unit="ns" if nanoseconds else None,
     )
 
 

@@ -54,4 +54,4 @@ def random_sway(height: float, generator: np.random.Generator) -> BaseSway:
     """Draw a sway of a base that stands `height` [m] above its feet, which are near z = 0."""
     centre = np.array([0, 0, height, 0, 0, 0])
     reach = np.repeat([SWAY_SHARE * height, TILT], 3)
-    return BaseSway(random_sines(centre, reach, np.full(6, np.inf), FREQUENCIES, generator))
+    return BaseSway(random_sines(centre, reach, 2 * np.pi * FREQUENCIES[1] * reach, FREQUENCIES, generator))

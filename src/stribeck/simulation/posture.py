@@ -13,6 +13,8 @@ from stribeck.robot import Contact, Robot
 from stribeck.simulation.limb import BodyMotion, Limb, limb_to
 from stribeck.simulation.planted import place_end
 
+ENDLESS = 4 * np.pi
+"""A limit beyond this is none [rad or m]."""
 LIMIT_MARGIN = 0.25
 """Share of its range that a joint keeps off its limits where no posture is given: knees are bent then."""
 
@@ -33,7 +35,7 @@ def joint_limits(robot: Robot) -> tuple[Array, Array]:
     low, high = np.empty((2, len(columns)))
     low[columns] = model.lowerPositionLimit[model.nq - len(columns) :]
     high[columns] = model.upperPositionLimit[model.nq - len(columns) :]
-    endless = (high - low > 4 * np.pi) | (high <= low)
+    endless = (low < -ENDLESS) | (high > ENDLESS) | (high <= low)
     return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
 

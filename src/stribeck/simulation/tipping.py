@@ -21,10 +21,10 @@ from stribeck.simulation.ground import inverse_dynamics
 from stribeck.simulation.motion import Motion
 from stribeck.simulation.trajectory import Trajectory
 
-NODES = 32
+NODES = 48
 """Collocation points of each swing."""
 MAX_ITERATIONS = 20
-BALANCED = 1e-9
+BALANCED = 1e-12
 """Newton ends when the displacement changes by less [m]."""
 STEP = 1e-4
 """Of the difference quotients [m], and in m/s and m/s^2: the moment is smooth, and Newton forgives their error."""

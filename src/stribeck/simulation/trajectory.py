@@ -82,13 +82,14 @@ def random_sines(
     centre, reach, speed
         [rad] or [m], largest distance from the centre, and largest speed, shape (n,).
     frequencies
-        Lowest and highest [Hz].
+        Lowest and highest [Hz]; signals with little reach leave out the lower ones, to come near their speed.
     generator
         Of random numbers.
     """
     shape = (COMPONENTS, len(centre))
-    low, high = np.log(frequencies)
-    pulsation = 2 * np.pi * np.exp(generator.uniform(low, high, shape))
+    low, high = frequencies
+    lowest = np.clip(0.5 * speed / (2 * np.pi * reach), low, 0.7 * high)
+    pulsation = 2 * np.pi * np.exp(generator.uniform(np.log(lowest), np.log(high), shape))
     amplitude = generator.uniform(0.5, 1.0, shape) / pulsation
     scale = np.minimum(reach / amplitude.sum(axis=0), speed / (amplitude * pulsation).sum(axis=0))
     return Sines(centre, scale * amplitude, pulsation, generator.uniform(0, 2 * np.pi, shape))

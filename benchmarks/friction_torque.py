@@ -1,0 +1,139 @@
+"""The friction torque of a long log against the floor and against what a user would write instead.
+
+    python -m benchmarks.friction_torque
+
+The floor is one `rneaInParallel` over the same samples: no inverse dynamics can be cheaper. Per-sample loops are timed on fewer
+samples, and all times are per sample of one run on one machine.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from benchmarks.humanoid import FEET, stepping_log, talos
+from benchmarks.report import arguments, report
+from stribeck.base_motion import standing_root
+from stribeck.constrained_dynamics import dense_friction_torque
+from stribeck.contact import find_support_phases
+from stribeck.dynamics import THREADS, rooted_inverse_dynamics
+from stribeck.friction_torque import friction_torque
+from stribeck.log import Array, RobotLog
+from stribeck.motion import make_filter
+from stribeck.robot import Robot
+from stribeck.settings import FilterSettings, Settings
+from stribeck.state import State
+
+LOOP_SAMPLES = 2000
+REPETITIONS = 5
+
+
+def main() -> None:
+    """Print times per sample and ratios."""
+    options = arguments(__doc__ or "", samples=600_000)
+    with tempfile.TemporaryDirectory() as folder:
+        robot = talos(Path(folder))
+    log = stepping_log(robot, options.samples)
+    own, floor = interleaved(
+        [lambda: from_motion(robot, log), floor_of(robot, len(log.time))], REPETITIONS, len(log.time)
+    )
+    figures = {
+        "floor: rneaInParallel [us]": floor,
+        "friction torque from a known motion [us]": own,
+        "friction torque from positions, chunk by chunk [us]": best(
+            lambda: from_positions(robot, log), 2, options.samples
+        ),
+        "per-sample Pinocchio loop [us]": best(lambda: pinocchio_loop(robot, log), 2, LOOP_SAMPLES),
+        "per-sample dense equations (5.10)-(5.13) [us]": best(lambda: dense_loop(robot, log), 2, LOOP_SAMPLES),
+    }
+    figures["friction torque over the floor"] = own / floor
+    for name in ("friction torque from positions, chunk by chunk", "per-sample Pinocchio loop"):
+        figures[f"{name}, over the floor"] = figures[f"{name} [us]"] / floor
+    figures["dense equations over friction torque"] = figures["per-sample dense equations (5.10)-(5.13) [us]"] / own
+    figures["Pinocchio loop over friction torque"] = figures["per-sample Pinocchio loop [us]"] / own
+    report(figures, options.save, options.compare)
+
+
+def interleaved(jobs: list[Callable[[], None]], repetitions: int, samples: int) -> list[float]:
+    """Return the median time of each job per sample [us], the jobs taking turns so that both meet the same noise."""
+    times = np.empty((repetitions, len(jobs)))
+    for job in jobs:
+        job()
+    for k in range(repetitions):
+        for j, job in enumerate(jobs):
+            begin = time.perf_counter()
+            job()
+            times[k, j] = time.perf_counter() - begin
+    return [float(value) for value in np.median(times, axis=0) / samples * 1e6]
+
+
+def best(job: Callable[[], None], repetitions: int, samples: int) -> float:
+    """Return the median time per sample [us]."""
+    return interleaved([job], repetitions, samples)[0]
+
+
+def floor_of(robot: Robot, samples: int) -> Callable[[], None]:
+    """Return one batched inverse dynamics call over ready-made arrays."""
+    model = robot.rooted_at(FEET[0]).model
+    generator = np.random.default_rng(0)
+    configuration = np.zeros((samples, model.nq))
+    configuration[:, 6] = 1
+    configuration[:, 7:] = generator.normal(size=(samples, model.nv - 6))
+    velocity, acceleration = generator.normal(size=(2, samples, model.nv))
+    effort = np.empty((samples, model.nv))
+    pool = pin.ModelPool(model, THREADS)
+    return lambda: pin.rneaInParallel(THREADS, pool, configuration.T, velocity.T, acceleration.T, effort.T)
+
+
+def from_motion(robot: Robot, log: RobotLog) -> None:
+    """The friction torque of a motion that is known, chunk by chunk, all samples on one foot."""
+    assert log.position is not None
+    for start in range(0, len(log.time), 16_384):
+        rows = slice(start, start + 16_384)
+        state = State(log.position[rows], log.position[rows], log.position[rows])
+        root = standing_root(robot, FEET[0], state)
+        _ = (
+            log.torque[rows]
+            - rooted_inverse_dynamics(
+                robot.rooted_at(FEET[0]), state.position, state.velocity, state.acceleration, root
+            )[1]
+        )
+
+
+def from_positions(robot: Robot, log: RobotLog) -> None:
+    """What `identify` does: differentiate, choose the standing foot, friction torque."""
+    segments = (slice(0, len(log.time)),)
+    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31))
+    phases = find_support_phases(log, robot, segments, settings.support).phases
+    for _ in friction_torque(robot, log, segments, phases, make_filter(settings.filter, 1e-3), 1e-3, settings):
+        pass
+
+
+def pinocchio_loop(robot: Robot, log: RobotLog) -> None:
+    """What a user would write who knows about re-rooting: a Python loop over `pin.rnea`."""
+    rooted = robot.rooted_at(FEET[0])
+    model, data = rooted.model, rooted.model.createData()
+    configuration, velocity, acceleration = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+    friction: Array = np.empty((LOOP_SAMPLES, len(robot.joint_names)))
+    for k in range(LOOP_SAMPLES):
+        configuration[7:] = log.position[k, rooted.columns]
+        velocity[6:] = log.position[k, rooted.columns]
+        acceleration[6:] = log.position[k, rooted.columns]
+        needed = pin.rnea(model, data, configuration, velocity, acceleration)
+        friction[k, rooted.columns] = log.torque[k, rooted.columns] - needed[6:]
+
+
+def dense_loop(robot: Robot, log: RobotLog) -> None:
+    """The paper's equations, sample by sample."""
+    rows = slice(0, LOOP_SAMPLES)
+    state = State(log.position[rows], log.position[rows], log.position[rows])
+    dense_friction_torque(robot, (FEET[0],), state, log.torque[rows])
+
+
+if __name__ == "__main__":
+    main()

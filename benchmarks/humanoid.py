@@ -1,0 +1,79 @@
+"""A long log of a 30-joint humanoid that steps from foot to foot, made fast: for speed, not for truth."""
+
+from __future__ import annotations
+
+import sysconfig
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.base_motion import standing_root
+from stribeck.dynamics import rooted_inverse_dynamics
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.state import State
+
+FEET = ("left_foot", "right_foot")
+STEP = 0.8
+"""[s] that each foot stands."""
+ROBOT_FILE = """
+[robot]
+model = "{model}"
+position_controlled = ["head_1_joint", "head_2_joint"]
+[robot.locked]
+gripper_left_joint = 0.0
+gripper_right_joint = 0.0
+[contacts.left_foot]
+frame = "left_sole_link"
+[contacts.right_foot]
+frame = "right_sole_link"
+"""
+
+
+def talos(folder: Path) -> Robot:
+    """Return TALOS with 30 moving joints; its robot file goes to `folder`."""
+    robots = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"
+    path = folder / "robot.toml"
+    path.write_text(ROBOT_FILE.format(model=robots / "talos_data/robots/talos_reduced.urdf"))
+    return Robot.from_file(path)
+
+
+def stepping_log(robot: Robot, samples: int, rate: float = 1000.0, seed: int = 0) -> RobotLog:
+    """Return a log whose torques are those of the rooted tree plus friction; the feet change without double support."""
+    generator = np.random.default_rng(seed)
+    joints = len(robot.joint_names)
+    time = np.arange(samples) / rate
+    position, velocity, acceleration = np.zeros((3, samples, joints))
+    for joint in range(joints):
+        for omega in 2 * np.pi * generator.uniform(0.3, 1.5, 2):
+            size, phase = generator.uniform(0.2, 0.5) / omega, generator.uniform(0, 6.28)
+            position[:, joint] += size * np.sin(omega * time + phase)
+            velocity[:, joint] += size * omega * np.cos(omega * time + phase)
+            acceleration[:, joint] -= size * omega**2 * np.sin(omega * time + phase)
+    law = get_law("stribeck")
+    truth = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.5, "slope": 40}
+    values = np.array([float(truth[parameter.name]) for parameter in law.parameters])
+    torque = np.column_stack([law.torque(velocity[:, joint], values) for joint in range(joints)])
+    contact = np.zeros((samples, 2), dtype=bool)
+    standing = (time // STEP).astype(int) % 2
+    for k, foot in enumerate(FEET):
+        rows = np.flatnonzero(standing == k)
+        contact[rows, k] = True
+        state = State(position[rows], velocity[rows], acceleration[rows])
+        root = standing_root(robot, foot, state)
+        needed = rooted_inverse_dynamics(robot.rooted_at(foot), *state_arrays(state), root)[1]
+        torque[rows] += needed
+    return RobotLog(
+        time=time,
+        joint_names=robot.joint_names,
+        position=position + 1e-5 * generator.normal(size=position.shape),
+        torque=torque + 0.1 * generator.normal(size=torque.shape),
+        foot_names=FEET,
+        contact=contact,
+    )
+
+
+def state_arrays(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return position, velocity and acceleration."""
+    return state.position, state.velocity, state.acceleration

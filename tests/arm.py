@@ -1,0 +1,79 @@
+"""A small arm with a revolute, a continuous and a prismatic joint, and logs of it with known friction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+
+URDF = """<robot name="arm">
+  <link name="base"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
+  <link name="upper"><inertial><origin xyz="0.02 0 0.2"/><mass value="3"/>
+    <inertia ixx="0.04" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.005"/></inertial></link>
+  <joint name="elbow" type="continuous"><origin xyz="0 0 0.4"/><parent link="upper"/><child link="fore"/>
+    <axis xyz="1 0 0"/></joint>
+  <link name="fore"><inertial><origin xyz="0 0.01 0.15"/><mass value="2"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/></inertial></link>
+  <joint name="slide" type="prismatic"><origin xyz="0 0 0.3"/><parent link="fore"/><child link="hand"/>
+    <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="100" velocity="5"/></joint>
+  <link name="hand"><inertial><mass value="1"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+</robot>
+"""
+TRUTH = {
+    "viscous": 0.3,
+    "coulomb": 1.2,
+    "stribeck_gain": 0.25,
+    "stribeck_velocity": 0.2,
+    "offset": -0.4,
+    "slope": 40.0,
+}
+
+
+def write_arm(folder: Path, text: str = "") -> Path:
+    """Write model and robot file to a folder, and return the robot file."""
+    (folder / "arm.urdf").write_text(URDF)
+    path = folder / "robot.toml"
+    path.write_text(f'[robot]\nmodel = "arm.urdf"\nbase = "fixed"\n{text}')
+    return path
+
+
+def arm_log(robot: Robot, duration: float = 20.0, rate: float = 1000.0, seed: int = 0, still: str = "") -> RobotLog:
+    """Return a log with exact motion, whose torques are Pinocchio's plus the law (3.5) with `TRUTH` in every joint."""
+    generator = np.random.default_rng(seed)
+    time = np.arange(round(duration * rate)) / rate
+    joints = len(robot.joint_names)
+    position, velocity, acceleration = np.zeros((3, len(time), joints))
+    for k, name in enumerate(robot.joint_names):
+        for omega in 2 * np.pi * generator.uniform(0.3, 1.6, 4):
+            size, phase = (name != still) * generator.uniform(0.3, 0.6) / omega, generator.uniform(0, 6.28)
+            position[:, k] += size * np.sin(omega * time + phase)
+            velocity[:, k] += size * omega * np.cos(omega * time + phase)
+            acceleration[:, k] -= size * omega**2 * np.sin(omega * time + phase)
+    model, data = robot.tree.model, robot.tree.model.createData()
+    needed = np.array([pin.rnea(model, data, *row) for row in zip(position, velocity, acceleration, strict=True)])
+    law = get_law("stribeck")
+    values = np.array([TRUTH[parameter.name] for parameter in law.parameters])
+    friction = np.column_stack([law.torque(velocity[:, k], values) for k in range(joints)])
+    return RobotLog(
+        time=time,
+        joint_names=robot.joint_names,
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        torque=needed + friction,
+    )
+
+
+def save_npz(log: RobotLog, path: Path, **changed: object) -> Path:
+    """Write a log's channels under the contract's names, some of them changed or, if None, left out."""
+    arrays: dict[str, object] = {**log.channels(), "joint_names": np.array(log.joint_names), **changed}
+    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
+    return path

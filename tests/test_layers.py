@@ -1,0 +1,57 @@
+"""Who may import whom: data flows one way, and estimation cannot know whether a robot is simulated."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[1] / "src/stribeck"
+GROUND = {"errors", "log", "settings", "samples", "version", "storage", "interpolation"}
+ALLOWED = {
+    "friction": GROUND | {"friction"},
+    "motion": GROUND | {"motion"},
+    "identification": GROUND | {"friction", "identification", "result"},
+    "compare": GROUND | {"mirror", "result"},
+    "report": GROUND | {"compare", "friction", "mirror", "report", "result"},
+    "result": GROUND,
+    "robot": GROUND | {"kinematics", "model_file", "rooting"},
+}
+ENTRANCE = {"cli", "__main__"}
+
+
+def imports(path: Path) -> set[str]:
+    """Return the stribeck modules that a file imports at run time, by their first name."""
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            node.body = []
+    found = set()
+    for node in ast.walk(tree):
+        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.module == "stribeck":
+            names += [f"stribeck.{alias.name}" for alias in node.names]
+        found |= {name.split(".")[1] for name in names if name.startswith("stribeck.")}
+    return found
+
+
+def files_of(room: str) -> list[Path]:
+    folder = SOURCE / room
+    return sorted(folder.rglob("*.py")) if folder.is_dir() else [SOURCE / f"{room}.py"]
+
+
+@pytest.mark.parametrize("room", ALLOWED)
+def test_a_room_imports_only_what_it_stands_on(room: str) -> None:
+    reached = {name for path in files_of(room) for name in imports(path)}
+    assert reached <= ALLOWED[room]
+
+
+def test_estimation_never_imports_simulation() -> None:
+    outside = [path for path in SOURCE.rglob("*.py") if "simulation" not in path.parts and path.stem not in ENTRANCE]
+    assert len(outside) > 30
+    assert [path.name for path in outside if "simulation" in imports(path)] == []
+
+
+def test_readers_do_not_know_the_rest() -> None:
+    reached = {name for path in files_of("readers") for name in imports(path)}
+    assert not reached & {"pipeline", "survey", "dynamics", "friction_torque", "identification", "report", "cli"}

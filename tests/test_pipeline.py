@@ -1,0 +1,155 @@
+"""The main job on an arm: known parameters come back, and nothing depends on how the log is cut or kept."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from arm import TRUTH, arm_log, save_npz, write_arm
+
+import stribeck.collect
+import stribeck.friction_torque
+from stribeck import Robot, Settings, identify
+from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
+from stribeck.friction import get_law
+from stribeck.settings import FilterSettings
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
+
+
+@pytest.mark.parametrize(
+    ("kind", "tolerance"), [("log", 1e-6), ("auto", 0.01), ("central", 0.01), ("savitzky-golay", 0.01)]
+)
+def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> None:
+    window = 15 if kind == "savitzky-golay" else None
+    settings = Settings(filter=FilterSettings(kind=kind, window=window))
+    result = identify(arm_log(arm), arm, settings)
+    for joint in result.joints.values():
+        assert joint.verdict == "identified"
+        for name, truth in TRUTH.items():
+            assert joint.parameters[name].value == pytest.approx(truth, rel=tolerance)
+
+
+def test_prismatic_joints_have_their_own_units(arm: Robot) -> None:
+    joints = identify(arm_log(arm), arm).joints
+    assert joints["shoulder"].parameters["coulomb"].unit == "N m"
+    assert joints["slide"].parameters["coulomb"].unit == "N"
+
+
+def test_torques_shifted_in_time_are_worse(arm: Robot) -> None:
+    log = arm_log(arm)
+    late = replace(log, torque=np.roll(log.torque, 5, axis=0)).take(slice(10, None))
+    good, bad = (identify(each, arm).joints["elbow"] for each in (log, late))
+    assert bad.residual_rms > 10 * good.residual_rms
+
+
+def test_a_still_joint_gets_no_numbers(arm: Robot) -> None:
+    result = identify(arm_log(arm, still="elbow"), arm)
+    assert result.joints["elbow"].verdict == "not excited"
+    assert result.joints["elbow"].parameters == {}
+    assert result.joints["elbow"].reason
+    assert result.joints["slide"].verdict == "identified"
+
+
+def test_nothing_moves_nothing_is_identified(arm: Robot) -> None:
+    log = arm_log(arm, duration=5)
+    rest = replace(log, position=np.zeros_like(log.position), velocity=None, acceleration=None)
+    with pytest.raises(NothingIdentifiedError, match="shoulder"):
+        identify(rest, arm)
+
+
+def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
+    first, second = arm_log(arm, seed=1), arm_log(arm, seed=2)
+    both = identify([first, second], arm)
+    assert both.log.samples_used == sum(identify(log, arm).log.samples_used for log in (first, second))
+    assert both.joints["shoulder"].parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.01)
+    blocks = both.evidence.samples.block
+    assert len(np.unique(blocks)) == 40
+
+
+def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = replace(arm_log(arm, duration=8), velocity=None, acceleration=None)
+    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)
+    whole = identify(log, arm, settings)
+    monkeypatch.setattr(stribeck.friction_torque, "CHUNK", 997)
+    pieces = identify(log, arm, settings)
+    np.testing.assert_allclose(
+        pieces.evidence.samples.friction_torque, whole.evidence.samples.friction_torque, rtol=0, atol=1e-9
+    )
+    np.testing.assert_array_equal(pieces.evidence.samples.block, whole.evidence.samples.block)
+
+
+def test_what_is_kept_is_bounded_and_changes_little(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = arm_log(arm)
+    everything = identify(log, arm)
+    monkeypatch.setattr(stribeck.collect, "MOST_KEPT", 4000)
+    monkeypatch.setattr(stribeck.survey, "MOST_KEPT", 4000)
+    some = identify(log, arm)
+    assert len(some.evidence.samples.time) <= 4000
+    assert some.log.samples_used == everything.log.samples_used
+    for joint, found in some.joints.items():
+        for name, parameter in found.parameters.items():
+            assert parameter.value == pytest.approx(everything.joints[joint].parameters[name].value, rel=0.005)
+
+
+def test_gaps_are_not_filtered_across(arm: Robot) -> None:
+    log = arm_log(arm)
+    keep = np.ones(len(log.time), dtype=bool)
+    keep[5000:5400] = keep[12_000:12_003] = False
+    cut = identify(replace(log.take(keep), velocity=None, acceleration=None), arm)
+    assert any("gap" in note for note in cut.evidence.notes)
+    assert cut.joints["shoulder"].parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.01)
+    assert cut.joints["shoulder"].residual_rms < 0.01
+
+
+def test_the_rotor_inertia_comes_back_and_the_models_is_counted_in(arm: Robot) -> None:
+    log = arm_log(arm)
+    heavier = replace(log, torque=log.torque + 0.05 * log.acceleration)
+    settings = Settings(fit_armature=["shoulder"], filter=FilterSettings(kind="log"))
+    result = identify(heavier, arm, settings)
+    assert result.joints["shoulder"].parameters["armature"].value == pytest.approx(0.05, rel=1e-4)
+    assert "armature" not in result.joints["elbow"].parameters
+    known = Robot.from_file(write_arm(Path(arm.path).parent, "[robot.armature]\nshoulder = 0.03\n"))
+    total = identify(heavier, known, settings).joints["shoulder"].parameters["armature"]
+    assert total.value == pytest.approx(0.05, rel=1e-4)
+    assert total.interval_95[0] <= total.value <= total.interval_95[1]
+    shown = result.evidence.samples
+    column = shown.joint_names.index("shoulder")
+    law = get_law("stribeck")
+    truth = law.torque(shown.velocity[:, column], np.array([TRUTH[parameter.name] for parameter in law.parameters]))
+    np.testing.assert_allclose(shown.friction_torque[:, column], truth, atol=1e-4)
+
+
+def test_the_table_holds_every_sample(arm: Robot, tmp_path: Path) -> None:
+    log = arm_log(arm, duration=20)
+    result = identify(log, arm, Settings(filter=FilterSettings(kind="log")), table=tmp_path / "f.parquet")
+    table = pq.read_table(tmp_path / "f.parquet")
+    assert table.num_rows == len(log.time) == result.log.samples_used
+    np.testing.assert_allclose(table["velocity.elbow"].to_numpy(), log.velocity[:, 1], atol=1e-6)
+    assert set(table["support"].to_pylist()) == {"base"}
+
+
+def test_a_failed_run_leaves_no_table(arm: Robot, tmp_path: Path) -> None:
+    log = arm_log(arm, duration=5)
+    with pytest.raises(SettingsError):
+        identify([log, tmp_path / "missing.npz"], arm, Settings(law="nonsense"), table=tmp_path / "f.parquet")
+    with pytest.raises(LogError):
+        identify([log, tmp_path / "missing.npz"], arm, table=tmp_path / "f.parquet")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_log_without_the_channels_that_the_settings_ask_for(arm: Robot) -> None:
+    log = replace(arm_log(arm, duration=5), acceleration=None)
+    with pytest.raises(LogError, match="acceleration"):
+        identify(log, arm, Settings(filter=FilterSettings(kind="log")))
+
+
+def test_paths_are_read_and_hashed(arm: Robot, tmp_path: Path) -> None:
+    path = save_npz(arm_log(arm), tmp_path / "log.npz")
+    result = identify(path, arm)
+    assert result.log.path == str(path)
+    assert len(result.log.sha256) == 64
