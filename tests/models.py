@@ -1,0 +1,110 @@
+"""Robots that tests share: those of example-robot-data, and the packaged biped."""
+
+from __future__ import annotations
+
+import sysconfig
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.log import Array
+from stribeck.robot import Robot, from_robot_file
+from stribeck.settings import RobotFile
+
+EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+SIDES = ("left", "right")
+LEGS = ("FL", "FR", "RL", "RR")
+
+STRIBECK = {
+    "viscous": 0.2,
+    "coulomb": 1.0,
+    "stribeck_gain": 0.2,
+    "stribeck_velocity": 0.2,
+    "offset": 0.3,
+    "slope": 40.0,
+}
+"""Parameters of the law "stribeck"."""
+
+
+def _feet(frame: str, kind: str, names: tuple[str, ...] = SIDES) -> dict[str, dict[str, str]]:
+    return {name: {"frame": frame.format(name), "kind": kind} for name in names}
+
+
+MODELS: dict[str, tuple[str, dict[str, Any], dict[str, dict[str, str]]]] = {
+    "talos": (
+        "talos_data/robots/talos_reduced.urdf",
+        {"position_controlled": ["head_1_joint", "head_2_joint"]},
+        _feet("{}_sole_link", "surface"),
+    ),
+    "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", {}, _feet("{}_ankle_roll_link", "surface")),
+    "go2": ("go2_description/urdf/go2.urdf", {}, _feet("{}_foot", "point", LEGS)),
+    "cassie": ("cassie_description/robots/cassie_v2.sdf", {}, _feet("{}-foot", "point")),
+    "icub": (
+        "icub_description/robots/icub.urdf",
+        {},
+        {side: {"frame": f"{side[0]}_sole", "kind": "surface"} for side in SIDES},
+    ),
+    "panda": ("panda_description/urdf/panda.urdf", {"base": "fixed"}, {}),
+    "ur5": ("ur_description/urdf/ur5_robot.urdf", {"base": "fixed"}, {}),
+    "kinova": ("kinova_description/robots/kinova.urdf", {"base": "fixed"}, {}),
+}
+"""Model file, keys of [robot], contacts."""
+
+POSTURES: dict[str, dict[str, float]] = {
+    "talos": {f"leg_{side}_{k}_joint": v for side in SIDES for k, v in ((3, -0.5), (4, 1.0), (5, -0.5))},
+    "g1": {
+        f"{side}_{joint}_joint": value
+        for side in SIDES
+        for joint, value in (("hip_roll", 0.0), ("hip_pitch", -0.4), ("knee", 0.8), ("ankle_pitch", -0.4))
+    },
+    "go2": {
+        f"{leg}_{joint}_joint": value for leg in LEGS for joint, value in (("hip", 0.0), ("thigh", 0.8), ("calf", -1.6))
+    },
+}
+"""Knees bent, feet about level."""
+
+
+@cache
+def example_robot(name: str) -> Robot:
+    """Return a robot of example-robot-data; it is built once."""
+    return make_robot(*MODELS[name])
+
+
+def make_robot(model: str | Path, table: dict[str, Any], contacts: dict[str, dict[str, str]]) -> Robot:
+    """Return the robot that a robot file with these tables describes; `model` is relative to `EXAMPLES`."""
+    document = {"robot": {"model": str(model), **table}, "contacts": contacts}
+    return from_robot_file(RobotFile.model_validate(document), EXAMPLES / "robot.toml")
+
+
+@cache
+def plain_model(name: str) -> pin.Model:
+    """Return what Pinocchio reads from the URDF of a robot, untouched by stribeck."""
+    path, table, _ = MODELS[name]
+    if table.get("base") == "fixed":
+        return pin.buildModelFromUrdf(str(EXAMPLES / path))
+    return pin.buildModelFromUrdf(str(EXAMPLES / path), pin.JointModelFreeFlyer())
+
+
+def plain_configuration(model: pin.Model, robot: Robot, joints: Array, base: Array | None = None) -> Array:
+    """Return Pinocchio's configuration of one sample: `joints` in the robot's order, `base` position and quaternion."""
+    configuration = pin.neutral(model)
+    if base is not None:
+        configuration[:7] = base
+    for value, name in zip(joints, robot.joint_names, strict=True):
+        joint = model.joints[model.getJointId(name)]
+        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        configuration[joint.idx_q : joint.idx_q + joint.nq] = entry
+    return configuration
+
+
+def plain_rates(model: pin.Model, robot: Robot, joints: Array, base: Array | None = None) -> Array:
+    """Return Pinocchio's velocity (or acceleration) of one sample, as `plain_configuration`."""
+    rates = np.zeros(model.nv)
+    if base is not None:
+        rates[:6] = base
+    for value, name in zip(joints, robot.joint_names, strict=True):
+        rates[model.joints[model.getJointId(name)].idx_v] = value
+    return rates

@@ -1,0 +1,258 @@
+"""Exact logs obey the laws of motion, as Pinocchio states them from the untouched model files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.models import (
+    POSTURES,
+    STRIBECK,
+    example_robot,
+    make_robot,
+    plain_configuration,
+    plain_model,
+    plain_rates,
+)
+
+from stribeck.errors import SettingsError
+from stribeck.friction import Stribeck, get_law
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.rooting import BASE_FRAME
+from stribeck.simulation.exact import Truth, exact_log
+
+RATE = 1000.0
+CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2 walk", "go2 trot")
+STANDING = [case for case in CASES if case.split()[0] in POSTURES]
+
+
+@cache
+def made(case: str, seed: int = 0) -> tuple[Robot, RobotLog, Truth]:
+    name, gait = case.split()
+    robot = example_robot(name)
+    parameters = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
+    log, truth = exact_log(
+        robot, Stribeck(), parameters, duration=3.5, rate=RATE, seed=seed, gait=gait, posture=POSTURES.get(name)
+    )
+    return robot, log, truth
+
+
+def samples(log: RobotLog, count: int = 40) -> np.ndarray:
+    return np.linspace(0, len(log.time) - 1, count).astype(int)
+
+
+def plain_state(case: str, k: int) -> tuple[pin.Model, np.ndarray, np.ndarray, np.ndarray]:
+    robot, log, truth = made(case)
+    model = plain_model(case.split()[0])
+    if truth.base_position is None:
+        bases = (None, None, None)
+    else:
+        pose = np.concatenate([truth.base_position[k], log.base_orientation[k]])
+        bases = (pose, truth.base_velocity[k], truth.base_acceleration[k])
+    return (
+        model,
+        plain_configuration(model, robot, log.position[k], bases[0]),
+        plain_rates(model, robot, log.velocity[k], bases[1]),
+        plain_rates(model, robot, log.acceleration[k], bases[2]),
+    )
+
+
+def difference(signal: np.ndarray) -> np.ndarray:
+    """Fourth-order central difference, two samples lost at each end."""
+    return (8 * (signal[3:-1] - signal[1:-3]) - (signal[4:] - signal[:-4])) * RATE / 12
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_velocity_and_acceleration_are_the_derivatives_of_position(case):
+    _, log, truth = made(case)
+    np.testing.assert_allclose(difference(log.position), log.velocity[2:-2], atol=5e-6)
+    np.testing.assert_allclose(difference(log.velocity), log.acceleration[2:-2], atol=5e-2 if "trot" in case else 2e-4)
+    if truth.base_position is not None:
+        spin = pin.Quaternion(*log.base_orientation[7][[3, 0, 1, 2]]).toRotationMatrix()
+        world = difference(truth.base_position)[5]
+        np.testing.assert_allclose(spin.T @ world, truth.base_velocity[7, :3], atol=1e-9)
+        np.testing.assert_allclose(
+            difference(truth.base_velocity), truth.base_acceleration[2:-2], atol=1e-2 if "trot" in case else 1e-4
+        )
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_equation_of_motion_holds(case):
+    """M a + h = S^T (tau - R) + J^T W, row by row, from the untouched model."""
+    robot, log, truth = made(case)
+    for k in samples(log):
+        model, q, v, a = plain_state(case, k)
+        data = model.createData()
+        left = pin.rnea(model, data, q, v, a)
+        right = plain_rates(model, robot, (log.torque - truth.friction_torque)[k])
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        for foot, wrench in zip(log.foot_names, log.foot_wrench[k] if log.foot_names else (), strict=True):
+            frame = model.getFrameId(robot.contacts[foot].frame)
+            right += pin.getFrameJacobian(model, data, frame, pin.LOCAL).T @ wrench
+        np.testing.assert_allclose(left, right, atol=1e-9 * max(1.0, np.abs(left).max()))
+
+
+@pytest.mark.parametrize("case", STANDING)
+def test_standing_feet_stay_where_they_are(case):
+    robot, log, _ = made(case)
+    places: dict[str, list[np.ndarray]] = {foot: [] for foot in log.foot_names}
+    for k in samples(log, 120):
+        model, q, v, a = plain_state(case, k)
+        data = model.createData()
+        pin.forwardKinematics(model, data, q, v, a)
+        pin.updateFramePlacements(model, data)
+        for foot, stands in zip(log.foot_names, log.contact[k], strict=True):
+            contact = robot.contacts[foot]
+            frame = model.getFrameId(contact.frame)
+            if stands:
+                pose = data.oMf[frame]
+                places[foot].append(pose.homogeneous if contact.kind == "surface" else pose.translation)
+                rate = pin.getFrameVelocity(model, data, frame, pin.LOCAL).vector[: contact.size]
+                change = pin.getFrameClassicalAcceleration(model, data, frame, pin.LOCAL).vector[: contact.size]
+                assert np.abs(rate).max() < 1e-9
+                assert np.abs(change).max() < 1e-9
+    for poses in places.values():
+        assert len(poses) > 10
+        assert np.abs(np.array(poses) - poses[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("case", STANDING)
+def test_ground_and_gravity_change_the_momentum(case):
+    robot, log, _ = made(case)
+    for k in samples(log):
+        model, q, v, a = plain_state(case, k)
+        data = model.createData()
+        change = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, a)
+        pin.updateFramePlacements(model, data)
+        total = pin.Force(robot.mass * robot.gravity, np.zeros(3))
+        for foot, wrench in zip(log.foot_names, log.foot_wrench[k], strict=True):
+            pose = data.oMf[model.getFrameId(robot.contacts[foot].frame)]
+            pose = pin.SE3(pose.rotation, pose.translation - data.com[0])
+            total += pose.act(pin.Force(wrench))
+        np.testing.assert_allclose(change.vector, total.vector, atol=1e-7)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_power_of_the_joints_is_the_rate_of_energy(case):
+    """The ground does no work, so d/dt (kinetic + potential energy) = v (tau - R)."""
+    _, log, truth = made(case)
+    power = np.sum(log.velocity * (log.torque - truth.friction_torque), axis=1)
+    for start in (300, 700, 1500, 2200):
+        energy = []
+        for k in range(start, start + 5):
+            model, q, v, _ = plain_state(case, k)
+            data = model.createData()
+            energy.append(pin.computeKineticEnergy(model, data, q, v) + pin.computePotentialEnergy(model, data, q))
+        rate = difference(np.array(energy))[0]
+        assert rate == pytest.approx(power[start + 2], rel=1e-5, abs=1e-4)
+
+
+@pytest.mark.parametrize("case", ["ur5 walk", "talos walk"])
+def test_friction_is_the_law_and_dissipates(case):
+    robot, log, truth = made(case)
+    law = get_law("stribeck")
+    values = np.array([STRIBECK[parameter.name] for parameter in law.parameters])
+    for column, name in enumerate(robot.joint_names):
+        friction = truth.friction_torque[:, column]
+        if name in robot.position_controlled:
+            assert not friction.any()
+            continue
+        np.testing.assert_array_equal(friction, law.torque(log.velocity[:, column], values))
+        assert np.all((friction - STRIBECK["offset"]) * log.velocity[:, column] >= 0)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_joints_stay_within_limits_or_close(case):
+    """Free joints stay within their limits; legs, placed by inverse kinematics, within a tenth of a radian."""
+    robot, log, _ = made(case)
+    model = plain_model(case.split()[0])
+    for column, name in enumerate(robot.joint_names):
+        joint = model.joints[model.getJointId(name)]
+        if joint.nq == 1:
+            assert log.position[:, column].min() > model.lowerPositionLimit[joint.idx_q] - 0.1
+            assert log.position[:, column].max() < model.upperPositionLimit[joint.idx_q] + 0.1
+
+
+@pytest.mark.parametrize(("case", "fast"), [("ur5 walk", 1.0), ("talos walk", 0.8)])
+def test_moving_joints_pass_the_stribeck_region(case, fast):
+    """Every joint is both slow against vs = 0.2 rad/s and fast against it, the legs while they swing."""
+    robot = example_robot(case.split()[0])
+    log, _ = exact_log(robot, Stribeck(), {}, duration=8, seed=1, posture=POSTURES.get(case.split()[0]))
+    for column in range(len(robot.joint_names)):
+        moving = np.ones(len(log.time), dtype=bool)
+        for k, foot in enumerate(log.foot_names):
+            if robot.standing((foot,))[column]:
+                moving &= ~log.contact[:, k]
+        speed = np.abs(log.velocity[moving, column])
+        assert (speed < 0.05).sum() > 20
+        assert speed.max() > fast, robot.joint_names[column]
+
+
+def test_a_walk_swings_one_foot_at_a_time():
+    _, log, _ = made("talos walk")
+    standing = log.contact.sum(axis=1)
+    assert set(standing) == {1, 2}
+    assert not log.foot_wrench[~log.contact].any()
+    assert np.all(log.foot_wrench[standing == 1][:, :, 2].sum(axis=1) > 0)
+    assert np.abs(np.diff(log.torque, axis=0)).max() < 10  # load passes from foot to foot smoothly
+
+
+def test_point_feet_carry_no_moment():
+    for case, standing in (("go2 walk", {3, 4}), ("go2 trot", {2, 4})):
+        _, log, _ = made(case)
+        assert set(log.contact.sum(axis=1)) == standing
+        assert not log.foot_wrench[:, :, 3:].any()
+
+
+def test_seed_decides_the_motion():
+    _, first, _ = made("ur5 walk")
+    robot, again, _ = made.__wrapped__("ur5 walk")
+    _, other, _ = made("ur5 walk", 1)
+    np.testing.assert_array_equal(first.torque, again.torque)
+    assert np.abs(first.position - other.position).max() > 0.1
+    assert robot.base == "fixed"
+
+
+def test_base_orientation_is_that_of_the_base_frame():
+    robot, log, truth = made("talos walk")
+    assert robot.base_frame == BASE_FRAME
+    other = replace(robot, base_frame="torso_2_link")
+    turned, _ = exact_log(
+        other, Stribeck(), truth.parameters, duration=3.5, rate=RATE, posture=POSTURES["talos"], gait="walk"
+    )
+    np.testing.assert_array_equal(turned.torque, log.torque)
+    for k in samples(log, 5):
+        model, q, _, _ = plain_state("talos walk", k)
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, q)
+        expected = data.oMf[model.getFrameId("torso_2_link")].rotation
+        x, y, z, w = turned.base_orientation[k]
+        np.testing.assert_allclose(pin.Quaternion(w, x, y, z).toRotationMatrix(), expected, atol=1e-12)
+
+
+WRONG = {
+    "unknown joint": ("ur5", {"parameters": {"elbow": STRIBECK}}, "no joint 'elbow'"),
+    "missing parameter": ("ur5", {"parameters": {"elbow_joint": {"viscous": 1.0}}}, "'elbow_joint': found viscous"),
+    "unknown posture": ("ur5", {"posture": {"elbow": 0.1}}, "posture: robot has no joint 'elbow'"),
+    "trot on two": ("talos", {"gait": "trot"}, "needs four contacts, the robot has 2"),
+    "too many joints": ("cassie", {}, "expected 3 for a point contact"),
+    "out of reach": ("talos", {"posture": {"leg_left_4_joint": 0.0, "leg_left_3_joint": -1.5}}, "bent knees"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_arguments_are_named(name):
+    robot, arguments, words = WRONG[name]
+    with pytest.raises(SettingsError, match=words):
+        exact_log(example_robot(robot), Stribeck(), arguments.pop("parameters", {}), duration=1.0, **arguments)
+
+
+def test_a_floating_robot_needs_feet():
+    robot = make_robot("go2_description/urdf/go2.urdf", {}, {})
+    with pytest.raises(SettingsError, match="needs \\[contacts\\] to stand on"):
+        exact_log(robot, Stribeck(), {}, duration=1.0)
