@@ -72,13 +72,13 @@ class Evidence:
     Attributes
     ----------
     samples
-        The friction torque samples that were kept.
+        The friction torque samples that were kept; the torque of a fitted rotor inertia is taken out of them.
     covariance
         Per joint, of the fitted parameters in the order of `JointResult.parameters`.
     phases
         Support timeline: (start [s], end [s], support name, whether it was used), in log order.
     stretch
-        One clear stretch at the full rate: `time`, and per joint velocity and friction torque.
+        One clear stretch at the full rate, treated like `samples`.
     provenance
         Versions, settings and choices, as label and text.
     notes

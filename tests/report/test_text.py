@@ -37,6 +37,7 @@ def test_a_value_keeps_the_digits_that_its_error_leaves(value: float, error: flo
         (matched(-0.0002, 0.031), "0.000"),
         (unit("kg m^2"), "kg m²"),
         (percent(0.9996), f"99.9{THIN}%"),
+        (percent(0.0002), f"<{THIN}0.1{THIN}%"),
         (percent(1.0), f"100{THIN}%"),
         (percent(0.0), f"0{THIN}%"),
         (percent(-0.034), f"{MINUS}3{THIN}%"),
