@@ -42,3 +42,13 @@ def test_bridges_are_between_samples_too_far_apart_and_outside():
     query = np.array([-0.1, 0.0, 0.05, 0.2, 0.3, 0.4, 0.6, 0.7])
     expected = [True, False, False, False, False, True, False, True]
     np.testing.assert_array_equal(bridges(query, TIME, 0.2), expected)
+
+
+def test_blocks_leave_no_seams(monkeypatch):
+    time = np.cumsum(RNG.uniform(0.5, 1.5, 2000))
+    query = np.sort(RNG.uniform(time[0], time[-1], 1500))
+    values, turns = RNG.normal(size=(2000, 3)), Rotation.random(2000, rng=2).as_quat()
+    whole = cubic(query, time, values), slerp(query, time, turns)
+    monkeypatch.setattr("stribeck.interpolation.BLOCK_ROWS", 100)
+    np.testing.assert_allclose(cubic(query, time, values), whole[0], atol=1e-12)
+    np.testing.assert_array_equal(slerp(query, time, turns), whole[1])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.readers.formats import synthetic_log
 
@@ -96,6 +96,7 @@ def test_void_orientations_are_missing_values():
     assert len(even.time) == 280
 
 
+@settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 1000), share=st.floats(0.05, 0.2))
 def test_jitter_is_interpolated_away(seed, share):
     rng = np.random.default_rng(seed)

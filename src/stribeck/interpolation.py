@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from stribeck.log import Array
-from stribeck.storage import allocate
+from stribeck.storage import BLOCK_ROWS, allocate
 
-COLUMNS_AT_ONCE = 4  # a spline takes several times the memory of its columns
+MARGIN = 64  # samples; a sample's influence on a cubic spline falls to a quarter from one to the next
 
 
 def linear(query: Array, time: Array, values: Array) -> Array:
@@ -22,15 +22,20 @@ def linear(query: Array, time: Array, values: Array) -> Array:
 
 
 def cubic(query: Array, time: Array, values: Array) -> Array:
-    """Return cubic-spline values at `query`, shape (Q, n), for `values` of shape (T, n) at strictly rising `time`."""
+    """Return cubic-spline values at rising `query`, shape (Q, n), of `values`, shape (T, n), at strictly rising `time`.
+
+    Long signals are worked through in blocks whose splines reach `MARGIN` samples further than they are used.
+    """
     result = allocate((len(query), values.shape[1]))
     if len(time) == 1:
         result[:] = values
         return result
     inside = np.clip(query, time[0], time[-1])
-    for start in range(0, values.shape[1], COLUMNS_AT_ONCE):
-        columns = slice(start, start + COLUMNS_AT_ONCE)
-        result[:, columns] = CubicSpline(time, values[:, columns])(inside)
+    for start in range(0, len(query), BLOCK_ROWS):
+        block = inside[start : start + BLOCK_ROWS]
+        first, last = np.searchsorted(time, block[[0, -1]])
+        near = slice(max(0, int(first) - MARGIN), int(last) + MARGIN)
+        result[start : start + BLOCK_ROWS] = CubicSpline(time[near], values[near])(block)
     return result
 
 
@@ -42,14 +47,23 @@ def previous(query: Array, time: Array, values: NDArray[np.generic]) -> NDArray[
 
 def slerp(query: Array, time: Array, quaternions: Array) -> Array:
     """Return unit quaternions on the shortest great arc between samples, shape (Q, 4), signs of samples being free."""
+    result = allocate((len(query), 4))
     if len(time) == 1:
-        return np.repeat(quaternions, len(query), axis=0)
-    left, share = _bracket(query, time)
-    a, b = quaternions[left], quaternions[left + 1]
+        result[:] = quaternions
+        return result
+    for start in range(0, len(query), BLOCK_ROWS):
+        rows = slice(start, start + BLOCK_ROWS)
+        left, share = _bracket(query[rows], time)
+        result[rows] = _on_arc(quaternions[left], quaternions[left + 1], share)
+    return result
+
+
+def _on_arc(a: Array, b: Array, share: Array) -> Array:
+    """Return sin((1 - u) x) / sin(x) a + sin(u x) / sin(x) b, where x is the angle between a and b, or -b if nearer."""
     cosine = np.einsum("ij,ij->i", a, b)
     b = b * np.where(cosine < 0, -1.0, 1.0)[:, None]
     angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
-    small = np.sin(angle) < 1e-6  # sin(u x)/sin(x) tends to u
+    small = np.sin(angle) < 1e-6  # sin(u x) / sin(x) tends to u
     sine = np.where(small, 1.0, np.sin(angle))
     weight_a = np.where(small, 1 - share, np.sin((1 - share) * angle) / sine)
     weight_b = np.where(small, share, np.sin(share * angle) / sine)

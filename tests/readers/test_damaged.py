@@ -1,9 +1,11 @@
 """Whatever is wrong with a log, the answer is one line that names the file and says what would be valid."""
 
+import errno
+
 import numpy as np
 import pytest
 from tests.damaged import BAD_SAMPLING, DAMAGED, main_file
-from tests.readers.formats import WRITERS, StubRobot, synthetic_log
+from tests.readers.formats import WRITERS, StubRobot, synthetic_log, write_parquet
 
 from stribeck.errors import LogError
 from stribeck.readers import read_log
@@ -53,3 +55,20 @@ def test_flipped_bytes_never_give_anything_but_a_log_or_a_log_error(writer, tmp_
             read_log(path, StubRobot())
         except LogError as error:
             check_message(error, path, [])
+
+
+def test_a_disk_without_room_is_told_as_such(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = write_parquet(tmp_path, synthetic_log(20))
+    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 100)
+    monkeypatch.setattr("stribeck.storage.os.posix_fallocate", full)
+    with pytest.raises(LogError, match=r"too large.*TMPDIR") as caught:
+        read_log(path, StubRobot())
+    check_message(caught.value, path, [])
+
+
+def test_a_path_that_cannot_be_one_is_refused():
+    with pytest.raises(LogError, match="no such file"):
+        read_log("a\0b.npz")

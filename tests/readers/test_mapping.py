@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
@@ -39,6 +39,7 @@ def test_every_unit_gives_si(channel, unit, tmp_path):
     np.testing.assert_allclose(log.channels()[channel], wanted, rtol=1e-12, atol=1e-15)
 
 
+@settings(deadline=None, max_examples=40)
 @given(scale=st.floats(0.01, 100) | st.floats(-100, -0.01), offset=st.floats(-10, 10), joint=st.sampled_from(JOINTS))
 def test_scale_then_offset_a_joint(scale, offset, joint, tmp_path_factory):
     column = JOINTS.index(joint)
@@ -122,6 +123,7 @@ def test_unwrapping_undoes_wrapping_and_passes_missing_values(tmp_path):
     np.testing.assert_allclose(log.position, turning, atol=1e-12)
 
 
+@settings(deadline=None, max_examples=40)
 @given(delay=st.floats(-0.05, 0.05))
 def test_a_delayed_channel_is_put_back_in_time(delay, tmp_path_factory):
     def ramp(time):
@@ -244,3 +246,10 @@ def test_settings_that_mean_nothing_are_refused_with_the_robot_file_and_the_key(
 def test_settings_that_do_not_fit_the_log_are_refused_with_the_log(table, words, tmp_path):
     with pytest.raises(LogError, match="log.npz: .*" + words):
         read(tmp_path, table, **NAMED)
+
+
+def test_a_unit_that_the_file_itself_states_is_not_changed_by_settings(tmp_path):
+    columns = columns_of(LOG) | {"time": pa.array((1e9 * LOG.time).astype(np.int64) + 10**18, pa.timestamp("ns"))}
+    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
+    robot = StubRobot(log_table=LogTable.model_validate({"time": {"unit": "ms"}}))
+    np.testing.assert_allclose(read_log(tmp_path / "log.parquet", robot).time, LOG.time, atol=1e-9)

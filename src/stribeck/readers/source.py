@@ -105,8 +105,8 @@ def listed(names: Sequence[str], most: int = 6) -> str:
 
 def _too_large(path: str) -> str:
     return (
-        f"{path}: is too large for this machine's memory and for the folder of temporary files, {tempfile.gettempdir()}; "
-        "free some of either, or set TMPDIR to a folder on a larger disk"
+        f"{path}: is too large for this machine's memory and the folder of temporary files, {tempfile.gettempdir()}; "
+        "expected room in one of them (TMPDIR can name a folder on a larger disk)"
     )
 
 
