@@ -1,0 +1,261 @@
+"""The re-rooted recursion against the dense equations (5.4) to (5.13), and both against known friction."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.models import POSTURES, STRIBECK, example_robot, make_robot
+
+from stribeck.base_motion import base_root, standing_root
+from stribeck.constrained_dynamics import constrained_sample, dense_friction_torque, minimum_norm_friction_torque
+from stribeck.dynamics import joint_inertia, rooted_inverse_dynamics
+from stribeck.errors import LogError
+from stribeck.friction import Stribeck
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.simulation.exact import Truth, exact_log
+from stribeck.state import Orientation, State, orientation_from_derivatives, root_quaternions
+
+SLIDING_LEG = """<robot name="slider">
+  <link name="base"><inertial><mass value="5"/><origin xyz="0.1 0 0.05"/>
+    <inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0.01" ixz="0" iyz="0"/></inertial></link>
+  <link name="thigh"><inertial><mass value="2"/><origin xyz="0 0.02 -0.1"/>
+    <inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0.002"/></inertial></link>
+  <link name="shank"><inertial><mass value="1"/><origin xyz="0.03 0 -0.1"/>
+    <inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="arm"><inertial><mass value="1.5"/><origin xyz="0.2 0 0"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="sole"/>
+  <joint name="hip" type="continuous"><parent link="base"/><child link="thigh"/>
+    <origin xyz="0.1 0.2 -0.1" rpy="0.3 -0.2 0.5"/><axis xyz="0.6 0.8 0"/></joint>
+  <joint name="knee" type="prismatic"><parent link="thigh"/><child link="shank"/>
+    <origin xyz="0 0 -0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/>
+    <limit lower="-0.5" upper="0.5" effort="9" velocity="9"/></joint>
+  <joint name="foot" type="fixed"><parent link="shank"/><child link="sole"/>
+    <origin xyz="0.05 0 -0.2" rpy="0 0.4 0.1"/></joint>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="arm"/>
+    <origin xyz="0 -0.2 0.1"/><axis xyz="0 1 0"/></joint>
+</robot>"""
+
+
+@pytest.fixture(scope="module")
+def slider(tmp_path_factory) -> Robot:
+    """A robot on a leg of one continuous and one prismatic joint."""
+    path: Path = tmp_path_factory.mktemp("models") / "slider.urdf"
+    path.write_text(SLIDING_LEG)
+    return make_robot(path, {"armature": {"hip": 0.3, "knee": 1.1}}, {"left": {"frame": "sole"}})
+
+
+@cache
+def made(name: str, gait: str) -> tuple[Robot, RobotLog, Truth]:
+    robot = example_robot(name)
+    parameters = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
+    log, truth = exact_log(robot, Stribeck(), parameters, duration=3, posture=POSTURES[name], gait=gait, rate=200)
+    return robot, log, truth
+
+
+def state_of(robot: Robot, log: RobotLog, truth: Truth) -> State:
+    assert truth.base_velocity is not None
+    assert truth.base_acceleration is not None
+    quaternion = root_quaternions(robot, log.position, log.base_orientation)
+    turn = Orientation(quaternion, truth.base_velocity[:, 3:], truth.base_acceleration[:, 3:])
+    return State(log.position, log.velocity, log.acceleration, turn)
+
+
+def random_state(robot: Robot, count: int = 6, seed: int = 0) -> tuple[State, np.ndarray]:
+    generator = np.random.default_rng(seed)
+    position, velocity, acceleration, torque = generator.uniform(-1, 1, (4, count, len(robot.joint_names)))
+    turn = Orientation(Rotation.random(count, rng=generator).as_quat(), *generator.normal(size=(2, count, 3)))
+    return State(position, 2 * velocity, 20 * acceleration, turn), 30 * torque
+
+
+def rooted_friction(robot: Robot, foot: str, state: State, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    wrench, needed = rooted_inverse_dynamics(
+        robot.rooted_at(foot), state.position, state.velocity, state.acceleration, standing_root(robot, foot, state)
+    )
+    return torque - needed, wrench
+
+
+def assert_rooted_equals_dense(robot: Robot, foot: str, state: State, torque: np.ndarray) -> None:
+    friction, wrench = rooted_friction(robot, foot, state, torque)
+    dense, reaction = dense_friction_torque(robot, (foot,), state, torque)
+    columns = robot.torque_controlled
+    scale = np.abs(dense[:, columns]).max()
+    np.testing.assert_allclose(friction[:, columns], dense[:, columns], atol=1e-9 * scale, rtol=0)
+    np.testing.assert_allclose(wrench, reaction, atol=1e-9 * np.abs(reaction).max(), rtol=0)
+    assert np.isnan(dense[:, [k for k in range(dense.shape[1]) if k not in columns]]).all()
+
+
+@pytest.mark.parametrize("foot", ["left", "right"])
+@pytest.mark.parametrize("name", ["talos", "g1"])
+def test_rooted_equals_dense_on_random_states(name, foot):
+    """With position-controlled joints in TALOS; friction torque and ground reaction."""
+    robot = example_robot(name)
+    assert_rooted_equals_dense(robot, foot, *random_state(robot))
+
+
+def test_rooted_equals_dense_on_go2_were_its_foot_a_surface():
+    robot = make_robot("go2_description/urdf/go2.urdf", {}, {"FL": {"frame": "FL_foot"}})
+    assert_rooted_equals_dense(robot, "FL", *random_state(robot))
+
+
+def test_rooted_equals_dense_with_prismatic_and_continuous_joints_and_rotors(slider):
+    assert slider.prismatic == (False, True, False)
+    assert_rooted_equals_dense(slider, "left", *random_state(slider, seed=4))
+
+
+def test_rooted_equals_dense_on_a_flat_foot():
+    robot = example_robot("talos")
+    state, torque = random_state(robot)
+    flat = State(state.position, state.velocity, state.acceleration)
+    assert_rooted_equals_dense(robot, "left", flat, torque)
+
+
+@pytest.mark.parametrize("name", ["talos", "g1", "slider"])
+def test_effective_inertia_is_that_of_the_rooted_tree(name, slider):
+    """M_mod of (5.13), where the position-controlled joints are given."""
+    robot = slider if name == "slider" else example_robot(name)
+    state, torque = random_state(robot, 3)
+    rooted = joint_inertia(robot.rooted_at("left"), state.position)
+    place = np.ix_(robot.torque_controlled, robot.torque_controlled)
+    for k in range(3):
+        mobility = constrained_sample(robot, ("left",), state, torque, k).mobility
+        M_mod = np.linalg.inv(mobility)
+        np.testing.assert_allclose(M_mod, rooted[k][place], atol=1e-8 * np.abs(M_mod).max())
+
+
+@pytest.mark.parametrize("name", ["talos", "g1"])
+def test_known_friction_is_found_on_each_foot(name):
+    robot, log, truth = made(name, "walk")
+    state = state_of(robot, log, truth)
+    columns = robot.torque_controlled
+    for k, foot in enumerate(log.foot_names):
+        rows = log.contact[:, k] & (log.contact.sum(axis=1) == 1)
+        assert rows.sum() > 100
+        friction, wrench = rooted_friction(robot, foot, state.take(rows), log.torque[rows])
+        np.testing.assert_allclose(friction[:, columns], truth.friction_torque[rows][:, columns], atol=1e-9)
+        np.testing.assert_allclose(wrench, log.foot_wrench[rows, k], atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda", "kinova"])
+def test_known_friction_is_found_on_a_fixed_base(name):
+    robot = example_robot(name)
+    log, truth = exact_log(robot, Stribeck(), dict.fromkeys(robot.joint_names, STRIBECK), duration=1)
+    wrench, needed = rooted_inverse_dynamics(robot.tree, log.position, log.velocity, log.acceleration)
+    np.testing.assert_allclose(log.torque - needed, truth.friction_torque, atol=1e-10)
+    assert wrench.shape == (len(log.time), 0)
+
+
+def test_level_soles_and_the_base_orientation_say_the_same():
+    robot, log, truth = made("g1", "walk")
+    rows = log.contact[:, 0]
+    state = state_of(robot, log, truth).take(rows)
+    flat = State(state.position, state.velocity, state.acceleration)
+    tilted, _ = rooted_friction(robot, "left", state, log.torque[rows])
+    level, _ = rooted_friction(robot, "left", flat, log.torque[rows])
+    np.testing.assert_allclose(tilted, level, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.7, 3.0])
+def test_heading_does_not_matter_and_tilt_does(angle):
+    robot, log, truth = made("talos", "walk")
+    rows = log.contact[:, 0]
+    state, torque = state_of(robot, log, truth).take(rows), log.torque[rows]
+    reference, _ = rooted_friction(robot, "left", state, torque)
+    for axis, same in (((0, 0, 1), True), ((1, 0, 0), False)):
+        turned = Rotation.from_rotvec(angle * np.array(axis)) * Rotation.from_quat(state.orientation.quaternion)
+        turn = Orientation(turned.as_quat(), state.orientation.angular_velocity, state.orientation.angular_acceleration)
+        moved = State(state.position, state.velocity, state.acceleration, turn)
+        friction, _ = rooted_friction(robot, "left", moved, torque)
+        assert (np.abs(friction - reference).max() < 1e-9) == same
+
+
+@pytest.mark.parametrize(("gait", "standing"), [("walk", 3), ("trot", 2), ("stand", 4)])
+def test_motion_of_the_base_follows_from_point_feet(gait, standing):
+    robot, log, truth = made("go2", gait)
+    state = state_of(robot, log, truth)
+    rows_of: dict[tuple[str, ...], list[int]] = {}
+    for k, flags in enumerate(log.contact):
+        if flags.sum() == standing:
+            rows_of.setdefault(tuple(np.array(log.foot_names)[flags]), []).append(k)
+    assert rows_of
+    for feet, rows in rows_of.items():
+        motion = base_root(robot, feet, state.take(np.array(rows)))
+        np.testing.assert_allclose(motion.velocity, truth.base_velocity[rows], atol=1e-9)
+        np.testing.assert_allclose(motion.acceleration, truth.base_acceleration[rows], atol=1e-8)
+        needed = rooted_inverse_dynamics(
+            robot.tree, log.position[rows], log.velocity[rows], log.acceleration[rows], motion
+        )[1]
+        swinging = ~robot.standing(feet)
+        friction = (log.torque[rows] - needed)[:, swinging]
+        np.testing.assert_allclose(friction, truth.friction_torque[rows][:, swinging], atol=1e-8)
+
+
+def test_point_feet_need_a_base_orientation():
+    robot = example_robot("go2")
+    state, _ = random_state(robot)
+    bare = State(state.position, state.velocity, state.acceleration)
+    with pytest.raises(LogError, match="FL\\+RR are point feet.*expected a channel base_orientation"):
+        base_root(robot, ("FL", "RR"), bare)
+
+
+OPEN = [("talos", "stand", ("left", "right")), ("go2", "trot", ("FR", "RL")), ("go2", "walk", ("FR", "RL", "RR"))]
+
+
+@pytest.mark.parametrize(("name", "gait", "feet"), OPEN)
+def test_where_contacts_leave_friction_open(name, gait, feet):
+    """Acceleration with the true friction is the measured one; (6.1) finds a smaller friction that explains it too."""
+    robot, log, truth = made(name, gait)
+    state = state_of(robot, log, truth)
+    flags = np.array([foot in feet for foot in log.foot_names])
+    rows = np.flatnonzero((log.contact == flags).all(axis=1))[:60:15]
+    guess = minimum_norm_friction_torque(robot, feet, state.take(rows), log.torque[rows], penalty=1e-10)
+    columns = robot.torque_controlled
+    for k, row in enumerate(rows):
+        sample = constrained_sample(robot, feet, state, log.torque, int(row))
+        true = truth.friction_torque[row, columns]
+        scale = np.abs(sample.difference).max()
+        assert scale > 1
+        np.testing.assert_allclose(sample.mobility @ true, sample.difference, atol=1e-7 * scale)
+        np.testing.assert_allclose(sample.mobility @ guess[k, columns], sample.difference, atol=1e-4 * scale)
+        assert np.linalg.norm(guess[k, columns]) < np.linalg.norm(true)
+        assert np.linalg.matrix_rank(sample.mobility, tol=1e-8) < len(columns)
+        unseen = true - guess[k, columns]
+        assert np.abs(unseen).max() > 0.1  # which is why it is a guess
+    assert np.isnan(guess[:, [k for k in range(guess.shape[1]) if k not in columns]]).all()
+
+
+def test_heavy_penalty_shrinks_the_guess():
+    robot, log, truth = made("talos", "stand")
+    state, rows = state_of(robot, log, truth), np.array([50, 300])
+    light, heavy = (
+        minimum_norm_friction_torque(robot, ("left", "right"), state.take(rows), log.torque[rows], penalty=penalty)[
+            :, robot.torque_controlled
+        ]
+        for penalty in (1e-8, 1e8)
+    )
+    assert np.abs(heavy).max() < 1e-2 * np.abs(light).max()
+
+
+def test_orientation_from_quaternions_is_that_of_the_base():
+    """Angular velocity and acceleration from the quaternion's derivatives, here by spline-fine differences."""
+    robot, log, truth = made("g1", "walk")
+    quaternion = root_quaternions(robot, log.position, log.base_orientation)
+    step = log.time[1] - log.time[0]
+    rate = (quaternion[2:] - quaternion[:-2]) / (2 * step)
+    change = (quaternion[2:] - 2 * quaternion[1:-1] + quaternion[:-2]) / step**2
+    turn = orientation_from_derivatives(quaternion[1:-1], rate, change)
+    np.testing.assert_allclose(turn.angular_velocity, truth.base_velocity[1:-1, 3:], atol=1e-3)
+    np.testing.assert_allclose(turn.angular_acceleration, truth.base_acceleration[1:-1, 3:], atol=1e-2)
+
+
+def test_no_samples_give_no_samples():
+    robot = example_robot("ur5")
+    empty = np.empty((0, 6))
+    wrench, torque = rooted_inverse_dynamics(robot.tree, empty, empty, empty)
+    assert wrench.shape == (0, 0)
+    assert torque.shape == (0, 6)
