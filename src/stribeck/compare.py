@@ -18,8 +18,9 @@ DIRECTED = frozenset({"offset", "coulomb_positive", "coulomb_negative", "viscous
 class Difference:
     """One parameter of one joint, or of two mirrored joints, in both results.
 
-    `difference` is b - a with its 95 % interval; `z_score` is the difference in standard errors; `agrees` says
-    whether the interval holds zero. Nothing is said about a joint that only one side identified: it is in `missing`.
+    `difference` is b - a with its 95 % interval; `z_score` is the difference in standard errors, None if they are
+    zero; `agrees` says whether the interval holds zero. Nothing is said about a joint that only one side identified:
+    it is in `missing`.
     """
 
     joint: str
@@ -29,7 +30,7 @@ class Difference:
     b: float
     difference: float
     interval_95: tuple[float, float]
-    z_score: float
+    z_score: float | None
     agrees: bool
     weak: bool
 
@@ -119,7 +120,7 @@ def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimat
         b=b.value,
         difference=difference,
         interval_95=(difference - below, difference + above),
-        z_score=difference / error if error > 0 else 0.0,
+        z_score=difference / error if error > 0 else None,
         agrees=difference - below <= 0 <= difference + above,
         weak="weak" in (a.verdict, b.verdict),
     )

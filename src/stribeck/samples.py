@@ -50,3 +50,7 @@ class Samples:
     support_names: tuple[str, ...]
     stride: int = 1
     prismatic: tuple[bool, ...] = ()
+
+    def slides(self, column: int) -> bool:
+        """Whether the joint of a column is prismatic."""
+        return bool(self.prismatic) and self.prismatic[column]

@@ -72,6 +72,8 @@ def test_units_of_torque_do_not_matter(make_samples, make_joint, factor: float) 
 def test_prismatic_speeds_are_found_too(make_samples, make_joint, truth) -> None:
     slow = {**truth, "stribeck_velocity": 0.002, "slope": 6000.0, "viscous": 50.0}
     samples = make_samples({"slide": make_joint(truth=slow, speed=0.02, noise=0.0)})
+    assert fit_law(samples, get_law("stribeck"), SETTINGS) == {}  # too slow for a revolute joint
+    samples = replace(samples, prismatic=(True,))
     fit = fit_law(samples, get_law("stribeck"), SETTINGS)["slide"]
     np.testing.assert_allclose(fit.values, list(slow.values()), rtol=1e-5)
 
@@ -127,7 +129,7 @@ def test_elimination_is_bounded_linear_least_squares(make_samples, make_joint, n
     assert np.sum((problem.predict(values) - problem.friction_torque) ** 2) == pytest.approx(cost, rel=1e-9)
 
 
-def test_joints_without_enough_samples_are_left_out(make_samples, make_joint) -> None:
+def test_joints_that_do_not_move_enough_are_left_out(make_samples, make_joint) -> None:
     samples = make_samples({"knee": make_joint(), "neck": make_joint()}, blocks=8)
     usable = samples.usable.copy()
     usable[:, 1] = samples.block == 3

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit import fit_law
+from stribeck.identification.curve_fit import fit_joint, fit_law
 from stribeck.identification.problem import joint_problem
 from stribeck.identification.verdict import judge
 from stribeck.settings import Settings
@@ -58,6 +58,6 @@ def test_one_direction_alone_raises_no_warning(make_samples, make_joint):
     samples = make_samples({"knee": make_joint(law=law.name, truth=TRUTH, speed=0.1, drift=1.0)}, blocks=8)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        fit = fit_law(samples, law, Settings(law=law.name))["knee"]
+        fit = fit_joint(joint_problem(samples, "knee", law, Settings()))
     assert np.all(np.isfinite(fit.intervals))
     assert fit.standard_errors[1] > 10 * TRUTH["coulomb"]

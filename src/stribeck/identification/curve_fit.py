@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from stribeck.friction import FrictionLaw, Parameter
 from stribeck.identification.covariance import block_covariance, intervals_95
+from stribeck.identification.excitation import excitation
 from stribeck.identification.problem import FitProblem, hold_out, joint_problem
 from stribeck.identification.robust import TUNING, Loss, influence, robust_scale
 from stribeck.identification.speed import top_speed
@@ -92,20 +93,24 @@ class JointFit:
 
 
 def fit_law(samples: Samples, law: FrictionLaw, settings: Settings) -> dict[str, JointFit]:
-    """Fit a law to every joint that has more training samples than parameters, in at least two blocks.
+    """Fit a law to every joint that moves enough; every n-th block is held out.
 
     Whether the numbers mean anything is for `verdict.judge` to say.
     """
     fits = {}
-    for joint in samples.joint_names:
-        training, _ = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
-        if len(training.velocity) > len(training.parameters) and training.block[0] != training.block[-1]:
+    for column, joint in enumerate(samples.joint_names):
+        problem = joint_problem(samples, joint, law, settings)
+        if not excitation(problem, samples.slides(column)).reason:
+            training, _ = hold_out(problem, settings.holdout)
             fits[joint] = fit_joint(training, settings.loss)
     return fits
 
 
 def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
-    """Fit one joint: many starts and a few descents on a subset, the best one finished on all samples."""
+    """Fit one joint: many starts and a few descents on a subset, the best one finished on all samples.
+
+    The problem needs samples of at least two blocks: intervals come from how blocks differ.
+    """
     # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
     with threadpool_limits(limits=1, user_api="blas"):
         best, bend, starts = _minimise(problem, loss)
@@ -144,8 +149,8 @@ def _descend(
     logs = problem.logarithmic
     # residuals of order one, whatever the joint's torque: SciPy's gradient tolerance is absolute
     scale = max(float(np.sqrt(np.mean(problem.friction_torque**2))), 1e-30) * np.sqrt(len(problem.velocity))
-    lower = _internal(np.array([parameter.lower for parameter in problem.parameters]), logs)
-    upper = _internal(np.array([parameter.upper for parameter in problem.parameters]), logs)
+    bounds = problem.bounds
+    lower, upper = _internal(bounds[:, 0], logs), _internal(bounds[:, 1], logs)
 
     def residual(u: Array) -> Array:
         return np.asarray((problem.predict(_external(u, logs)) - problem.friction_torque) / scale)
@@ -167,9 +172,10 @@ def _descend(
         gtol=tolerance**1.5,
         max_nfev=EVALUATIONS,
     )
-    return _Descent(
-        _external(solution.x, logs), float(solution.cost * scale**2), solution.active_mask != 0, solution.status > 0
-    )
+    held = solution.active_mask != 0
+    ended = np.where(held, np.where(solution.active_mask < 0, lower, upper), solution.x)  # SciPy stops just short
+    values = np.clip(_external(ended, logs), bounds[:, 0], bounds[:, 1])  # a logarithm's way there and back rounds
+    return _Descent(values, float(solution.cost * scale**2), held, solution.status > 0)
 
 
 def _describe(problem: FitProblem, best: _Descent, loss: Loss, bend: float, starts: int) -> JointFit:
@@ -182,7 +188,7 @@ def _describe(problem: FitProblem, best: _Descent, loss: Loss, bend: float, star
     found = block_covariance(jacobian, score, problem.block, _prior(problem))
     deviation = np.sqrt(np.diag(found.covariance))
     to_external = np.where(logs, values, 1.0)
-    bounds = np.array([(parameter.lower, parameter.upper) for parameter in problem.parameters])
+    bounds = problem.bounds
     intervals = intervals_95(values, deviation, found.degrees_of_freedom, logs)
     distance = np.min(np.abs(_internal(values, logs)[:, None] - _internal(bounds.T, logs).T), axis=1)
     return JointFit(

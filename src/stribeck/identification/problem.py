@@ -48,6 +48,11 @@ class FitProblem:
         """Which parameters are fitted by their logarithm, shape (p,)."""
         return np.array([parameter.logarithmic for parameter in self.parameters])
 
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper bound of each parameter, shape (p, 2)."""
+        return np.array([(parameter.lower, parameter.upper) for parameter in self.parameters])
+
     def predict(self, values: Array) -> Array:
         """Return the torque [N m] of parameter values, shape (p,) -> (N,)."""
         if self.acceleration is None:

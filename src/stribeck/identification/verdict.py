@@ -33,9 +33,9 @@ def judge(
     results = {}
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
-        prismatic = bool(samples.prismatic) and samples.prismatic[column]
+        prismatic = samples.slides(column)
         moved = excitation(problem, prismatic)
-        if moved.reason or joint not in fits:
+        if moved.reason:
             results[joint] = _not_excited(moved)
         else:
             results[joint] = _judge_joint(fits[joint], problem, moved, settings.holdout, prismatic)
@@ -46,7 +46,7 @@ def _not_excited(moved: Excitation) -> JointResult:
     return JointResult(
         parameters={},
         verdict="not excited",
-        reason=moved.reason or "too few samples are left for the fit when every n-th block is held out",
+        reason=moved.reason,
         samples=moved.samples,
         velocity_range=moved.velocity_range,
         reversals=moved.reversals,

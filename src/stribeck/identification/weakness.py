@@ -18,12 +18,21 @@ RISING = 2.0
 
 
 def is_weak(fit: JointFit) -> NDArray[np.bool_]:
-    """Return which parameters are weak, shape (p,)."""
+    """Return which parameters are weak, shape (p,).
+
+    Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
+    is a bound of physics, any other is where the search gave up.
+    """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
         offset, coulomb = fit.names.index("offset"), fit.names.index("coulomb")
         reference[offset] = max(reference[offset], reference[coulomb])
-    return np.asarray(fit.at_bound | (np.diff(fit.intervals)[:, 0] > reference))
+    low, high = fit.intervals.T
+    cut = [
+        above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
+        for parameter, below, above in zip(fit.parameters, low, high, strict=True)
+    ]
+    return np.asarray(fit.at_bound | cut | (high - low > reference))
 
 
 def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
@@ -40,8 +49,12 @@ def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic:
 def _describe(fit: JointFit, index: int, prismatic: bool) -> str:
     parameter, (low, high) = fit.parameters[index], fit.intervals[index]
     unit = unit_for(parameter, prismatic)
-    text = f"{parameter.name} {fit.values[index]:.3g} ({low:.3g} to {high:.3g}{'' if unit == '1' else ' ' + unit})"
-    return f"{text} sits on its bound" if fit.at_bound[index] else text
+    suffix = "" if unit == "1" else f" {unit}"
+    if fit.at_bound[index]:
+        value = fit.values[index]
+        bound = min(parameter.lower, parameter.upper, key=lambda end: abs(value - end))
+        return f"{parameter.name} at its bound, {bound:.3g}{suffix}"
+    return f"{parameter.name} {fit.values[index]:.3g} ({low:.3g} to {high:.3g}{suffix})"
 
 
 def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:
@@ -65,11 +78,11 @@ def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: 
 def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], velocity: Array, unit: str) -> list[str]:
     speed = values["stribeck_velocity"]
     slower = float(np.mean(np.abs(velocity) < speed))
+    causes = []
     if slower >= MOST:
-        return [f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"]
-    if slower <= FEW:
-        return [f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"]
-    gain = fit.names.index("stribeck_gain")
-    if "stribeck_gain" in open_ and fit.intervals[gain, 0] <= 0:
-        return ["there may be no Stribeck effect at all; the law coulomb-viscous has no such parameters"]
-    return []
+        causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+    elif slower <= FEW:
+        causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+    if "stribeck_gain" in open_ and fit.intervals[fit.names.index("stribeck_gain"), 0] <= 0:
+        causes.append("there may be no Stribeck effect at all, and the law coulomb-viscous has no such parameters")
+    return causes
