@@ -2,8 +2,8 @@
 
     python -m benchmarks.friction_torque
 
-The floor is one `rneaInParallel` over the same samples: no inverse dynamics can be cheaper. Per-sample loops are timed on fewer
-samples, and all times are per sample of one run on one machine.
+The floor is one `rneaInParallel` over the same samples: no inverse dynamics can be cheaper. Per-sample loops are timed
+on fewer samples, and all times are per sample of one run on one machine.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def floor_of(robot: Robot, samples: int) -> Callable[[], None]:
 
 
 def from_motion(robot: Robot, log: RobotLog) -> None:
-    """The friction torque of a motion that is known, chunk by chunk, all samples on one foot."""
+    """Work out the friction torque of a known motion, chunk by chunk, all samples on one foot."""
     assert log.position is not None
     for start in range(0, len(log.time), 16_384):
         rows = slice(start, start + 16_384)
@@ -106,7 +106,7 @@ def from_motion(robot: Robot, log: RobotLog) -> None:
 
 
 def from_positions(robot: Robot, log: RobotLog) -> None:
-    """What `identify` does: differentiate, choose the standing foot, friction torque."""
+    """Do what `identify` does: find the support, differentiate, friction torque."""
     segments = (slice(0, len(log.time)),)
     settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31))
     phases = find_support_phases(log, robot, segments, settings.support).phases
@@ -115,7 +115,7 @@ def from_positions(robot: Robot, log: RobotLog) -> None:
 
 
 def pinocchio_loop(robot: Robot, log: RobotLog) -> None:
-    """What a user would write who knows about re-rooting: a Python loop over `pin.rnea`."""
+    """Do what a user would who knows about re-rooting: a Python loop over `pin.rnea`."""
     rooted = robot.rooted_at(FEET[0])
     model, data = rooted.model, rooted.model.createData()
     configuration, velocity, acceleration = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
@@ -129,7 +129,7 @@ def pinocchio_loop(robot: Robot, log: RobotLog) -> None:
 
 
 def dense_loop(robot: Robot, log: RobotLog) -> None:
-    """The paper's equations, sample by sample."""
+    """Do what the paper says, sample by sample."""
     rows = slice(0, LOOP_SAMPLES)
     state = State(log.position[rows], log.position[rows], log.position[rows])
     dense_friction_torque(robot, (FEET[0],), state, log.torque[rows])

@@ -29,7 +29,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path, robot = Path(folder), talos(Path(folder))
         log = stepping_log(robot, options.samples)
-        columns = {"time": log.time}
+        columns: dict[str, object] = {"time": log.time}
         for k, joint in enumerate(log.joint_names):
             columns[f"position.{joint}"] = log.position[:, k]
             columns[f"torque.{joint}"] = log.torque[:, k]

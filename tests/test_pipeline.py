@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from arm import TRUTH, arm_log, save_npz, write_arm
+from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
 import stribeck.collect
 import stribeck.friction_torque

@@ -185,13 +185,18 @@ def progress_bar() -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
+class Interrupted(BaseException):
+    """The user or the system asks to stop; what is half written is taken away on the way out."""
+
+
 def _stop(signum: int, frame: object) -> NoReturn:
-    raise KeyboardInterrupt
+    raise Interrupted
 
 
 def main() -> None:
     """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3."""
-    signal.signal(signal.SIGTERM, _stop)  # what is half written is taken away, as for Ctrl-C
+    for request in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(request, _stop)
     try:
         app()
     except StribeckError as error:
@@ -201,6 +206,6 @@ def main() -> None:
         place = f"{error.filename}: " if error.filename else ""
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
-    except KeyboardInterrupt:
+    except Interrupted:
         console.print_error("interrupted; nothing was written")
         sys.exit(130)

@@ -51,8 +51,8 @@ def print_result(result: Result) -> None:
     table.add_column("verdict")
     for name in names:
         units = {j.parameters[name].unit for j in result.joints.values() if name in j.parameters}
-        table.add_column(escape(f"{name} [{', '.join(sorted(units))}]"), justify="right")
-    table.add_column(escape("RMS held out [N m]"), justify="right")
+        table.add_column(escape(f"{name}\n[{', '.join(sorted(units))}]"), justify="right")
+    table.add_column(escape("RMS held out\n[N m]"), justify="right")
     for joint, found in result.joints.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
         rms = number(found.validation.rms) if found.validation else ""

@@ -1,5 +1,10 @@
 """Errors a user can meet: one sentence with the file, the place, what was found and what would be valid."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class StribeckError(Exception):
     """The input or the settings are wrong; the command line prints the message and ends with exit code 2."""
@@ -23,3 +28,15 @@ class NothingIdentifiedError(StribeckError):
     """The input is sound, but no joint's friction can be identified from it; exit code 3."""
 
     exit_code = 3
+
+
+@contextmanager
+def errors_about(path: str) -> Iterator[None]:
+    """Put a log's path into errors that were raised where it is not known, and say "log: ..." instead."""
+    try:
+        yield
+    except LogError as error:
+        message = str(error)
+        if not path or not message.startswith("log: "):
+            raise
+        raise LogError(path + message.removeprefix("log")) from error

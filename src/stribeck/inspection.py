@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from stribeck.errors import errors_about
 from stribeck.friction_torque import support_name
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
@@ -101,7 +102,11 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot, settings: Settings | N
     LogError, SettingsError
         If the log cannot be used at all.
     """
-    prepared = prepare(log, robot, settings or robot.settings)
+    with errors_about(log.path if isinstance(log, RobotLog) else str(log)):
+        return _inspect(prepare(log, robot, settings or robot.settings), robot)
+
+
+def _inspect(prepared: PreparedLog, robot: Robot) -> Inspection:
     log, sampling = prepared.log, prepared.sampling
     runs = list(_runs(prepared, robot))
     joints = {
@@ -191,8 +196,8 @@ def _span(values: Array) -> tuple[float, float]:
 def _delay(runs: list[_Run], k: int, period: float) -> float | None:
     """Return by how much the torque comes late [s], or None where the model explains too little of it.
 
-    For every shift the torque is regressed on the model's torque, the velocity, its sign and a constant, so that
-    friction is not taken for a delay; a parabola through the best shift and its neighbours gives the fraction of a sample.
+    For every shift the torque is regressed on the model's torque, the velocity, its sign and a constant: friction shall
+    not be taken for a delay. A parabola through the best shift and its neighbours gives the fraction of a sample.
     """
     reach = max(2, round(LONGEST_DELAY / period))
     runs = [run for run in runs if len(run.model) > 2 * reach + SHORTEST_RUN / period]

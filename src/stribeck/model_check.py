@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
+from stribeck.rooting import is_floating
 
 RELATIVE_TOLERANCE = 1e-5
 """Largest relative difference of mass and inertia matrix that counts as equal; model files have six digits."""
@@ -83,8 +84,10 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
     names = [compiled.joint(joint).name for joint in hinges]
     _require_same_joints(path, set(names), model)
     _require_same_mass(path, float(compiled.body_mass.sum()), model)
-    theirs = np.array([compiled.jnt_dofadr[joint] for joint in hinges], dtype=int)
-    ours = np.array([model.joints[model.getJointId(name)].idx_v for name in names], dtype=int)
+    theirs = [int(compiled.jnt_dofadr[joint]) for joint in hinges]
+    ours = [int(model.joints[model.getJointId(name)].idx_v) for name in names]
+    if is_floating(model):  # both have a free joint first; upright, world and body coordinates are the same
+        theirs, ours = [*range(6), *theirs], [*range(6), *ours]
     difference = _inertia_difference(compiled, model, hinges, names, theirs, ours)
     if difference > RELATIVE_TOLERANCE:
         raise RobotFileError(
@@ -120,8 +123,8 @@ def _inertia_difference(
     model: pin.Model,
     hinges: list[int],
     names: list[str],
-    theirs: np.ndarray,
-    ours: np.ndarray,
+    theirs: list[int],
+    ours: list[int],
 ) -> float:
     """Return the largest relative difference of the two joint-space inertia matrices at a few configurations."""
     data, mujoco_data = model.createData(), mujoco.MjData(compiled)
@@ -130,6 +133,8 @@ def _inertia_difference(
     for _ in range(3):
         configuration = pin.neutral(model)
         mujoco_data.qpos[:] = compiled.qpos0
+        if is_floating(model):
+            mujoco_data.qpos[3:7] = 1, 0, 0, 0
         for joint, name in zip(hinges, names, strict=True):
             value = generator.uniform(-1.0, 1.0)
             joint_model = model.joints[model.getJointId(name)]

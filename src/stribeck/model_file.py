@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
@@ -37,21 +38,28 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
         if kind == "urdf":
             check_urdf_links(path)
             model = pin.buildModelFromUrdf(str(path), root) if root else pin.buildModelFromUrdf(str(path))
-            warnings = check_urdf(path, model)
+            notes = check_urdf(path, model)
         elif kind == "sdf":
-            model, warnings = build_from_sdf(path, root)
-            warnings += check_sdf(model)
+            model, notes = build_from_sdf(path, root)
+            notes += check_sdf(model)
         else:
             model = pin.buildModelFromMJCF(str(path))
-            warnings = check_mjcf(path, model)
+            notes = check_mjcf(path, model)
             if root and not is_floating(model):
-                model = pin.buildModelFromMJCF(str(path), root, "root_joint")[0]
+                model = _mjcf_with_root(path, root)
     except (ValueError, RuntimeError, IndexError) as error:
         detail = " ".join(str(error).split())[:200]
         raise RobotFileError(f"{path}: Pinocchio cannot read this {kind.upper()} model: {detail}") from error
     if base == "fixed" and is_floating(model):
         model = pin.buildReducedModel(model, [1], pin.neutral(model))
-    return model, warnings
+    return model, notes
+
+
+def _mjcf_with_root(path: Path, root: pin.JointModelFreeFlyer) -> pin.Model:
+    """Return the model of an MJCF file whose root is fixed there, under a free flyer."""
+    with warnings.catch_warnings():  # Pinocchio deprecates its tuple of model and constraints, and has no other call
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return pin.buildModelFromMJCF(str(path), root, "root_joint")[0]
 
 
 def _kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:

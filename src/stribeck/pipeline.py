@@ -112,6 +112,9 @@ def _result(
             phases=first.phases,
             stretch=_without_armature(first.stretch, fits),
             provenance=provenance(settings, robot.path, choices),
+            prismatic=frozenset(
+                name for name, slides in zip(robot.joint_names, robot.prismatic, strict=True) if slides
+            ),
             notes=[note for part in surveys for note in part.notes],
         ),
     )

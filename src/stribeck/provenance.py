@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -50,5 +50,14 @@ def provenance(settings: Settings, robot_file: str, choices: Sequence[tuple[str,
         ("Robot file", robot_file),
         *([("Robot file SHA-256", sha256(robot_file))] if sha256(robot_file) else []),
         *choices,
-        *((f"Setting {key}", str(value)) for key, value in settings.model_dump(exclude={"filter"}).items()),
+        *(("Setting " + key, text) for key, text in _flat(settings.model_dump(exclude={"filter"}))),
     ]
+
+
+def _flat(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the settings with dotted keys, as they are typed after `--set`."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", str(value)

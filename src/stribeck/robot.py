@@ -93,7 +93,7 @@ class Robot:
 
     @cached_property
     def mass(self) -> float:
-        """Total mass of everything that moves [kg]."""
+        """Total mass of the model, a fixed base included [kg]."""
         return float(sum(inertia.mass for inertia in self.tree.model.inertias))
 
     @cached_property
@@ -190,7 +190,10 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
             raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {there}")
     gravity = np.array(table.gravity)
     model.gravity.linear = gravity
-    tree = root_at(model)
+    try:
+        tree = root_at(model)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: {error}") from error
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
     order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
     if table.torque_source == "link_side_sensor" and np.any(tree.model.armature):

@@ -11,6 +11,7 @@ import numpy as np
 from stribeck.auto_filter import cutoff_from_log
 from stribeck.collect import MOST_KEPT, GroundReaction, join, thin
 from stribeck.contact import SupportPhase, SupportPhases, find_support_phases
+from stribeck.errors import errors_about
 from stribeck.friction_torque import Chunk, friction_torque, support_name
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter, resolve_auto
@@ -134,8 +135,20 @@ def survey(
     LogError, SettingsError
         If the log cannot be used.
     """
-    progress(f"reading log {index + 1} of {count}", index / count)
-    prepared = prepare(source, robot, settings)
+    with errors_about(source.path if isinstance(source, RobotLog) else str(source)):
+        progress(f"reading log {index + 1} of {count}", index / count)
+        prepared = prepare(source, robot, settings)
+        return _work_through(prepared, index, count, robot, write, progress)
+
+
+def _work_through(
+    prepared: PreparedLog,
+    index: int,
+    count: int,
+    robot: Robot,
+    write: Callable[[int, Chunk], None],
+    progress: Progress,
+) -> Survey:
     log, phases = prepared.log, prepared.support.phases
     stride = max(1, -(-sum(phase.last - phase.first for phase in phases) * count // MOST_KEPT))
     ground = GroundReaction()

@@ -1,0 +1,230 @@
+"""The command line as a user types it: exit codes, one sentence for what is wrong, whole outputs or none."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.arm import URDF, arm_log, save_npz, write_arm
+from tests.damaged import DAMAGED
+from tests.readers.formats import JOINTS
+
+from stribeck import Robot
+from stribeck.cli import main
+
+ON_FEET = {"npz of contact forces", "parquet with half a wrench"}
+"""Damages that a robot without feet does not meet."""
+OUTPUTS = ["friction_torque.parquet", "report.html", "result.json"]
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with robot.toml, arm.urdf and a sound log.npz."""
+    folder = tmp_path_factory.mktemp("arm")
+    robot = Robot.from_file(write_arm(folder))
+    save_npz(arm_log(robot, duration=12), folder / "log.npz")
+    return folder
+
+
+def run(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["stribeck", *map(str, arguments)])
+        handlers = {request: signal.getsignal(request) for request in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            main()
+        except SystemExit as stop:
+            return int(stop.code or 0)
+        finally:
+            for request, handler in handlers.items():
+                signal.signal(request, handler)
+    return 0
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Run what must be refused; return the sentence."""
+    assert run(*arguments) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1, printed.err
+    assert "Traceback" not in printed.err
+    return printed.err
+
+
+def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out") == 0
+    assert sorted(os.listdir(tmp_path / "out")) == OUTPUTS
+    assert os.listdir(tmp_path) == ["out"]
+    printed = capsys.readouterr().out
+    assert "identified" in printed
+    assert "coulomb" in printed
+    assert "s/rad" in printed
+    document = json.loads((tmp_path / "out/result.json").read_text())
+    assert document["schema"] == 1
+    assert list(document["joints"]) == ["shoulder", "elbow", "slide"]
+
+
+def test_json_is_the_result_and_nothing_else(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out", "--json")
+    assert run(*arguments, "--law", "coulomb-viscous", "--set", "filter.kind=central") == 0
+    printed = capsys.readouterr().out
+    assert printed == (tmp_path / "out/result.json").read_text()
+    assert json.loads(printed)["law"] == "coulomb-viscous"
+
+
+def test_the_same_input_gives_the_same_files(arm: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        assert run("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / name) == 0
+    for file in OUTPUTS:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_inspect_prints_and_writes_a_page(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("inspect", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "page.html") == 0
+    assert "1000 Hz" in capsys.readouterr().out
+    assert (tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
+    assert run("inspect", arm / "log.npz", "-r", arm / "robot.toml", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["rate"] == pytest.approx(1000)
+
+
+def test_compare_of_a_result_with_itself_agrees(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out")
+    capsys.readouterr()
+    assert run("compare", tmp_path / "out/result.json", tmp_path / "out", "--json") == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert len(rows) == 18
+    assert all(row["difference"] == 0 and row["agrees"] for row in rows)
+
+
+def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=8)
+    still = save_npz(
+        log, tmp_path / "still.npz", position=np.zeros_like(log.position), velocity=None, acceleration=None
+    )
+    assert run("identify", still, "-r", arm / "robot.toml", "-o", tmp_path / "out") == 3
+    assert "no joint can be identified" in capsys.readouterr().err
+    assert os.listdir(tmp_path) == ["still.npz"]
+
+
+@pytest.mark.parametrize(("name", "maker", "words"), DAMAGED, ids=[case[0] for case in DAMAGED])
+def test_a_damaged_log(
+    name: str, maker: Callable[[Path], Path], words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log").mkdir()
+    (tmp_path / "robot").mkdir()
+    urdf = URDF
+    for old, new in zip(("shoulder", "elbow", "slide"), JOINTS, strict=True):
+        urdf = urdf.replace(f'"{old}"', f'"{new}"')
+    robot = write_arm(tmp_path / "robot")
+    if name in ON_FEET:
+        robot.write_text('[robot]\nmodel = "arm.urdf"\n[contacts.left_foot]\nframe = "hand"\n')
+    (tmp_path / "robot/arm.urdf").write_text(urdf)
+    path = maker(tmp_path / "log")
+    sentence = refused(capsys, "identify", path, "-r", robot, "-o", tmp_path / "out")
+    assert path.name in sentence
+    for word in words:
+        assert word in sentence
+    assert not (tmp_path / "out").exists()
+
+
+ROBOT_FILES = {
+    "missing file": (None, ["cannot be read"]),
+    "not toml": ("[robot\n", ["is not TOML"]),
+    "no robot table": ("", ["'robot' is missing"]),
+    "no model": ("[robot]\nbase = 'fixed'\n", ["'robot.model' is missing"]),
+    "missing model": ("[robot]\nmodel = 'other.urdf'\n", ["other.urdf", "no such model file"]),
+    "misspelt key": ("[robot]\nmodel = 'arm.urdf'\nbas = 'fixed'\n", ["unknown key 'robot.bas'"]),
+    "wrong base": ("[robot]\nmodel = 'arm.urdf'\nbase = 'flying'\n", ["'flying'", "'floating' or 'fixed'"]),
+    "negative armature": ("[robot]\nmodel = 'arm.urdf'\narmature = { elbow = -1.0 }\n", ["robot.armature.elbow", "-1"]),
+    "unknown joint": ("[robot]\nmodel = 'arm.urdf'\nlocked = { knee = 0.0 }\n", ["'knee'", "shoulder, elbow, slide"]),
+    "unknown frame": ("[robot]\nmodel = 'arm.urdf'\n[contacts.foot]\nframe = 'toe'\n", ["'toe'", "hand"]),
+    "contacts of a fixed base": (
+        "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\n[contacts.foot]\nframe = 'hand'\n",
+        ["[contacts]", "floating"],
+    ),
+    "unknown unit": (
+        "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\n[log]\nposition = { unit = 'furlong' }\n",
+        ["furlong"],
+    ),
+    "even window": (
+        "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\n[identify.filter]\nkind = 'savitzky-golay'\nwindow = 30\n",
+        ["window", "30", "odd"],
+    ),
+    "everything locked": (
+        "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\nlocked = { shoulder = 0.0, elbow = 0.0, slide = 0.0 }\n",
+        ["no joint left"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "words"), ROBOT_FILES.values(), ids=ROBOT_FILES)
+def test_a_wrong_robot_file(
+    text: str | None, words: list[str], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "arm.urdf").write_text(URDF)
+    if text is not None:
+        (tmp_path / "bad.toml").write_text(text)
+    sentence = refused(capsys, "identify", arm / "log.npz", "-r", tmp_path / "bad.toml", "-o", tmp_path / "out")
+    for word in words:
+        assert word in sentence
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--law", "karnopp"], ["karnopp", "coulomb-viscous"]),
+        (["--method", "guess"], ["method", "'guess'"]),
+        (["--set", "filter.window"], ["KEY=VALUE"]),
+        (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'"]),
+        (["--set", "holdout=1"], ["holdout", "greater than or equal to 2"]),
+        (["--set", "law.name=1"], ["key 'law'", "valid string"]),
+        (["--set", "filter.kind=butterworth", "--set", "filter.cutoff=900"], ["900 Hz", "below half"]),
+    ],
+)
+def test_wrong_options(
+    options: list[str], words: list[str], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sentence = refused(capsys, "identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out", *options)
+    for word in words:
+        assert word in sentence
+
+
+def test_an_output_that_is_a_file(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "out").write_text("mine")
+    sentence = refused(capsys, "identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out")
+    assert "is a file" in sentence
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for text in ("", "[]", '{"schema": 9}', '{"schema": 1}'):
+        (tmp_path / "result.json").write_text(text)
+        assert "result.json" in refused(capsys, "compare", tmp_path / "result.json")
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, tmp_path: Path) -> None:
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=120)
+    save_npz(log, tmp_path / "log.npz", velocity=None, acceleration=None)
+    command = [sys.executable, "-m", "stribeck", "identify", tmp_path / "log.npz", "-r", arm / "robot.toml"]
+    process = subprocess.Popen([*command, "-o", tmp_path / "out"], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".out.*.part")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(stop)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert complaint == "stribeck: interrupted; nothing was written\n"
+    assert os.listdir(tmp_path) == ["log.npz"]
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--version") == 0
+    assert capsys.readouterr().out.count(".") == 2
