@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from stribeck.friction import FrictionLaw, unit_for
-from stribeck.identification.curve_fit import JointFit
 from stribeck.identification.excitation import Excitation, excitation
+from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.problem import FitProblem, hold_out, joint_problem
 from stribeck.identification.weakness import is_weak, why_weak
 from stribeck.log import Array

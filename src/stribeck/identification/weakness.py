@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.friction import unit_for
-from stribeck.identification.curve_fit import JointFit
+from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.speed import top_speed
 from stribeck.log import Array
 

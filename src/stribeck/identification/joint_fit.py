@@ -1,0 +1,120 @@
+"""What a fit of one joint found: values, and how well they are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.friction import Parameter
+from stribeck.identification.covariance import block_covariance, intervals_95
+from stribeck.identification.descent import Descent, internal_jacobian, to_internal
+from stribeck.identification.problem import FitProblem
+from stribeck.identification.robust import Loss, influence
+from stribeck.identification.speed import top_speed
+from stribeck.log import Array
+
+PRIOR_FACTOR = 100.0
+"""How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
+
+PRIOR_LOGARITHM = 7.0
+"""The same for the logarithm of a scale [1]: a factor of a thousand."""
+
+AT_BOUND = 0.01
+"""A value closer to its bound than this many standard errors [1] sits on it."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointFit:
+    """Fitted parameters of one joint.
+
+    Attributes
+    ----------
+    parameters
+        p parameters: the law's, then the armature if it was fitted.
+    values, standard_errors
+        Shape (p,).
+    covariance
+        Shape (p, p), block-robust.
+    intervals
+        95 %, within the bounds, shape (p, 2).
+    degrees_of_freedom
+        Of each parameter's t quantile, shape (p,).
+    at_bound
+        Which values sit on a bound, shape (p,).
+    rms
+        Root mean square of the training residual [N m].
+    samples, blocks
+        That the fit saw.
+    starts
+        Grid points tried.
+    cost
+        Half the sum of squared training residuals [N^2 m^2] (of the loss, if robust).
+    settled
+        Whether the last descent came to its end; if not, the samples hardly tell its parameters apart.
+    """
+
+    parameters: tuple[Parameter, ...]
+    values: Array
+    standard_errors: Array
+    covariance: Array
+    intervals: Array
+    degrees_of_freedom: Array
+    at_bound: NDArray[np.bool_]
+    rms: float
+    samples: int
+    blocks: int
+    starts: int
+    cost: float
+    settled: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+
+def describe_fit(problem: FitProblem, best: Descent, loss: Loss, bend: float, starts: int) -> JointFit:
+    """Attach covariance, intervals and counts to the minimum that was found."""
+    values, logs = best.values, problem.logarithmic
+    residual = problem.friction_torque - problem.predict(values)
+    jacobian = internal_jacobian(problem, values)
+    psi, slope = influence(residual / bend, loss) if bend else (residual, 1.0)
+    score = psi * (bend or 1.0) / max(slope, 0.1)
+    found = block_covariance(jacobian, score, problem.block, _prior(problem))
+    deviation = np.sqrt(np.diag(found.covariance))
+    factor = np.where(logs, values, 1.0)
+    bounds = problem.bounds
+    intervals = intervals_95(values, deviation, found.degrees_of_freedom, logs)
+    distance = np.min(np.abs(to_internal(values, logs)[:, None] - to_internal(bounds.T, logs).T), axis=1)
+    return JointFit(
+        parameters=problem.parameters,
+        values=values,
+        standard_errors=deviation * factor,
+        covariance=found.covariance * np.outer(factor, factor),
+        intervals=np.clip(intervals, bounds[:, :1], bounds[:, 1:]),
+        degrees_of_freedom=found.degrees_of_freedom,
+        at_bound=best.held | (distance < AT_BOUND * deviation),
+        rms=float(np.sqrt(np.mean(residual**2))),
+        samples=len(residual),
+        blocks=len(np.unique(problem.block)),
+        starts=starts,
+        cost=best.cost,
+        settled=best.settled,
+    )
+
+
+def _prior(problem: FitProblem) -> Array:
+    """Return the standard deviation of each parameter, or its logarithm, before any sample was seen, shape (p,)."""
+    torque = float(np.sqrt(np.mean(problem.friction_torque**2))) or 1.0
+    speed = top_speed(problem.velocity) or 1.0
+    acceleration = 1.0
+    if problem.acceleration is not None:
+        acceleration = float(np.sqrt(np.mean(problem.acceleration**2))) or 1.0
+    by_unit = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
+    widths = [
+        PRIOR_LOGARITHM if parameter.logarithmic else PRIOR_FACTOR * by_unit.get(parameter.unit, 1.0)
+        for parameter in problem.parameters
+    ]
+    return np.array(widths)
