@@ -253,3 +253,10 @@ def test_a_unit_that_the_file_itself_states_is_not_changed_by_settings(tmp_path)
     pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
     robot = StubRobot(log_table=LogTable.model_validate({"time": {"unit": "ms"}}))
     np.testing.assert_allclose(read_log(tmp_path / "log.parquet", robot).time, LOG.time, atol=1e-9)
+
+
+def test_feet_of_a_log_do_not_trouble_a_robot_without_contacts(tmp_path):
+    robot = StubRobot(contacts={})
+    log = read(tmp_path, {}, robot, joint_names=NAMED["joint_names"], contact=LOG.contact, foot_wrench=LOG.foot_wrench)
+    assert (log.contact, log.foot_wrench, log.foot_names) == (None, None, ())
+    assert any("'contact' is ignored" in note for note in log.notes)

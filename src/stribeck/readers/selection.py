@@ -61,7 +61,11 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
             f"name (found {listed(_holdings(source))})"
         )
     notes: list[str] = []
-    labels = {name: _labels(name, channel, source, table, robot, notes) for name, channel in source.channels.items()}
+    labels = {
+        name: _labels(name, channel, source, table, robot, notes)
+        for name, channel in source.channels.items()
+        if not (robot and name in FOOT_CHANNELS and not robot.contacts)  # an arm has no use for feet
+    }
     at = {
         name: places_of([table.joint_names.get(label, label) for label in labels[name]], name, source.path)
         for name in JOINT_CHANNELS
@@ -79,6 +83,7 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
         if name in labels:
             columns[name] = _vector_columns(name, labels[name], source.path)
     feet, of_feet = foot_columns(labels, source, table, robot, notes)
+    notes += [f"'{name}' is ignored: the robot has no contacts." for name in source.channels if name not in labels]
     notes += _ignored(source, at, joints)
     return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
