@@ -199,7 +199,7 @@ def test_point_feet_need_a_base_orientation():
     robot = example_robot("go2")
     state, _ = random_state(robot)
     bare = State(state.position, state.velocity, state.acceleration)
-    with pytest.raises(LogError, match="FL\\+RR are point feet.*expected a channel base_orientation"):
+    with pytest.raises(LogError, match=r"FL\+RR are point feet.*expected a channel base_orientation"):
         base_root(robot, ("FL", "RR"), bare)
 
 

@@ -92,7 +92,7 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
     if difference > RELATIVE_TOLERANCE:
         raise RobotFileError(
             f"{path}: Pinocchio's joint-space inertia matrix differs from MuJoCo's by {difference:.2g} relative; "
-            "simplify the model (no joint 'ref', no nested frames) or use its URDF"
+            "simplify the model (<compiler> without eulerseq, balanceinertia and boundinertia) or use its URDF"
         )
     warnings = check_inertias(path.name, model)
     if compiled.neq:
@@ -197,7 +197,7 @@ def _require_same_joints(path: Path, expected: set[str], model: pin.Model) -> No
             )
             if part
         )
-        hint = "; move bodies out of <frame> elements" if path.suffix != ".urdf" else ""
+        hint = "; move bodies out of <frame> elements and give each body one joint" if path.suffix != ".urdf" else ""
         raise RobotFileError(f"{path}: Pinocchio {found} when it read the model{hint}")
 
 

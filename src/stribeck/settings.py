@@ -32,7 +32,7 @@ class RobotTable(Table):
     position_controlled: list[str] = []
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
-    gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # in the world, or of a fixed base [m/s^2]
+    gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
 
 
 class ContactTable(Table):

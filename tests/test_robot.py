@@ -1,0 +1,297 @@
+"""Robots are read from URDF, MJCF and SDF, and what is wrong about a robot file is said in one sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.models import MODELS, example_robot, make_robot
+
+from stribeck.errors import RobotFileError
+from stribeck.robot import Robot
+
+EXPECTED = {
+    "talos": (32, 90.272192, {"leg_left_1_joint", "torso_2_joint", "arm_right_7_joint"}, []),
+    "g1": (29, 33.34, {"left_hip_pitch_joint", "waist_yaw_joint", "right_wrist_yaw_joint"}, []),
+    "go2": (12, 16.085, {"FL_hip_joint", "RR_calf_joint"}, []),
+    "cassie": (22, 32.94, {"left-knee-op", "right-crank-rod-joint"}, ["left out of the tree: ball joint"]),
+    "icub": (32, 28.346871, {"l_hip_pitch", "neck_yaw"}, ["no rigid body has the inertia given"]),
+    "panda": (9, 17.451901, {"panda_joint1", "panda_finger_joint2"}, ["mimic joints are taken as independent: panda"]),
+    "ur5": (6, 20.9939, {"shoulder_pan_joint", "wrist_3_joint"}, []),
+    "kinova": (6, 4.83784, {"j2s6s200_joint_1"}, []),
+}
+"""Number of joints, moving mass [kg], some joints, beginnings of the warnings."""
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_example_robots_are_read(name):
+    robot = example_robot(name)
+    joints, mass, some, warnings = EXPECTED[name]
+    assert len(robot.joint_names) == joints
+    assert robot.mass == pytest.approx(mass, abs=0.02)
+    assert some <= set(robot.joint_names)
+    assert robot.base == MODELS[name][1].get("base", "floating")
+    assert len(robot.warnings) == len(warnings)
+    for words, warning in zip(warnings, robot.warnings, strict=True):
+        assert words in warning
+    assert set(robot.contacts) == set(MODELS[name][2])
+
+
+def test_roles_of_joints():
+    robot = example_robot("talos")
+    left = {robot.joint_names[k] for k in range(32)} - {robot.joint_names[k] for k in robot.torque_controlled}
+    assert left == {"head_1_joint", "head_2_joint"}
+    assert [contact.size for contact in robot.contacts.values()] == [6, 6]
+    assert example_robot("go2").contacts["FL"].size == 3
+
+
+URDF = """<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><mass value="2"/><origin xyz="0 0 0.2"/>
+    <inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="lower"><inertial><mass value="1"/><origin xyz="0 0 0.1"/>
+    <inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.4"/>
+    <axis xyz="0 1 0"/><limit lower="-2" upper="1" effort="1" velocity="1"/></joint>
+</robot>"""
+MJCF = """<mujoco model="hopper"><worldbody>
+  <body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/>
+    <body name="leg" pos="0 0.1 -.1"><joint name="hip" axis="0 1 0" armature="0.02"/>
+      <geom type="capsule" size=".02" fromto="0 0 0 0 0 -.3" mass="1"/>
+      <body name="foot" pos="0 0 -.3"><joint name="slide" type="slide" axis="0 0 1"/>
+        <geom type="sphere" size=".05" mass=".5"/></body></body></body>
+</worldbody></mujoco>"""
+SDF = """<sdf version="1.6"><model name="post">
+  <link name="root"><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
+  <link name="rod"><pose>0 0 1 0 0.3 0</pose><inertial><pose>0 0 0.5 0 0 0</pose><mass>2</mass>
+    <inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
+  <link name="disc"><pose>1 0 1 0 0 0</pose></link>
+  <joint name="pivot" type="revolute"><parent>root</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint>
+  <joint name="weld" type="fixed"><parent>rod</parent><child>disc</child></joint>
+</model></sdf>"""
+
+
+def write_robot(folder: Path, table: str = "", model: str = URDF, name: str = "arm.urdf", base: str = "fixed") -> Path:
+    (folder / name).write_text(model)
+    path = folder / "robot.toml"
+    path.write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\n{table}')
+    return path
+
+
+def inertia(robot: Robot, q: float = 0.0) -> np.ndarray:
+    model = robot.tree.model
+    configuration = pin.neutral(model)
+    configuration[model.nq - len(robot.joint_names) :] = q
+    matrix = pin.crba(model, model.createData(), configuration)
+    return np.triu(matrix) + np.triu(matrix, 1).T
+
+
+def test_a_robot_file_is_read_whole(tmp_path):
+    table = """name = "A"
+        torque_source = "motor_current"
+        armature = { elbow = 0.5 }
+        gravity = [0, 0, -1.62]
+        locked = { shoulder = 1.5707963267948966 }
+        [log]
+        rate = 500.0
+        [identify]
+        law = "asymmetric"
+    """
+    robot = Robot.from_file(write_robot(tmp_path, table))
+    assert (robot.name, robot.torque_source, robot.joint_names) == ("A", "motor_current", ("elbow",))
+    assert robot.armature.tolist() == [0.5]
+    assert inertia(robot)[0, 0] == pytest.approx(0.5 + 0.01 + 1 * 0.1**2)
+    assert (robot.log_table.rate, robot.settings.law) == (500.0, "asymmetric")
+    # locked at a right angle, the forearm points along x: gravity turns the elbow the negative way
+    effort = pin.rnea(robot.tree.model, robot.tree.model.createData(), np.zeros(1), np.zeros(1), np.zeros(1))
+    assert effort[0] == pytest.approx(-1 * 1.62 * 0.1)
+    assert robot.warnings == ()
+
+
+def test_a_rotor_behind_a_torque_sensor_is_warned_of(tmp_path):
+    robot = Robot.from_file(write_robot(tmp_path, "armature = { elbow = 0.5 }"))
+    assert len(robot.warnings) == 1
+    assert "does not feel the rotor" in robot.warnings[0]
+
+
+@pytest.mark.parametrize("base", ["floating", "fixed"])
+def test_mjcf_is_read_with_its_rotors(tmp_path, base):
+    robot = Robot.from_file(write_robot(tmp_path, 'torque_source = "command"', MJCF, "hopper.xml", base))
+    assert robot.base == base
+    assert robot.joint_names == ("hip", "slide")
+    assert robot.prismatic == (False, True)
+    assert robot.mass == pytest.approx(4.5)
+    assert robot.armature.tolist() == [0.02, 0.0]
+    assert inertia(robot)[-1, -1] == pytest.approx(0.5)
+
+
+def test_a_floating_base_is_put_under_an_mjcf_without_one(tmp_path):
+    robot = Robot.from_file(write_robot(tmp_path, "", MJCF.replace("<freejoint/>", ""), "hopper.xml", "floating"))
+    assert robot.base == "floating"
+    assert robot.tree.model.nv == 8
+
+
+def test_sdf_is_read_as_its_tree(tmp_path):
+    robot = Robot.from_file(write_robot(tmp_path, "", SDF, "post.sdf"))
+    assert robot.joint_names == ("pivot",)
+    assert inertia(robot)[0, 0] == pytest.approx(0.1 + 2 * 0.5**2)
+    assert not robot.warnings
+
+
+def test_coupled_joints_of_mjcf_are_warned_of(tmp_path):
+    text = MJCF.replace("</mujoco>", '<equality><joint joint1="hip" joint2="slide"/></equality></mujoco>')
+    robot = Robot.from_file(write_robot(tmp_path, 'torque_source = "command"', text, "hopper.xml", "floating"))
+    assert robot.warnings == ("hopper.xml: 1 equality constraint(s) are left out: the tree alone is modelled",)
+
+
+def test_impossible_and_missing_inertias_are_warned_of(tmp_path):
+    bad = URDF.replace('iyy="0.01" izz="0.005"', 'iyy="0.5" izz="0.005"')
+    (warning,) = Robot.from_file(write_robot(tmp_path, "", bad)).warnings
+    assert warning.endswith("no rigid body has the inertia given for what these joints carry: elbow")
+    empty = URDF.replace('<mass value="1"/>', '<mass value="0"/>').replace(
+        'ixx="0.01" iyy="0.01" izz="0.005"', 'ixx="0" iyy="0" izz="0"'
+    )
+    (warning,) = Robot.from_file(write_robot(tmp_path, "", empty)).warnings
+    assert warning.endswith("these joints move neither mass nor inertia: elbow")
+
+
+HIP = '<body name="leg" pos="0 0.1 -.1">'
+WRONG_TABLES = {
+    "unknown key": ("colour = 'red'", "unknown key 'robot.colour'"),
+    "wrong type": ("position_controlled = 'elbow'", "key 'robot.position_controlled' is 'elbow'"),
+    "wrong choice": ("torque_source = 'guess'", "'link_side_sensor', 'motor_current' or 'command'"),
+    "negative rotor": ("armature = { elbow = -1.0 }", "key 'robot.armature.elbow' is -1.0.*greater than or equal to 0"),
+    "not a number": ("armature = { elbow = nan }", "key 'robot.armature.elbow' is nan"),
+    "unknown law key": ("[identify]\nlow = 'x'", "unknown key 'identify.low'"),
+    "position-controlled": (
+        "position_controlled = ['knee']",
+        "position_controlled names joint 'knee'.*shoulder, elbow",
+    ),
+    "rotor": ("armature = { knee = 1.0 }", "armature names joint 'knee'.*it has shoulder, elbow"),
+    "locked": ("locked = { knee = 1.0 }", "locked names joint 'knee'.*it has shoulder, elbow"),
+    "all locked": ("locked = { shoulder = 0.0, elbow = 0.0 }", "no joint left"),
+    "fixed with feet": ("[contacts.left]\nframe = 'lower'", "are for a floating base"),
+    "base frame": ("base_frame = 'imu'", "base_frame = 'imu' is not in the model; it has .*upper"),
+    "foot kind": ("[contacts.left]\nframe = 'lower'\nkind = 'line'", "'surface' or 'point'"),
+    "not TOML": ("name = ", "is not TOML"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_TABLES)
+def test_wrong_robot_files_are_refused(tmp_path, case):
+    table, words = WRONG_TABLES[case]
+    refuse(write_robot(tmp_path, table), words)
+
+
+def test_unknown_contact_frames_are_refused(tmp_path):
+    words = r"\[contacts.left\] frame = 'sole' is not in the model; it has .*lower"
+    refuse(write_robot(tmp_path, "[contacts.left]\nframe = 'sole'", base="floating"), words)
+
+
+def test_missing_files_are_refused(tmp_path):
+    refuse(tmp_path / "robot.toml", "cannot be read \\(No such file or directory\\); expected a robot file")
+    path = write_robot(tmp_path)
+    (tmp_path / "arm.urdf").unlink()
+    refuse(path, "arm.urdf: no such model file; .* relative to the robot file")
+    path.write_text("[robot]\nbase = 'fixed'")
+    refuse(path, "key 'robot.model' is missing")
+    path.write_bytes(b"[robot]\nmodel = '\xff'")
+    refuse(path, "is not TOML")
+
+
+WRONG_MODELS = {
+    "no XML": (URDF[:-9], "arm.urdf", "is not well-formed XML"),
+    "other XML": ("<html/>", "arm.urdf", "the root element is <html>; expected <robot>"),
+    "no name": (URDF.replace(' name="arm"', ""), "arm.urdf", "<robot> element has no name"),
+    "no link": (
+        URDF.replace('<child link="lower"/>', '<child link="hand"/>'),
+        "arm.urdf",
+        "joint 'elbow' has the child link 'hand', which the file does not define",
+    ),
+    "no parent": (URDF.replace('<parent link="upper"/>', ""), "arm.urdf", "joint 'elbow' has the parent link 'None'"),
+    "mass is text": (URDF.replace('value="2"', 'value="two"'), "arm.urdf", "arm.urdf: "),
+    "loop": (
+        URDF.replace('<parent link="base"/>', '<parent link="lower"/>'),
+        "arm.urdf",
+        "lost joint\\(s\\) elbow, shoulder",
+    ),
+    "planar joint": (URDF.replace('"continuous"', '"planar"'), "arm.urdf", "joint 'shoulder' is a Planar"),
+    "body in a frame": (
+        MJCF.replace(HIP, '<frame pos="0 0.1 -.1"><body name="leg">').replace(
+            "</body></body></body>", "</body></body></frame></body>"
+        ),
+        "hopper.xml",
+        "lost joint\\(s\\) hip, slide when it read the model; move bodies out of <frame> elements",
+    ),
+    "ball joint": (
+        MJCF.replace('<joint name="hip" axis="0 1 0" armature="0.02"/>', '<joint name="hip" type="ball"/>'),
+        "hopper.xml",
+        "joint 'hip' is a Spherical.*or lock it",
+    ),
+    "no MuJoCo": (MJCF.replace('type="capsule"', 'type="blob"'), "hopper.xml", "hopper.xml: "),
+    "no model": ('<sdf version="1.6"/>', "post.sdf", "holds no <model>"),
+    "no such link": (
+        SDF.replace("<child>rod</child>", "<child>bar</child>"),
+        "post.sdf",
+        "joint 'pivot' connects 'root' and 'bar', which are not both links",
+    ),
+    "no root": (
+        SDF.replace("<parent>root</parent>", "<parent>disc</parent>").replace(
+            "</model>",
+            '<joint name="x" type="fixed"><parent>rod</parent><child>root</child></joint></model>',
+        ),
+        "post.sdf",
+        "no link is the root",
+    ),
+    "five numbers": (
+        SDF.replace("0 0 1 0 0.3 0", "0 0 1 0 0.3"),
+        "post.sdf",
+        "expected 6 numbers, found '0 0 1 0 0.3'",
+    ),
+    "negative mass": (SDF.replace("<mass>2</mass>", "<mass>-2</mass>"), "post.sdf", "'rod' has a mass of -2.0 kg"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_MODELS)
+def test_wrong_models_are_refused(tmp_path, case, capfd):
+    model, name, words = WRONG_MODELS[case]
+    refuse(write_robot(tmp_path, "", model, name, "floating" if name.endswith("xml") else "fixed"), words)
+    capfd.readouterr()  # Pinocchio's own complaints
+
+
+def refuse(path: Path, words: str) -> None:
+    """Expect one sentence with the path of the file and these words."""
+    with pytest.raises(RobotFileError, match=words) as caught:
+        Robot.from_file(path)
+    message = str(caught.value)
+    assert message.startswith(str(path.parent))
+    assert "\n" not in message.strip()
+
+
+def test_a_lost_body_is_noticed_by_its_mass(tmp_path):
+    text = MJCF.replace(
+        "</worldbody>", '<frame><body name="lost"><geom type="sphere" size=".1" mass="7"/></body></frame></worldbody>'
+    )
+    refuse(
+        write_robot(tmp_path, "", text, "hopper.xml", "floating"), "read a mass of 4.5 kg where the file has 11.5 kg"
+    )
+
+
+def test_an_mjcf_that_pinocchio_and_mujoco_read_differently_is_refused(tmp_path):
+    text = MJCF.replace("<worldbody>", '<compiler eulerseq="ZYX"/><worldbody>').replace(
+        'name="leg" pos', 'name="leg" euler="30 20 50" pos'
+    )
+    refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "inertia matrix differs from MuJoCo's")
+
+
+def test_two_joints_in_one_body_are_refused(tmp_path):
+    text = MJCF.replace('armature="0.02"/>', 'armature="0.02"/><joint name="hip_roll" axis="1 0 0"/>')
+    refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "lost joint.* give each body one joint")
+
+
+def test_a_robot_may_be_made_from_a_validated_file():
+    robot = make_robot(*MODELS["ur5"])
+    assert robot.joint_names == example_robot("ur5").joint_names
