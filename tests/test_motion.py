@@ -344,6 +344,14 @@ class TestChosenCutoff:
         loud = choose_cutoff([acceleration + self.noise(1.0, seed=9)], self.rate, [noisy])
         assert loud.window == pytest.approx(quiet.window, rel=0.3)
 
+    @pytest.mark.parametrize("stiffness", [1e3, 1e5])
+    def test_a_controller_that_answers_encoder_noise_makes_no_motion_of_it(self, stiffness):
+        """Torque and position are coherent then at all frequencies: only the shape of the spectrum tells them apart."""
+        position, acceleration = self.motion([0.5, 3.0])
+        noise = self.noise(1e-5)
+        choice = choose_cutoff([acceleration - stiffness * noise], self.rate, [position + noise])
+        assert 3.6 < choice.cutoff < 25.0
+
     def test_the_choice_keeps_the_motion(self):
         """The filter chosen loses less than 0.1 % of the power of the acceleration."""
         position, acceleration = self.motion([1.0, 8.0])

@@ -28,6 +28,8 @@ STILL = 1e-3
 """A joint whose acceleration has less than this share of the liveliest joint's power has no say."""
 UPPER_BAND = (0.6, 0.95)
 """Shares of the Nyquist frequency between which a spectrum is taken for noise."""
+BANDS_PER_OCTAVE = 3
+"""Resolution at which a valley between motion and noise is looked for."""
 CANDIDATES = 40
 """Windows that are compared."""
 
@@ -152,7 +154,33 @@ def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:
     by_chance = 1 - FALSE_ALARM ** (1 / np.maximum(spectra.parts - 1, 1))
     common = spectra.coherence * spectra.first
     clear = (spectra.coherence > by_chance) & (common > (CLEAR - 1) * noise)
+    clear &= frequency[:, None] <= _end_of_motion(frequency, spectra.second, rate)
     return np.where(clear, common, 0.0), noise
+
+
+def _end_of_motion(frequency: Array, density: Array, rate: float) -> Array:
+    """Return the frequency [Hz] of each joint at which noise takes over in its measured acceleration, shape (n,).
+
+    Going down from the noise at the top, the density falls to a valley and rises again where the motion begins. A
+    controller answers the noise of its encoder with torque, so that both are coherent beyond the valley too, and
+    current ripple looks like violent motion of a light link. Where there is no valley there is no end: infinity.
+    """
+    band = np.floor(BANDS_PER_OCTAVE * np.log2(frequency / frequency[0])).astype(int)
+    used, band = np.unique(band, return_inverse=True)
+    sums = np.zeros((len(used), density.shape[1]))
+    np.add.at(sums, band, density)
+    counts = np.bincount(band)
+    means, highest = sums / counts[:, None], frequency[np.cumsum(counts) - 1]
+    top = int(np.searchsorted(highest, UPPER_BAND[0] * rate / 2))
+    end = np.full(density.shape[1], np.inf)
+    for joint, levels in enumerate(means.T):
+        start = top + int(np.argmax(levels[top:]))
+        down = levels[start::-1]
+        risen = down > CLEAR * np.minimum.accumulate(down)
+        valley = int(np.argmin(down[: int(np.argmax(risen)) if risen.any() else len(down)]))
+        if CLEAR * down[valley] < down[0]:
+            end[joint] = highest[start - valley]
+    return end
 
 
 def _upper_band(frequency: Array, rate: float) -> NDArray[np.bool_]:
