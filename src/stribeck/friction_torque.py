@@ -97,7 +97,9 @@ def friction_torque(
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
-    margin = max(motion_filter.half_width, turn_filter.half_width)
+    margin = motion_filter.half_width
+    if robot.base == "floating":
+        margin = max(margin, turn_filter.half_width)
     for segment in segments:
         for start in range(segment.start, segment.stop, CHUNK):
             low = max(start, segment.start + margin)
@@ -105,7 +107,7 @@ def friction_torque(
             here = [
                 (k, np.arange(max(phase.first, low), min(phase.last, high)))
                 for k, phase in enumerate(phases)
-                if phase.first < high and phase.last > low
+                if max(phase.first, low) < min(phase.last, high)
             ]
             if not here:
                 continue
