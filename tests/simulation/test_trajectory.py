@@ -1,0 +1,84 @@
+"""Smooth signals: derivatives, bounds and ends."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from stribeck.simulation.gait import STAND_TIME, in_the_air, load_share, plan_swings, swing_window
+from stribeck.simulation.trajectory import Trajectory, bell, random_sines, smooth_step
+
+TIME = np.linspace(-0.5, 2.5, 30001)
+STEP = TIME[1] - TIME[0]
+
+
+def assert_derivatives(signal: Trajectory, scale: float = 1.0) -> None:
+    for value, rate in ((signal.position, signal.velocity), (signal.velocity, signal.acceleration)):
+        difference = (value[2:] - value[:-2]) / (2 * STEP)
+        np.testing.assert_allclose(difference, rate[1:-1], atol=1e-4 * scale)
+
+
+def test_sines_stay_within_reach_and_speed():
+    generator = np.random.default_rng(0)
+    centre, reach, speed = generator.uniform(0.1, 2, (3, 20))
+    sines = random_sines(centre, reach, speed, (0.2, 2.0), generator)
+    assert_derivatives(sines.at(TIME), scale=10)
+    signal = sines.at(np.linspace(0, 60, 6001))
+    distance = np.abs(signal.position - centre).max(axis=0) / reach
+    peak = np.abs(signal.velocity).max(axis=0) / speed
+    assert distance.max() <= 1
+    assert peak.max() <= 1
+    assert np.maximum(distance, peak).min() > 0.6
+
+
+def test_bell_begins_and_ends_softly():
+    signal = bell(TIME, 0.2, 1.1)
+    assert_derivatives(signal, scale=100)
+    assert signal.position.max() == pytest.approx(1)
+    outside = (TIME <= 0.2) | (TIME >= 1.1)
+    for part in (signal.position, signal.velocity, signal.acceleration):
+        assert not part[outside].any()
+    edge = np.searchsorted(TIME, 0.2) + 10
+    assert abs(signal.acceleration[edge]) < 1e-3 * np.abs(signal.acceleration).max()
+
+
+def test_products_and_sums_are_differentiated():
+    generator = np.random.default_rng(1)
+    ones = np.ones(3)
+    a, b = (random_sines(ones, ones, 2 * ones, (0.3, 1.0), generator).at(TIME) for _ in range(2))
+    assert_derivatives(a * b + a, scale=10)
+    assert_derivatives((a * b).columns(np.array([2, 0])), scale=10)
+
+
+def test_step_goes_from_zero_to_one():
+    step = smooth_step(TIME, 0.0, 1.0)
+    assert np.all(np.diff(step) >= 0)
+    assert (step[0], step[-1]) == (0, 1)
+    np.testing.assert_allclose(step + smooth_step(1 - TIME, 0.0, 1.0), 1, atol=1e-12)
+
+
+def test_walk_swings_feet_in_turn_and_trot_in_pairs():
+    walk = plan_swings("walk", ("a", "b", "c"), 10.0)
+    assert [swing.feet for swing in walk[:4]] == [("a",), ("b",), ("c",), ("a",)]
+    trot = plan_swings("trot", ("FL", "FR", "RL", "RR"), 2.0)
+    assert [swing.feet for swing in trot[:2]] == [("FL", "RR"), ("FR", "RL")]
+    for swings, end in ((walk, 10.0), (trot, 2.0)):
+        assert swings[-1].end + STAND_TIME <= end
+        for first, second in itertools.pairwise(swings):
+            assert second.start - first.end == pytest.approx(STAND_TIME)
+    assert plan_swings("stand", ("a",), 10.0) == ()
+
+
+def test_feet_in_the_air_carry_nothing_and_do_not_stop_abruptly():
+    swings = plan_swings("walk", ("a", "b"), 2.5)
+    for foot in ("a", "b"):
+        air = in_the_air(swings, foot, TIME)
+        share = load_share(swings, foot, TIME)
+        assert 0 < air.mean() < 0.6
+        assert share[air].max() < 1e-12
+        assert share.max() == pytest.approx(1)
+        assert not swing_window(swings, foot, TIME).position[~air].any()
+    either = load_share(swings, "a", TIME) + load_share(swings, "b", TIME)
+    assert either.min() > 0.99  # what one foot gives up, the other takes
