@@ -62,6 +62,22 @@ def test_nothing_moves_nothing_is_identified(arm: Robot) -> None:
         identify(rest, arm)
 
 
+def test_a_segment_that_the_filter_swallows_whole_is_passed_over(arm: Robot) -> None:
+    log = arm_log(arm)
+    island = np.ones(len(log.time), dtype=bool)
+    island[5000:5010] = island[5030:5040] = False  # 20 samples between two gaps, 51 go into the filter
+    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=51))
+    whole, cut = (identify(each, arm, settings) for each in (log, log.take(island)))
+    assert cut.log.samples_used == whole.log.samples_used - 40 - 50
+    assert cut.joints["elbow"].verdict == "identified"
+
+
+def test_the_logs_own_derivatives_lose_no_samples_at_the_ends(arm: Robot) -> None:
+    log = arm_log(arm)
+    result = identify(log, arm, Settings(filter=FilterSettings(kind="log")))
+    assert result.log.samples_used == len(log.time)
+
+
 def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
     first, second = arm_log(arm, seed=1), arm_log(arm, seed=2)
     both = identify([first, second], arm)
