@@ -71,9 +71,9 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
     time, time_notes = _time(source, loaded.arrays, table)
     channels = _channels(source, selection, loaded.arrays, len(time))
-    for name in channels:
-        convert(name, channels[name], selection.labels.get(name, selection.joint_names),
-                selection.columns[name], getattr(table, name), where)  # fmt: skip
+    for name, values in channels.items():
+        labels = selection.labels.get(name, selection.joint_names)
+        convert(name, values, labels, selection.columns[name], getattr(table, name), where)
     notes = [*selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     contact, contact_notes = _flags(channels.pop("contact", None), source.path)

@@ -60,7 +60,8 @@ def open_csv(path: Path, table: LogTable) -> Source:
         header = file.readline().decode("utf-8-sig").strip()
         rows = sum(block.count(b"\n") for block in iter(partial(file.read, CSV_BLOCK), b"")) + 1
         separator = max(SEPARATORS, key=header.count)
-        names = [name.strip() for name in next(csv.reader([header.removeprefix("#")], delimiter=separator), [])]
+        cells = csv.reader([header.removeprefix("#")], delimiter=separator, skipinitialspace=True)
+        names = [name.strip() for name in next(cells, [])]
     if not header or not rows:
         raise LogError(f"{path}: is empty; expected a line of column names, then one line a sample")
     inferred = {_time_column(table), *_columns_of("contact", names, table, str(path))[1]}  # integers, dates, booleans
@@ -75,6 +76,8 @@ def open_csv(path: Path, table: LogTable) -> Source:
                 parse_options=pyarrow.csv.ParseOptions(delimiter=separator),
                 convert_options=pyarrow.csv.ConvertOptions(
                     include_columns=columns,
+                    true_values=[blank + word for blank in ("", " ") for word in ("true", "True", "TRUE")],
+                    false_values=[blank + word for blank in ("", " ") for word in ("false", "False", "FALSE")],
                     column_types={name: pa.float64() for name in columns if name not in inferred},
                 ),
             )
