@@ -161,6 +161,7 @@ def _load(
             for place, column in enumerate(columns):
                 if column:
                     channels[name][here, place] = _numbers(batch.column(column), column, path)
+    pa.default_memory_pool().release_unused()  # hundreds of megabytes that the stages after this one can use
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
     return Loaded(arrays | ({"time": np.concatenate(stamps or [np.empty(0)])[:, None]} if "time" in plan else {}))
 
