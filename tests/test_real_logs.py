@@ -1,6 +1,7 @@
 """Logs of real robots, recorded and published by others; they are not part of this repository."""
 
 import os
+import re
 import runpy
 import shutil
 from functools import cache
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from stribeck import Robot, identify, read_log
 from stribeck.errors import NothingIdentifiedError, RobotFileError
 from stribeck.inspection import inspect_log
+from stribeck.settings import FilterSettings
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))
@@ -52,6 +54,15 @@ def test_a_fifth_of_standstill_spoils_a_law_that_jumps_there(converted):
     logs, robot = opened(converted("tx40"))
     spoilt = values(identify(logs, robot, robot.settings.model_copy(update={"rest": 0.0})), "coulomb")
     assert np.all(spoilt[:4] < 0.9 * np.array([7.14, 8.26, 6.34, 2.48]))
+
+
+def test_tx40_filter_that_is_chosen_by_itself_finds_the_same(converted):
+    """Its controller answers encoder noise with current: torque and position agree up to a kilohertz."""
+    logs, robot = opened(converted("tx40"))
+    by_hand = identify(logs, robot)
+    by_itself = identify(logs, robot, robot.settings.model_copy(update={"filter": FilterSettings()}))
+    for name, tolerance in (("coulomb", 0.03), ("viscous", 0.03), ("armature", 0.1)):
+        np.testing.assert_allclose(values(by_itself, name)[:4], values(by_hand, name)[:4], rtol=tolerance, err_msg=name)
 
 
 def test_tx40_joints_that_share_a_motor_are_not_told_apart(converted):
@@ -144,3 +155,19 @@ def test_cassie_landings_identify_nothing(converted):
     logs, robot = opened(converted("cassie-landings"))
     with pytest.raises(NothingIdentifiedError, match="usable samples"):
         identify([logs[k] for k in (10, 12, 24)], robot)
+
+
+def test_the_page_shows_what_the_command_prints(monkeypatch, capsys):
+    examples = ROOT / "examples" / "real_robots"
+    monkeypatch.syspath_prepend(str(examples))
+    runpy.run_path(str(examples / "run.py"))["main"](DATA)
+    printed, shown = (
+        [line for line in text.splitlines() if line.startswith("| ") and "±" in line]
+        for text in (capsys.readouterr().out, (ROOT / "docs" / "real-robots.md").read_text(encoding="utf-8"))
+    )
+    assert [line.split(" | ")[0] for line in printed] == [line.split(" | ")[0] for line in shown]
+    for fresh, old in zip(printed, shown, strict=True):
+        fresh_numbers, old_numbers = (
+            np.array(re.findall(r"(-?\d+\.\d+) ±", line), dtype=float) for line in (fresh, old)
+        )
+        np.testing.assert_allclose(fresh_numbers, old_numbers, rtol=0.05, atol=0.02, err_msg=fresh)

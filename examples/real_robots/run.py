@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from stribeck import Robot, identify, read_log
 from stribeck.result import Result
+from stribeck.settings import FilterSettings
 
 Published = Mapping[str, Sequence[float]]
 """Parameters by name, a value a joint."""
@@ -105,8 +106,12 @@ def tx40(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001
         columns[title] = estimates(result, name, digits)
         columns[f"{title.split(' [')[0]}, published"] = [f"{value:g}" for value in TX40[name]]
         columns[f"{title.split(' [')[0]}, difference"] = [f"{difference:+.1f} %" for difference in differences]
-    at_rest = found(identify(logs, robot, robot.settings.model_copy(update={"rest": 0.0})), "coulomb")
-    return table(columns) + f"\nCoulomb friction if samples at rest stay in: {', '.join(numbers(at_rest, 2))} N m.\n"
+    variants = {"samples at rest stay in": {"rest": 0.0}, "stribeck chooses the filter": {"filter": FilterSettings()}}
+    lines = []
+    for text, update in variants.items():
+        coulomb = found(identify(logs, robot, robot.settings.model_copy(update=update)), "coulomb")
+        lines.append(f"Coulomb friction if {text}: {', '.join(numbers(coulomb, 2))} N m.\n")
+    return "\n".join([table(columns), *lines])
 
 
 def kinova(logs: Sequence[Path], robot: Robot, data: Path) -> str:
@@ -118,10 +123,10 @@ def kinova(logs: Sequence[Path], robot: Robot, data: Path) -> str:
         {
             "joint": list(result.joints),
             "Coulomb [N m]": estimates(result, "coulomb"),
-            "log 5, their way": numbers(found(their_way, "coulomb")),
+            "Coulomb, log 5 their way": numbers(found(their_way, "coulomb")),
             "Coulomb, published": numbers(published["coulomb"]),
             "viscous [N m s/rad]": estimates(result, "viscous"),
-            "log 5, their way ": numbers(found(their_way, "viscous")),
+            "viscous, log 5 their way": numbers(found(their_way, "viscous")),
             "viscous, published": numbers(published["viscous"]),
             "rms, unseen logs [N m]": numbers(ours),
             "rms, published figures": numbers(theirs),
