@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -259,3 +260,19 @@ def test_no_samples_give_no_samples():
     wrench, torque = rooted_inverse_dynamics(robot.tree, empty, empty, empty)
     assert wrench.shape == (0, 0)
     assert torque.shape == (0, 6)
+
+
+def test_root_link_turns_as_the_frame_on_it_says():
+    """From the orientation of a frame behind two moving joints, quaternions continuous in sign."""
+    robot, log, truth = made("talos", "walk")
+    other = replace(robot, base_frame="torso_2_link")
+    seen, _ = exact_log(
+        other, Stribeck(), truth.parameters, duration=3, posture=POSTURES["talos"], gait="walk", rate=200
+    )
+    assert np.abs(seen.base_orientation - log.base_orientation).max() > 0.1
+    flipped = seen.base_orientation * np.where(np.arange(len(seen.time)) % 7 < 3, 1, -1)[:, None]
+    for given in (seen.base_orientation, 2.0 * flipped):
+        found = root_quaternions(other, seen.position, given)
+        assert np.abs(np.diff(found, axis=0)).max() < 0.01
+        same = np.abs(np.sum(found * log.base_orientation, axis=1))
+        np.testing.assert_allclose(same, 1.0, atol=1e-12)

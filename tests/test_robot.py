@@ -295,3 +295,40 @@ def test_two_joints_in_one_body_are_refused(tmp_path):
 def test_a_robot_may_be_made_from_a_validated_file():
     robot = make_robot(*MODELS["ur5"])
     assert robot.joint_names == example_robot("ur5").joint_names
+
+
+def test_an_mjcf_whose_meshes_are_elsewhere_is_read_by_its_inertias(tmp_path):
+    text = (
+        MJCF.replace("<worldbody>", '<asset><mesh name="skin" file="nowhere.stl"/></asset><worldbody>')
+        .replace('<geom type="box" size=".1 .1 .1" mass="3"/>', '<geom type="mesh" mesh="skin"/>@')
+        .replace("@", '<inertial pos="0 0 0" mass="3" diaginertia="0.02 0.02 0.02"/>')
+    )
+    robot = Robot.from_file(write_robot(tmp_path, 'torque_source = "command"', text, "hopper.xml", "floating"))
+    assert robot.mass == pytest.approx(4.5)
+    assert robot.warnings == ()
+
+
+def test_sdf_axes_may_be_given_in_the_model_frame_and_loops_are_left_out(tmp_path):
+    """The rod leans by 0.3 rad about y: along the model's z it slides as along (-sin 0.3, 0, cos 0.3) of its own."""
+    text = (
+        SDF.replace('"revolute"', '"prismatic"')
+        .replace("<xyz>0 1 0</xyz>", "<xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame>")
+        .replace(
+            "</model>",
+            '<link name="loose"/><joint name="drive" type="gearbox"><parent>root</parent><child>loose</child></joint>'
+            "</model>",
+        )
+    )
+    robot = Robot.from_file(write_robot(tmp_path, "", text, "post.sdf"))
+    assert robot.prismatic == (True,)
+    np.testing.assert_allclose(robot.tree.axes[0].direction, [-np.sin(0.3), 0, np.cos(0.3)], atol=1e-12)
+    assert inertia(robot)[0, 0] == pytest.approx(2.0)
+    assert robot.warnings == ("post.sdf: left out of the tree: gearbox joint 'drive', link 'loose'",)
+
+
+def test_a_joint_is_locked_where_it_is_said(tmp_path):
+    """Bent by 0.8 rad, the forearm's mass 0.1 m behind the elbow is nearer to the shoulder."""
+    robot = Robot.from_file(write_robot(tmp_path, "locked = { elbow = 0.8 }"))
+    assert robot.joint_names == ("shoulder",)
+    square = 0.4**2 + 0.1**2 + 2 * 0.4 * 0.1 * np.cos(0.8)
+    assert inertia(robot)[0, 0] == pytest.approx(0.02 + 2 * 0.2**2 + 0.01 + square)

@@ -256,3 +256,19 @@ def test_a_floating_robot_needs_feet():
     robot = make_robot("go2_description/urdf/go2.urdf", {}, {})
     with pytest.raises(SettingsError, match="needs \\[contacts\\] to stand on"):
         exact_log(robot, Stribeck(), {}, duration=1.0)
+
+
+def test_both_feet_share_the_load_in_the_least_way():
+    """Of all wrenches that carry the base, the smallest one, a moment as dear as a force at 0.1 m."""
+    robot, log, _ = made("g1 stand")
+    weights = np.diag(2 * [1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
+    for k in samples(log, 10):
+        model, q, v, a = plain_state("g1 stand", k)
+        data = model.createData()
+        needed = pin.rnea(model, data, q, v, a)[:6]
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        frames = [model.getFrameId(robot.contacts[foot].frame) for foot in log.foot_names]
+        A = np.hstack([pin.getFrameJacobian(model, data, frame, pin.LOCAL)[:, :6].T for frame in frames])
+        expected = weights @ A.T @ np.linalg.solve(A @ weights @ A.T, needed)
+        np.testing.assert_allclose(log.foot_wrench[k].ravel(), expected, atol=1e-8)

@@ -1,0 +1,109 @@
+"""The vectorised kinematics, and those of the simulation apart from them, against Pinocchio."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.models import example_robot, make_robot
+
+from stribeck.kinematics import direction_in_root, frame_pose, point_motion, rotate, rotation_matrices
+from stribeck.robot import Robot
+from stribeck.simulation.limb import BodyMotion, end_motion, limb_to
+
+SAMPLES = 5
+CRANE = """<robot name="crane">
+  <link name="base"/><link name="mast"/><link name="boom"/><link name="hook"/>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="mast"/>
+    <origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.5"/><axis xyz="0.6 0.8 0"/></joint>
+  <joint name="slide" type="prismatic"><parent link="mast"/><child link="boom"/>
+    <origin xyz="0 0.1 0.4" rpy="0.1 0.2 0.3"/><axis xyz="0 0.6 0.8"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="swing" type="revolute"><parent link="boom"/><child link="hook"/>
+    <origin xyz="0.2 0.3 -0.3" rpy="0.1 0 0.3"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+</robot>"""
+FRAMES = {"crane": "hook", "talos": "gripper_left_base_link", "go2": "RR_foot"}
+
+
+@pytest.fixture(scope="module")
+def robots(tmp_path_factory) -> dict[str, Robot]:
+    path = tmp_path_factory.mktemp("crane") / "crane.urdf"
+    path.write_text(CRANE)
+    return {"crane": make_robot(path, {}, {}), "talos": example_robot("talos"), "go2": example_robot("go2")}
+
+
+@pytest.fixture(params=FRAMES)
+def case(request, robots):
+    robot = robots[request.param]
+    motion = np.random.default_rng(0).uniform(-1, 1, (3, SAMPLES, len(robot.joint_names)))
+    return robot, FRAMES[request.param], motion
+
+
+def reference(robot: Robot, frame: str, motion: np.ndarray, k: int, root: np.ndarray | None = None) -> tuple:
+    """Pose, velocity and acceleration of a frame, in the world; the root at rest, or moving with `root`."""
+    model, columns = robot.tree.model, robot.tree.columns
+    data = model.createData()
+    q, v, a = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+    q[7:], v[6:], a[6:] = motion[:, k, columns]
+    if root is not None:
+        q[:7], v[:6], a[:6] = root
+    pin.forwardKinematics(model, data, q, v, a)
+    index = model.getFrameId(frame)
+    pin.updateFramePlacement(model, data, index)
+    velocity = pin.getFrameVelocity(model, data, index, pin.LOCAL_WORLD_ALIGNED).vector
+    acceleration = pin.getFrameClassicalAcceleration(model, data, index, pin.LOCAL_WORLD_ALIGNED).vector
+    return data.oMf[index], velocity, acceleration
+
+
+def test_poses_and_points_move_as_pinocchio_says(case):
+    robot, frame, motion = case
+    index = robot.tree.model.getFrameId(frame)
+    rotation, translation = frame_pose(robot.tree, index, motion[0])
+    point = point_motion(robot.tree, index, *motion)
+    directions = np.random.default_rng(1).normal(size=(SAMPLES, 3))
+    turned = direction_in_root(robot.tree, index, motion[0], directions)
+    for k in range(SAMPLES):
+        pose, velocity, acceleration = reference(robot, frame, motion, k)
+        np.testing.assert_allclose(rotation[k], pose.rotation, atol=1e-12)
+        np.testing.assert_allclose(translation[k], pose.translation, atol=1e-12)
+        np.testing.assert_allclose(turned[k], pose.rotation @ directions[k], atol=1e-12)
+        np.testing.assert_allclose(point.position[k], pose.translation, atol=1e-12)
+        np.testing.assert_allclose(point.velocity[k], velocity[:3], atol=1e-12)
+        np.testing.assert_allclose(point.acceleration[k], acceleration[:3], atol=1e-11)
+
+
+def test_ends_of_limbs_on_a_moving_base_move_as_pinocchio_says(case):
+    robot, frame, motion = case
+    generator = np.random.default_rng(2)
+    turns = Rotation.random(SAMPLES, rng=generator)
+    place, *twists = generator.normal(size=(5, SAMPLES, 3))
+    base = BodyMotion(turns.as_matrix(), place, np.hstack(twists[:2]), np.hstack(twists[2:]))
+    limb = limb_to(robot, frame)
+    end, jacobian = end_motion(limb, base, *motion[:, :, limb.columns])
+    for k in range(SAMPLES):
+        back = turns[k].inv()
+        v = np.concatenate([back.apply(base.velocity[k, :3]), back.apply(base.velocity[k, 3:])])
+        a = np.concatenate([back.apply(base.acceleration[k, :3]), back.apply(base.acceleration[k, 3:])])
+        a[:3] -= np.cross(v[3:], v[:3])
+        root = [np.concatenate([place[k], turns[k].as_quat()]), v, a]
+        pose, velocity, acceleration = reference(robot, frame, motion, k, root)
+        np.testing.assert_allclose(end.rotation[k], pose.rotation, atol=1e-12)
+        np.testing.assert_allclose(end.position[k], pose.translation, atol=1e-12)
+        np.testing.assert_allclose(end.velocity[k], velocity, atol=1e-12)
+        np.testing.assert_allclose(end.acceleration[k], acceleration, atol=1e-11)
+        carried = end_motion(limb, base, motion[0][:, limb.columns], *np.zeros((2, SAMPLES, len(limb.columns))))[0]
+        np.testing.assert_allclose(
+            end.velocity[k], carried.velocity[k] + jacobian[k] @ motion[1, k, limb.columns], atol=1e-12
+        )
+
+
+def test_rotations_agree_with_scipy():
+    generator = np.random.default_rng(3)
+    axis = generator.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    angles, vectors = generator.uniform(-7, 7, SAMPLES), generator.normal(size=(SAMPLES, 3))
+    expected = Rotation.from_rotvec(angles[:, None] * axis)
+    np.testing.assert_allclose(rotate(axis, angles, vectors), expected.apply(vectors), atol=1e-12)
+    np.testing.assert_allclose(rotation_matrices(axis, angles), expected.as_matrix(), atol=1e-12)
