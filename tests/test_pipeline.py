@@ -169,3 +169,12 @@ def test_paths_are_read_and_hashed(arm: Robot, tmp_path: Path) -> None:
     result = identify(path, arm)
     assert result.log.path == str(path)
     assert len(result.log.sha256) == 64
+
+
+def test_an_inverted_torque_is_warned_of(arm: Robot) -> None:
+    log = arm_log(arm)
+    torque = log.torque.copy()
+    torque[:, 1] *= -1
+    result = identify(replace(log, torque=torque), arm)
+    assert any("feed energy in" in warning and "elbow" in warning for warning in result.warnings)
+    assert not any("feed energy in" in warning for warning in identify(log, arm).warnings)

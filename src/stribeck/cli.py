@@ -189,7 +189,7 @@ class Interrupted(BaseException):
     """The user or the system asks to stop; what is half written is taken away on the way out."""
 
 
-def _stop(signum: int, frame: object) -> NoReturn:
+def _stop(*_: object) -> NoReturn:
     raise Interrupted
 
 

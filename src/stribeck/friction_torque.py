@@ -89,7 +89,7 @@ def friction_torque(
     LogError
         If the log lacks a channel that the settings or the contacts ask for.
     """
-    _require_channels(log, motion_filter, settings)
+    _require_channels(log, settings)
     phases = tuple(phase for phase in phases if phase.kind != "flight" and phase.last > phase.first)
     names = tuple(dict.fromkeys(support_name(phase) for phase in phases))
     counts = [max(1, round((phase.last - phase.first) * period / settings.block)) for phase in phases]
@@ -144,7 +144,7 @@ def friction_torque(
             )
 
 
-def _require_channels(log: RobotLog, motion_filter: Filter, settings: Settings) -> None:
+def _require_channels(log: RobotLog, settings: Settings) -> None:
     if settings.tilt == "imu" and log.base_orientation is None:
         raise LogError(
             f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"

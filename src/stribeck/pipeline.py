@@ -11,7 +11,6 @@ from stribeck.collect import join_logs
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
 from stribeck.friction_table import friction_table
-from stribeck.friction_torque import Chunk
 from stribeck.identification.curve_fit import JointFit, fit_law
 from stribeck.identification.verdict import judge
 from stribeck.log import RobotLog
@@ -20,8 +19,11 @@ from stribeck.result import Evidence, JointResult, Result
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
-from stribeck.survey import Progress, Survey, survey
+from stribeck.survey import Progress, Survey, quiet, survey
 from stribeck.version import __version__
+
+UNPHYSICAL = 0.4
+"""Share of samples with positive friction power above which a joint's signals or model must be wrong."""
 
 
 def identify(
@@ -30,7 +32,7 @@ def identify(
     settings: Settings | None = None,
     *,
     table: str | Path | None = None,
-    progress: Progress = lambda stage, share: None,
+    progress: Progress = quiet,
 ) -> Result:
     """Find the friction of every joint of a robot from one log or several: the main job.
 
@@ -63,9 +65,11 @@ def identify(
     law = get_law(settings.law)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     with friction_table(table) if table else nullcontext(_drop) as write:
-        surveys = [
-            survey(source, k, len(sources), robot, settings, write, progress) for k, source in enumerate(sources)
-        ]
+        surveys: list[Survey] = []
+        for k, source in enumerate(sources):
+            surveys.append(survey(source, k, len(sources), robot, settings, write, progress))
+            # One filter for all logs: parameters from different bandwidths do not mix.
+            settings = settings.model_copy(update={"filter": surveys[0].filter_settings})
         progress("fitting", 0.0)
         samples = join_logs([part.samples for part in surveys])
         fits = fit_law(samples, law, settings)
@@ -76,7 +80,7 @@ def identify(
     return _result(robot, settings, surveys, samples, fits, joints)
 
 
-def _drop(log: int, chunk: Chunk) -> None:
+def _drop(*_: object) -> None:
     """Write nowhere."""
 
 
@@ -104,7 +108,11 @@ def _result(
         law=settings.law,
         method=settings.method,
         joints=_with_model_armature(joints, robot),
-        warnings=[*robot.warnings, *(warning for part in surveys for warning in part.warnings)],
+        warnings=[
+            *robot.warnings,
+            *(warning for part in surveys for warning in part.warnings),
+            *_energy_fed_in(joints),
+        ],
         stribeck=__version__,
         evidence=Evidence(
             samples=_without_armature(samples, fits),
@@ -118,6 +126,17 @@ def _result(
             notes=[note for part in surveys for note in part.notes],
         ),
     )
+
+
+def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:
+    """Return a warning about joints whose friction would push as often as it resists (7.9)."""
+    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > UNPHYSICAL]
+    if not names:
+        return []
+    return [
+        f"friction would feed energy in at over {100 * UNPHYSICAL:.0f} % of the samples, which none can: "
+        f"{', '.join(names)}; look at signs and delays with 'stribeck inspect', and at the model's inertias"
+    ]
 
 
 def _without_armature(samples: Samples, fits: dict[str, JointFit]) -> Samples:

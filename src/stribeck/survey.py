@@ -19,10 +19,16 @@ from stribeck.readers import read_log
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.sampling import Sampling, regularise
-from stribeck.settings import Settings
+from stribeck.settings import FilterSettings, Settings
 
 Progress = Callable[[str, float], None]
 """Told the stage and how much of it is done, from 0 to 1."""
+
+
+def quiet(*_: object) -> None:
+    """Show no progress."""
+
+
 GROUND_TOLERANCE = 0.1
 """Share of the weight by which model and foot sensor may differ without a warning."""
 STRETCH = 4.0
@@ -102,7 +108,7 @@ class Survey:
         Support timeline, as in `Evidence`.
     notes, warnings
         A sentence each.
-    filter_name, support_source
+    filter_name, filter_settings, support_source
         What was chosen.
     """
 
@@ -116,6 +122,7 @@ class Survey:
     notes: list[str]
     warnings: list[str]
     filter_name: str
+    filter_settings: FilterSettings
     support_source: str
 
 
@@ -180,6 +187,7 @@ def _work_through(
         notes=[*prepared.notes, *notes],
         warnings=warnings,
         filter_name=prepared.motion_filter.name,
+        filter_settings=prepared.settings.filter,
         support_source=prepared.support.source,
     )
 
