@@ -153,6 +153,17 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         limits.append(_limits(model, joint))
         pending += _edges(model, child, base)
 
+    _carry_bodies(model, rooted, placed, base)
+    rooted.armature = np.array(armature)
+    lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
+    first = rooted.nq - len(limits)
+    lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
+    rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
+    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes))
+
+
+def _carry_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[int, pin.SE3]], base: int) -> None:
+    """Give the new joints the bodies and frames of the old ones; `placed` says where each old body is."""
     for body, (joint, pose) in placed.items():
         rooted.appendBodyToJoint(joint, model.inertias[body], pose)
     for frame in model.frames[1:]:
@@ -162,12 +173,6 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     if not rooted.existFrame(BASE_FRAME):
         joint, pose = placed[base]
         rooted.addFrame(pin.Frame(BASE_FRAME, joint, 0, pose, pin.FrameType.OP_FRAME), False)
-    rooted.armature = np.array(armature)
-    lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
-    first = rooted.nq - len(limits)
-    lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
-    rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
-    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes))
 
 
 def _limits(model: pin.Model, joint: int) -> tuple[float, float]:

@@ -82,7 +82,7 @@ def exact_log(
     SettingsError
         If a joint or parameter is unknown or missing, or the robot cannot stand in the posture.
     """
-    values = _parameter_values(robot, law, parameters)
+    _require_parameters(robot, law, parameters)
     time = np.arange(round(duration * rate)) / rate
     generator = np.random.default_rng(seed)
     swings = plan_swings(gait, tuple(robot.contacts), duration) if robot.base == "floating" else ()
@@ -92,9 +92,7 @@ def exact_log(
         shift = keep_from_tipping(motion, motion.sway).at(time) if gait == "trot" and swings else None
         base = motion.sway.at(time, shift)
     joints = motion.joints_at(time, base)
-    friction = np.zeros_like(joints.velocity)
-    for column, value in values.items():
-        friction[:, column] = law.torque(joints.velocity[:, column], value)
+    friction = _friction_torque(robot, law, parameters, joints.velocity)
     wrench, torque = inverse_dynamics(robot, joints, base)
     known = {joint: dict(named) for joint, named in parameters.items()}
     log = RobotLog(
@@ -119,10 +117,8 @@ def exact_log(
     return _on_feet(log, motion, joints, base, wrench), truth
 
 
-def _parameter_values(
-    robot: Robot, law: FrictionLaw, parameters: Mapping[str, Mapping[str, float]]
-) -> dict[int, Array]:
-    """Return the law's parameters in its order, by the robot's joint column."""
+def _require_parameters(robot: Robot, law: FrictionLaw, parameters: Mapping[str, Mapping[str, float]]) -> None:
+    """Refuse parameters of unknown joints, and others than the law has."""
     names = [parameter.name for parameter in law.parameters]
     for joint, named in parameters.items():
         if joint not in robot.joint_names:
@@ -132,9 +128,18 @@ def _parameter_values(
                 f"parameters of joint '{joint}': found {', '.join(sorted(named)) or 'none'}; "
                 f"law '{law.name}' has {', '.join(names)}"
             )
-    return {
-        robot.joint_names.index(joint): np.array([named[name] for name in names]) for joint, named in parameters.items()
-    }
+
+
+def _friction_torque(
+    robot: Robot, law: FrictionLaw, parameters: Mapping[str, Mapping[str, float]], velocity: Array
+) -> Array:
+    """Return R(v) of all joints [N m], shape (T, n); zero for joints without parameters."""
+    friction = np.zeros_like(velocity)
+    for joint, named in parameters.items():
+        column = robot.joint_names.index(joint)
+        values = np.array([named[parameter.name] for parameter in law.parameters])
+        friction[:, column] = law.torque(velocity[:, column], values)
+    return friction
 
 
 def _on_feet(log: RobotLog, motion: Motion, joints: Trajectory, base: BodyMotion, wrench: Array) -> RobotLog:

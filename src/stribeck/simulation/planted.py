@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from stribeck.errors import SettingsError
@@ -14,6 +15,10 @@ from stribeck.simulation.trajectory import Trajectory
 MAX_ITERATIONS = 60
 LARGEST_STEP = 0.3
 """Newton steps are cut to this [rad], for starts far from the solution."""
+COARSE = 25
+"""Newton first solves one of this many samples, and starts from there for the others."""
+FEW = 100
+"""Fewer samples than this many times `COARSE` are solved at once."""
 CLOSE_ENOUGH = 1e-13
 """Newton ends when no joint moves by more [rad]; it converges quadratically."""
 
@@ -39,7 +44,7 @@ def place_end(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, p
     SettingsError
         If the limb does not reach there.
     """
-    position: Array = np.tile(start, (len(base.position), 1))
+    position: Array = _start(limb, contact, base, rotation, place, start)
     zero = np.zeros_like(position)
     for _ in range(MAX_ITERATIONS):
         end, jacobian = end_motion(limb, base, position, zero, zero)
@@ -60,6 +65,16 @@ def place_end(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, p
         f"posture: foot '{contact.name}' cannot be put level on the ground near this posture; "
         "give a posture with bent knees and about level feet"
     )
+
+
+def _start(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, place: Array, start: Array) -> Array:
+    """Return joint positions near the solution, shape (T, k): a spline through that of every few samples."""
+    samples = len(base.position)
+    if samples < FEW * COARSE:
+        return np.tile(start, (samples, 1))
+    rows = np.append(np.arange(0, samples - 1, COARSE), samples - 1)
+    some = BodyMotion(base.rotation[rows], base.position[rows], base.velocity[rows], base.acceleration[rows])
+    return np.asarray(CubicSpline(rows, place_end(limb, contact, some, rotation, place, start))(np.arange(samples)))
 
 
 def planted_motion(
