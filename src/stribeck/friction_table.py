@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from stribeck.friction_torque import Chunk
 from stribeck.result import whole_or_not_at_all
 
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 PRECISION = pa.float32()
 """Of velocity and friction torque: seven digits, half the bytes."""
 
@@ -20,8 +21,10 @@ PRECISION = pa.float32()
 def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
     """Give a function that appends a chunk of the n-th log to the table; the file appears when all went well.
 
-    Columns: `log`, `time` [s], `support`, `block`, then `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s] and
-    `usable.<joint>` (whether a fit may use the sample).
+    Columns: `log`, `time` [s], `support`, `block`, and `guessed`: the standing limbs have the minimum-norm guess of (6.1).
+    Then per joint `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the
+    sample. For a floating base `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing
+    foot, in its frame [N], [N m].
     """
     with whole_or_not_at_all(path) as temporary:
         writers: list[pq.ParquetWriter] = []
@@ -47,9 +50,13 @@ def _table(log: int, chunk: Chunk) -> pa.Table:
         "time": pa.array(samples.time),
         "support": pa.DictionaryArray.from_arrays(pa.array(samples.support, pa.int32()), names).cast(pa.string()),
         "block": pa.array(samples.block),
+        "guessed": pa.array(chunk.guessed),
     }
     for k, joint in enumerate(samples.joint_names):
         columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(PRECISION)
         columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(PRECISION)
         columns[f"usable.{joint}"] = pa.array(samples.usable[:, k])
+    if chunk.wrench.size:
+        for k, axis in enumerate(WRENCH):
+            columns[f"ground_reaction.{axis}"] = pa.array(chunk.wrench[:, k]).cast(PRECISION)
     return pa.table(columns)

@@ -44,11 +44,14 @@ class Chunk:
         The N samples, of the torque-controlled joints.
     wrench
         Ground reaction that the model predicts on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
+    guessed
+        Samples whose standing limbs have the minimum-norm guess of (6.1) instead of an estimate, shape (N,).
     """
 
     rows: NDArray[np.int64]
     samples: Samples
     wrench: Array
+    guessed: NDArray[np.bool_]
 
 
 def support_name(phase: SupportPhase) -> str:
@@ -91,57 +94,66 @@ def friction_torque(
     """
     _require_channels(log, settings)
     phases = tuple(phase for phase in phases if phase.kind != "flight" and phase.last > phase.first)
-    names = tuple(dict.fromkeys(support_name(phase) for phase in phases))
-    counts = [max(1, round((phase.last - phase.first) * period / settings.block)) for phase in phases]
-    first_blocks = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    supports = tuple(dict.fromkeys(phase.feet for phase in phases))
+    guesses = [k for k, feet in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, feet)]
+    support_of_row, block_of_row = _label_rows(phases, supports, len(log.time), round(settings.block / period))
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
-    margin = motion_filter.half_width
-    if robot.base == "floating":
-        margin = max(margin, turn_filter.half_width)
+    known = robot.torque_controlled
+    for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width)):
+        kept = np.flatnonzero(support_of_row[stretch] >= 0)
+        if len(kept) == 0:
+            continue
+        state, torque = _differentiate(robot, log, stretch, motion_filter, turn_filter, settings)
+        if len(kept) < len(torque):
+            state, torque = state.take(kept), torque[kept]
+        rows = kept + stretch.start
+        support = support_of_row[rows]
+        friction, usable, wrench = _by_support(robot, supports, support, state, torque, settings)
+        yield Chunk(
+            rows=rows,
+            wrench=wrench,
+            guessed=np.isin(support, guesses),
+            samples=Samples(
+                joint_names=tuple(robot.joint_names[c] for c in known),
+                period=period,
+                time=log.time[rows],
+                velocity=state.velocity[:, known],
+                acceleration=state.acceleration[:, known],
+                friction_torque=friction[:, known],
+                usable=usable[:, known],
+                block=block_of_row[rows],
+                support=support,
+                support_names=tuple("+".join(feet) for feet in supports),
+                prismatic=tuple(robot.prismatic[c] for c in known),
+            ),
+        )
+
+
+def _label_rows(
+    phases: tuple[SupportPhase, ...], supports: tuple[tuple[str, ...], ...], rows: int, longest: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which support each row of the log has, -1 where it is not used, and the block it belongs to.
+
+    A block is a phase, or an equal part of one that lasts longer than `longest` rows.
+    """
+    support, block = np.full(rows, -1), np.zeros(rows, dtype=np.int64)
+    begun = 0
+    for phase in phases:
+        length = phase.last - phase.first
+        parts = max(1, round(length / longest))
+        support[phase.first : phase.last] = supports.index(phase.feet)
+        block[phase.first : phase.last] = begun + np.arange(length) * parts // length
+        begun += parts
+    return support, block
+
+
+def _stretches(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
+    """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
     for segment in segments:
-        for start in range(segment.start, segment.stop, CHUNK):
-            low = max(start, segment.start + margin)
-            high = min(start + CHUNK, segment.stop - margin)
-            here = [
-                (k, np.arange(max(phase.first, low), min(phase.last, high)))
-                for k, phase in enumerate(phases)
-                if max(phase.first, low) < min(phase.last, high)
-            ]
-            if not here:
-                continue
-            state, torque = _differentiate(robot, log, slice(low, high), motion_filter, turn_filter, settings)
-            support = np.concatenate([np.full(len(r), names.index(support_name(phases[k]))) for k, r in here])
-            block = np.concatenate(
-                [
-                    first_blocks[k] + (rows - phases[k].first) * counts[k] // (phases[k].last - phases[k].first)
-                    for k, rows in here
-                ]
-            )
-            rows = np.concatenate([r for _, r in here])
-            contiguous = len(rows) == high - low
-            state = state if contiguous else state.take(rows - low)
-            torque = torque if contiguous else torque[rows - low]
-            friction, usable, wrench = _by_support(robot, names, support, state, torque, settings)
-            known = robot.torque_controlled
-            yield Chunk(
-                rows=rows,
-                wrench=wrench,
-                samples=Samples(
-                    joint_names=tuple(robot.joint_names[c] for c in known),
-                    period=period,
-                    time=log.time[rows],
-                    velocity=state.velocity[:, known],
-                    acceleration=state.acceleration[:, known],
-                    friction_torque=friction[:, known],
-                    usable=usable[:, known],
-                    block=block,
-                    support=support,
-                    support_names=names,
-                    prismatic=tuple(robot.prismatic[c] for c in known),
-                ),
-            )
+        for start in range(segment.start + margin, segment.stop - margin, CHUNK):
+            yield slice(start, min(start + CHUNK, segment.stop - margin))
 
 
 def _require_channels(log: RobotLog, settings: Settings) -> None:
@@ -174,6 +186,11 @@ def _differentiate(
     return state, torque
 
 
+def _leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
+    """Return whether the joints of the standing limbs are not known: not on a fixed base or one standing surface."""
+    return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
+
+
 def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
     return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
 
@@ -183,7 +200,12 @@ def _widened(rows: slice, motion_filter: Filter) -> slice:
 
 
 def _by_support(
-    robot: Robot, names: tuple[str, ...], support: NDArray[np.int64], state: State, torque: Array, settings: Settings
+    robot: Robot,
+    supports: tuple[tuple[str, ...], ...],
+    support: NDArray[np.int64],
+    state: State,
+    torque: Array,
+    settings: Settings,
 ) -> tuple[Array, NDArray[np.bool_], Array]:
     """Return friction torque (N, n), which of it a fit may use (N, n), and the standing foot's wrench (N, 6)."""
     friction = np.full(torque.shape, np.nan)
@@ -194,19 +216,18 @@ def _by_support(
         if len(rows) == len(torque):  # type: ignore[arg-type]
             rows = slice(None)
         part = state if isinstance(rows, slice) else state.take(rows)
-        found = _one_support(robot, names[k], part, torque[rows], settings)
+        found = _one_support(robot, supports[k], part, torque[rows], settings)
         friction[rows], usable[rows], wrench[rows] = found
     return friction, usable, wrench
 
 
 def _one_support(
-    robot: Robot, support: str, state: State, torque: Array, settings: Settings
+    robot: Robot, feet: tuple[str, ...], state: State, torque: Array, settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
     if robot.base == "fixed":
         _, needed = rooted_inverse_dynamics(robot.tree, state.position, state.velocity, state.acceleration)
         return torque - needed, np.ones(torque.shape[1], dtype=bool), np.nan
-    feet = tuple(support.split("+"))
     standing = robot.standing(feet)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), None)
     if surface is not None:
@@ -215,7 +236,7 @@ def _one_support(
         rooted, root = robot.tree, base_root(robot, feet, state)
     wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
     friction = torque - needed
-    if surface is not None and len(feet) == 1:
+    if not _leaves_open(robot, feet):
         return friction, np.full(standing.shape, True) if settings.standing_legs else ~standing, wrench
     friction[:, standing] = np.nan
     usable = ~standing

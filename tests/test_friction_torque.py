@@ -1,0 +1,148 @@
+"""Friction torque of a log by support: known, left open, or guessed and marked so."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pyarrow.parquet as pq
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.models import POSTURES, STRIBECK, example_robot
+
+from stribeck import Settings, identify
+from stribeck.errors import LogError
+from stribeck.friction import get_law
+from stribeck.friction_torque import Chunk
+from stribeck.log import RobotLog
+from stribeck.settings import FilterSettings
+from stribeck.simulation.exact import Truth, exact_log
+from stribeck.survey import prepare
+
+EXACT = FilterSettings(kind="log")
+
+
+@cache
+def walk(name: str, duration: float = 5.0) -> tuple[RobotLog, Truth]:
+    robot = example_robot(name)
+    truth = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
+    return exact_log(robot, get_law("stribeck"), truth, duration=duration, posture=POSTURES[name])
+
+
+def chunks(name: str, log: RobotLog, **settings: object) -> list[Chunk]:
+    robot = example_robot(name)
+    return list(prepare(log, robot, Settings.model_validate({"filter": EXACT, **settings})).chunks(robot))
+
+
+def by_support(found: list[Chunk], truth: Truth, name: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the friction torque found and the true one, per support."""
+    robot = example_robot(name)
+    joined: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    (chunk,) = found
+    for k, support in enumerate(chunk.samples.support_names):
+        rows = chunk.samples.support == k
+        true = truth.friction_torque[chunk.rows[rows]][:, robot.torque_controlled]
+        joined[support] = (chunk.samples.friction_torque[rows], true)
+    return joined
+
+
+def test_single_support_knows_every_joint_and_double_support_the_free_ones() -> None:
+    log, truth = walk("talos")
+    robot = example_robot("talos")
+    found = by_support(chunks("talos", log), truth, "talos")
+    assert set(found) == {"left", "right", "left+right"}
+    for foot in ("left", "right"):
+        np.testing.assert_allclose(*found[foot], atol=1e-8)
+    measured, true = found["left+right"]
+    standing = robot.standing(("left", "right"))[robot.torque_controlled]
+    assert standing.sum() == 12
+    assert np.all(np.isnan(measured[:, standing]))
+    np.testing.assert_allclose(measured[:, ~standing], true[:, ~standing], atol=1e-8)
+
+
+def test_fits_use_swinging_limbs_alone_unless_asked() -> None:
+    log, _ = walk("talos")
+    robot = example_robot("talos")
+    for standing_legs in (False, True):
+        (chunk,) = chunks("talos", log, standing_legs=standing_legs)
+        rows = chunk.samples.support == chunk.samples.support_names.index("left")
+        usable = chunk.samples.usable[rows]
+        stance = robot.standing(("left",))[robot.torque_controlled]
+        assert np.all(usable[:, ~stance])
+        assert np.all(usable[:, stance] == standing_legs)
+
+
+@pytest.mark.parametrize(("double_support", "used"), [("guess", False), ("fit", True)])
+def test_the_guess_of_double_support_is_marked_and_wrong(double_support: str, used: bool) -> None:
+    log, truth = walk("talos")
+    robot = example_robot("talos")
+    short = log.take(slice(0, 1600))
+    (chunk,) = chunks("talos", short, double_support=double_support)
+    double = chunk.samples.support == chunk.samples.support_names.index("left+right")
+    assert np.array_equal(chunk.guessed, double)
+    stance = robot.standing(("left", "right"))[robot.torque_controlled]
+    guess = chunk.samples.friction_torque[double][:, stance]
+    true = truth.friction_torque[chunk.rows[double]][:, robot.torque_controlled][:, stance]
+    assert np.all(np.isfinite(guess))
+    assert np.linalg.norm(guess) < np.linalg.norm(true)  # the smallest one that explains the motion, not the true one
+    assert np.abs(guess - true).max() > 0.05
+    assert np.all(chunk.samples.usable[double][:, stance] == used)
+
+
+@pytest.mark.parametrize("frame", ["base_link", "torso_2_link"])
+def test_the_tilt_comes_from_whatever_frame_the_imu_is_in(frame: str) -> None:
+    robot = example_robot("talos")
+    log, truth = walk("talos")
+    moved = replace(robot, base_frame=frame)
+    model, data = robot.tree.model, robot.tree.model.createData()
+    turned = np.empty_like(log.base_orientation)
+    for k, position in enumerate(log.position):
+        configuration = pin.neutral(model)
+        configuration[7:] = position[robot.tree.columns]
+        pin.framesForwardKinematics(model, data, configuration)
+        relative = Rotation.from_matrix(data.oMf[model.getFrameId(frame)].rotation)
+        turned[k] = (Rotation.from_quat(log.base_orientation[k]) * relative).as_quat()
+    prepared = prepare(replace(log, base_orientation=turned), moved, Settings(filter=EXACT))
+    (chunk,) = prepared.chunks(moved)
+    single = chunk.samples.support == chunk.samples.support_names.index("left")
+    true = truth.friction_torque[chunk.rows[single]][:, robot.torque_controlled]
+    np.testing.assert_allclose(chunk.samples.friction_torque[single], true, atol=1e-7)
+
+
+def test_a_flat_foot_needs_no_orientation() -> None:
+    log, truth = walk("talos")
+    found = by_support(chunks("talos", log, tilt="flat"), truth, "talos")
+    np.testing.assert_allclose(*found["left"], atol=1e-8)
+    blind = replace(log, base_orientation=None)
+    found = by_support(chunks("talos", blind), truth, "talos")
+    np.testing.assert_allclose(*found["left"], atol=1e-8)
+    with pytest.raises(LogError, match="base_orientation"):
+        chunks("talos", blind, tilt="imu")
+
+
+def test_point_feet_leave_their_legs_open_and_know_the_swinging_one() -> None:
+    log, truth = walk("go2", 6.0)
+    robot = example_robot("go2")
+    (chunk,) = chunks("go2", log)
+    for k, support in enumerate(chunk.samples.support_names):
+        rows = chunk.samples.support == k
+        standing = robot.standing(tuple(support.split("+")))
+        measured = chunk.samples.friction_torque[rows]
+        assert np.all(np.isnan(measured[:, standing]))
+        np.testing.assert_allclose(
+            measured[:, ~standing], truth.friction_torque[chunk.rows[rows]][:, ~standing], atol=1e-8
+        )
+    with pytest.raises(LogError, match="point feet"):
+        chunks("go2", replace(log, base_orientation=None))
+
+
+def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) -> None:
+    log, _ = walk("talos", 20.0)
+    identify(log, example_robot("talos"), Settings(filter=EXACT, law="coulomb-viscous"), table=tmp_path / "f.parquet")
+    table = pq.read_table(tmp_path / "f.parquet")
+    left = np.flatnonzero(np.array(table["support"].to_pylist()) == "left")
+    rows = np.searchsorted(log.time, table["time"].to_numpy()[left] - 1e-9)
+    force = table["ground_reaction.fz"].to_numpy()[left]
+    np.testing.assert_allclose(force, log.foot_wrench[rows, log.foot_names.index("left"), 2], rtol=1e-5)
+    assert not table["guessed"].to_numpy().any()
