@@ -246,6 +246,17 @@ WRONG_MODELS = {
         "post.sdf",
         "no link is the root",
     ),
+    "no axis": (
+        SDF.replace("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>"),
+        "post.sdf",
+        "joint 'pivot' has the axis .*, expected finite numbers",
+    ),
+    "no direction": (
+        URDF.replace('<axis xyz="0 1 0"/><limit', '<axis xyz="0 0 0"/><limit'),
+        "arm.urdf",
+        "'elbow' has no direction",
+    ),
+    "joint without a name": (MJCF.replace('name="slide" ', ""), "hopper.xml", r"1 joint\(s\) have no name"),
     "five numbers": (
         SDF.replace("0 0 1 0 0.3 0", "0 0 1 0 0.3"),
         "post.sdf",

@@ -7,6 +7,7 @@ independent: each is found here, by parsing the file a second time or by compili
 from __future__ import annotations
 
 from pathlib import Path
+from warnings import catch_warnings, simplefilter
 from xml.etree import ElementTree
 
 import mujoco
@@ -82,6 +83,8 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
         if int(compiled.jnt_type[joint]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     ]
     names = [compiled.joint(joint).name for joint in hinges]
+    if not all(names):
+        raise RobotFileError(f"{path}: {names.count('')} joint(s) have no name; give every <joint> a name")
     _require_same_joints(path, set(names), model)
     _require_same_mass(path, float(compiled.body_mass.sum()), model)
     theirs = [int(compiled.jnt_dofadr[joint]) for joint in hinges]
@@ -103,7 +106,7 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
 def _compile_mjcf(path: Path) -> mujoco.MjModel:
     """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia."""
     try:
-        return mujoco.MjSpec.from_file(str(path)).compile()
+        return _compile(mujoco.MjSpec.from_file(str(path)))
     except ValueError:
         pass
     try:
@@ -113,9 +116,15 @@ def _compile_mjcf(path: Path) -> mujoco.MjModel:
                 spec.delete(geom)
         for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
             spec.delete(asset)
-        return spec.compile()
+        return _compile(spec)
     except ValueError as error:
         raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
+
+
+def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    with catch_warnings():  # about masses too small to simulate; `check_inertias` says it in our own words
+        simplefilter("ignore", UserWarning)
+        return spec.compile()
 
 
 def _inertia_difference(

@@ -83,7 +83,7 @@ def joint_axis(model: pin.Model, joint: int) -> Axis:
     Raises
     ------
     RobotFileError
-        If the joint has more degrees of freedom, or is a screw.
+        If the joint has more degrees of freedom, is a screw, or has no direction.
     """
     joint_model = model.joints[joint]
     kind = joint_model.shortname()
@@ -91,6 +91,10 @@ def joint_axis(model: pin.Model, joint: int) -> Axis:
         data = joint_model.createData()
         joint_model.calc(data, pin.neutral(model))
         subspace = np.asarray(data.S).reshape(6)
+        if not 0 < np.abs(subspace).max() < np.inf:
+            raise RobotFileError(
+                f"joint '{model.names[joint]}' has no direction; expected an axis of three finite numbers, not all zero"
+            )
         linear, angular = subspace[:3], subspace[3:]
         if not np.any(linear):
             return Axis(angular / np.linalg.norm(angular), prismatic=False)

@@ -110,7 +110,10 @@ def _axis(joint: ElementTree.Element, joint_pose: pin.SE3) -> np.ndarray:
     axis = _numbers(_text(joint, "axis/xyz", "0 0 1"), 3)
     if _text(joint, "axis/use_parent_model_frame", "0") in ("1", "true"):
         axis = joint_pose.rotation.T @ axis
-    return np.asarray(axis / np.linalg.norm(axis))
+    length = np.linalg.norm(axis)
+    if not 0 < length < np.inf:
+        raise ValueError(f"joint '{joint.get('name')}' has the axis {axis}, expected finite numbers, not all zero")
+    return np.asarray(axis / length)
 
 
 def _inertia(link: ElementTree.Element, path: Path) -> pin.Inertia:
