@@ -21,7 +21,7 @@ PRECISION = pa.float32()
 def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
     """Give a function that appends a chunk of the n-th log to the table; the file appears when all went well.
 
-    Columns: `log`, `time` [s], `support`, `block`, and `guessed`: the standing limbs have the minimum-norm guess of (6.1).
+    Columns: `log`, `time` [s], `support`, `block`, `guessed`: the standing limbs have the minimum-norm guess of (6.1).
     Then per joint `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the
     sample. For a floating base `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing
     foot, in its frame [N], [N m].

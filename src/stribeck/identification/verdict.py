@@ -62,10 +62,7 @@ def _judge_joint(fit: JointFit, problem: FitProblem, moved: Excitation, holdout:
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
     if not fit.settled and not reason:
         reason = "the fit came to no end: the samples hardly tell the parameters apart"
-    enough = (
-        f"every 95 % interval is narrower than its value ({moved.samples} samples, {moved.blocks} steps or seconds, "
-        f"{moved.reversals} reversals)"
-    )
+    enough = f"every interval is narrower than its value ({moved.blocks} blocks, {moved.reversals} reversals)"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(

@@ -42,7 +42,7 @@ def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic:
     named = [_describe(fit, index, prismatic) for index in np.flatnonzero(weak).tolist()]
     causes = _causes(fit, weak, velocity, prismatic)
     if not causes:
-        causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} steps or seconds"]
+        causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
     return f"{', '.join(named)}: {'; '.join(causes)}"
 
 
