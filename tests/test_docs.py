@@ -1,0 +1,333 @@
+"""The documentation says what the code does: its code runs, its tables are the code's, its links lead somewhere."""
+
+import dataclasses
+import importlib
+import json
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pyarrow.parquet as pq
+import pytest
+import typer
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+from rosbags.typesys import Stores, get_typestore
+from tests.arm import arm_log, save_npz, write_arm
+from tests.models import EXAMPLES, MODELS
+from tests.readers.formats import messages_of, write_messages
+
+from stribeck import Robot, identify
+from stribeck.cli import app
+from stribeck.errors import StribeckError
+from stribeck.friction import LAWS
+from stribeck.motion.filters import TAKES
+from stribeck.readers.mapping import UNITS, check_table
+from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result, Validation, read_result
+from stribeck.robot import from_robot_file
+from stribeck.settings import (
+    ChannelTable,
+    ContactTable,
+    FilterSettings,
+    LogTable,
+    RobotFile,
+    RobotTable,
+    Settings,
+    SupportSettings,
+)
+from stribeck.simulation.demo import make_demo
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = {str(path.relative_to(ROOT)): path.read_text() for path in [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]}
+SECTIONS: dict[str, type[BaseModel]] = {
+    "`[robot]`": RobotTable,
+    "`[contacts.<foot>]`": ContactTable,
+    "`[log]`": LogTable,
+    "`[log.<channel>]`": ChannelTable,
+    "`[identify]`": Settings,
+    "`[identify.filter]`": FilterSettings,
+    "`[identify.support]`": SupportSettings,
+}
+"""Headings of docs/robot-file.md and what they describe."""
+
+
+class Block(NamedTuple):
+    """A fenced block: what its fence says, and its text; `answer` is the `text` block that follows a wrong example."""
+
+    kind: str
+    text: str
+    answer: str = ""
+
+
+@cache
+def blocks(page: str) -> list[Block]:
+    found = [Block(*pair) for pair in re.findall(r"^```([^\n]*)\n(.*?)^```$", PAGES[page], re.MULTILINE | re.DOTALL)]
+    followers = [*found[1:], Block("", "")]
+    return [block._replace(answer=after.text.strip()) for block, after in zip(found, followers, strict=False)]
+
+
+def all_blocks(kind: str) -> list[Any]:
+    return [
+        pytest.param(block, id=f"{page} {number}")
+        for page in PAGES
+        for number, block in enumerate(one for one in blocks(page) if one.kind == kind)
+    ]
+
+
+def rows_below(page: str, heading: str = "") -> Iterator[list[str]]:
+    """Yield the cells of the table rows of a page or of one section, header and ruler left out."""
+    text = section(page, heading) if heading else PAGES[page]
+    lines = text.splitlines()
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        if line.startswith("|") and not re.match(r"\|[ :-]+\|", line) and not re.match(r"\|[ :-]+\|", after):
+            yield [cell.strip().replace(r"\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+
+
+def section(page: str, heading: str) -> str:
+    _, _, rest = PAGES[page].partition(f"\n## {heading}\n")
+    assert rest, f"{page} has no heading {heading}"
+    return rest.partition("\n## ")[0]
+
+
+def names_in(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder as a user has one: a model, its robot file, a log, and what was found in it."""
+    folder = tmp_path_factory.mktemp("docs")
+    robot = Robot.from_file(write_arm(folder))
+    log = arm_log(robot, duration=12)
+    for name in ("log.npz", "walk.npz"):
+        save_npz(log, folder / name)
+    messages = messages_of(log.take(slice(None, None, 4)), get_typestore(Stores.ROS2_HUMBLE))
+    write_messages(folder / "walk.mcap", messages)
+    result = identify(folder / "log.npz", robot, table=_made(folder / "OUT") / "friction_torque.parquet")
+    (folder / "OUT/result.json").write_text(result.to_json())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def demonstration(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
+    """What is found in the log of `stribeck demo`, and the table of friction torque."""
+    folder = tmp_path_factory.mktemp("demo")
+    example = make_demo(folder)
+    table = folder / "friction_torque.parquet"
+    return identify(example.log, Robot.from_file(example.robot_file), table=table), table
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def here(workshop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The same files, to work among."""
+    for file in workshop.rglob("*"):
+        if file.is_file():
+            place = tmp_path / file.relative_to(workshop)
+            place.parent.mkdir(exist_ok=True)
+            place.write_bytes(file.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("page", [page for page in PAGES if any(block.kind == "python" for block in blocks(page))])
+def test_python_runs(page: str) -> None:
+    namespace: dict[str, Any] = {"__name__": page}
+    for block in blocks(page):
+        if block.kind == "python":
+            exec(compile(block.text, page, "exec"), namespace)
+
+
+@pytest.mark.parametrize("block", all_blocks("toml"))
+def test_robot_files_are_valid(block: Block) -> None:
+    document = tomllib.loads(block.text)
+    file = RobotFile.model_validate({"robot": {"model": "robot.urdf"}, **document})
+    check_table(file.log, "robot.toml")
+    models = {Path(path).name: path for path, *_ in MODELS.values()}
+    if file.robot.model in models:
+        model = file.robot.model_copy(update={"model": models[file.robot.model]})
+        robot = from_robot_file(file.model_copy(update={"robot": model}), EXAMPLES / "robot.toml")
+        assert set(file.robot.locked).isdisjoint(robot.joint_names)
+
+
+def test_a_humanoid_a_quadruped_and_an_arm_are_shown() -> None:
+    shown = [tomllib.loads(block.text).get("robot", {}).get("model") for block in blocks("docs/robot-file.md")[:3]]
+    assert shown == ["talos_reduced.urdf", "go2.urdf", "panda.urdf"]
+
+
+@pytest.mark.parametrize("block", all_blocks("toml error"))
+def test_wrong_robot_files_give_the_sentence_that_is_shown(block: Block, here: Path) -> None:
+    (here / "robot.toml").write_text(block.text)
+    with pytest.raises(StribeckError) as refused:
+        app(["identify", "log.npz", "-r", "robot.toml", "-o", "new"], standalone_mode=False)
+    assert str(refused.value) == block.answer
+    assert refused.value.exit_code == 2
+
+
+def commands() -> list[list[str]]:
+    """Return the stribeck commands of all code, fenced or indented, each once; what two spaces set off is a remark."""
+    found = {}
+    for text in PAGES.values():
+        for line in re.findall(r"^(?: {4,})?(?:\$ )?(stribeck .*)$", text, re.MULTILINE):
+            words = shlex.split(re.split(r" {2,}", line)[0], comments=True)
+            found[" ".join(words)] = words[1:]
+    return list(found.values())
+
+
+@pytest.mark.parametrize("words", commands(), ids=" ".join)
+def test_commands_are_spelt_right(words: list[str]) -> None:
+    known = typer.main.get_command(app).commands
+    assert words[0] in known
+    known[words[0]].make_context(words[0], words[1:])
+
+
+FILES = {"LOG": "log.npz", "LOG...": "log.npz", "A/result.json": "OUT/result.json", "B/result.json": "OUT/result.json"}
+"""What stands for the placeholders of commands."""
+
+
+@pytest.mark.parametrize("name", ["identify", "inspect"])
+def test_commands_run_where_their_files_are_there(name: str, here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ran = 0
+    for words in commands():
+        words = [FILES.get(word, word) for word in words]
+        inputs = [word for word in words if Path(word).suffix in (".toml", ".npz", ".json")]
+        if words[0] == name and inputs and all((here / word).exists() for word in inputs):
+            app(words, standalone_mode=False)
+            ran += 1
+    assert ran
+    assert "arm" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("block", all_blocks("json"))
+def test_results_are_of_the_schema(block: Block, tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_text(block.text)
+    assert json.loads(read_result(tmp_path / "result.json").to_json()) == json.loads(block.text)
+
+
+def test_the_result_shown_is_what_the_demonstration_gives(demonstration: tuple[Result, Path]) -> None:
+    found, _ = demonstration
+    shown = json.loads(next(block.text for block in blocks("docs/result.md") if block.kind == "json"))
+    assert shown["log"]["samples_used"] == found.log.samples_used
+    ((name, joint),) = shown["joints"].items()
+    assert joint["verdict"] == found.joints[name].verdict
+    assert joint["samples"] == found.joints[name].samples
+    for parameter, numbers in joint["parameters"].items():
+        now = found.joints[name].parameters[parameter]
+        assert numbers["verdict"] == now.verdict
+        assert abs(numbers["value"] - now.value) < 0.1 * now.standard_error
+        assert numbers["standard_error"] == pytest.approx(now.standard_error, rel=0.1)
+
+
+def test_every_field_of_a_result_is_explained() -> None:
+    named = {name.rsplit(".", 1)[-1] for row in rows_below("docs/result.md") for name in names_in(row[0])}
+    for carrier in (Result, LogSummary, JointResult, ParameterEstimate, Validation):
+        assert {field.name for field in dataclasses.fields(carrier)} - {"evidence", "log", "validation"} <= named
+
+
+def test_every_column_of_the_table_is_explained(demonstration: tuple[Result, Path]) -> None:
+    rows = list(rows_below("docs/result.md", "`friction_torque.parquet`"))
+    named = {names_in(row[0])[0] for row in rows}
+    places = {f".{joint}": ".<joint>" for joint in demonstration[0].joints}
+    places |= {f".{axis}": ".<axis>" for axis in ("fx", "fy", "fz", "tx", "ty", "tz")}
+    columns = [name.partition(".") for name in pq.read_schema(demonstration[1]).names]
+    assert {kind + places[dot + place] if dot else kind for kind, dot, place in columns} == named
+
+
+@pytest.mark.parametrize("heading", SECTIONS)
+def test_every_setting_is_named_with_its_default(heading: str) -> None:
+    fields = SECTIONS[heading].model_fields
+    rows = {names_in(row[0])[0]: row for row in rows_below("docs/robot-file.md", heading) if len(row) == 5}
+    channels = set(UNITS) if heading == "`[log]`" else set()
+    assert set(rows) | channels == set(fields)
+    for key, row in rows.items():
+        default = fields[key].get_default()
+        if default is PydanticUndefined:
+            assert row[2] == "required"
+        elif isinstance(default, BaseModel):
+            assert row[2] == "table"
+        elif default is None:
+            assert row[2] == "—"
+        else:
+            shown = tomllib.loads(f"value = {row[2].strip('`')}")["value"]
+            assert shown == (list(default) if isinstance(default, tuple) else default)
+
+
+def test_every_unit_is_named() -> None:
+    rows = [row for row in rows_below("docs/robot-file.md", "`[log.<channel>]`") if len(row) == 2]
+    assert {names_in(row[0])[0]: names_in(row[1]) for row in rows} == {
+        name: list(units) for name, units in UNITS.items()
+    }
+
+
+def test_every_filter_is_named_with_what_it_listens_to() -> None:
+    rows = [row for row in rows_below("docs/robot-file.md", "`[identify.filter]`") if len(row) == 3]
+    assert {names_in(row[0])[0]: set(names_in(row[1])) for row in rows} == TAKES
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_has_a_page(name: str) -> None:
+    assert f"({name}.md)" in PAGES["docs/laws/index.md"]
+    rows = {names_in(row[0])[0]: row for row in rows_below(f"docs/laws/{name}.md")}
+    for parameter in LAWS[name].parameters:
+        _, symbol, unit, bounds = rows.pop(parameter.name)
+        assert (symbol, unit) == (parameter.symbol, parameter.unit)
+        assert bounds == _bounds_text(parameter.lower, parameter.upper)
+    assert not rows
+
+
+def _bounds_text(lower: float, upper: float) -> str:
+    if lower == -float("inf"):
+        return "none"
+    return f"{lower:g} and more" if upper == float("inf") else f"{_short(lower)} to {_short(upper)}"
+
+
+def _short(value: float) -> str:
+    return {1e-4: "1e-4", 1e4: "1e4"}.get(value, f"{value:g}")
+
+
+def test_the_constants_of_verdicts_are_the_codes() -> None:
+    rows = list(rows_below("docs/verdicts.md", "The constants"))
+    assert len(rows) > 10
+    for place, value in rows:
+        module, _, name = names_in(place)[0].rpartition(".")
+        assert float(value) == getattr(importlib.import_module(module), name)
+
+
+def test_the_coverage_shown_is_the_studys() -> None:
+    cases = json.loads((ROOT / "studies/coverage.json").read_text())["cases"]
+    expected = {}
+    for case, rows in cases.items():
+        shares = [row["coverage"] for row in rows.values()]
+        expected[case] = [f"{100 * min(shares):.1f} %", f"{100 * max(shares):.1f} %"]
+    page = PAGES["docs/verdicts.md"].partition("### Do they hold the truth?")[2].partition("\n## ")[0]
+    shown = re.findall(r"^\| ([^|]+) \| ([\d.]+ %) \| ([\d.]+ %) \|$", page, re.MULTILINE)
+    assert {case: rest for case, *rest in shown} == expected
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page: str) -> None:
+    text = re.sub(r"^```.*?^```$", "", PAGES[page], flags=re.MULTILINE | re.DOTALL)
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        if link.startswith(("http:", "https:", "mailto:")):
+            continue
+        file, _, anchor = link.partition("#")
+        target = (ROOT / page).parent / file if file else ROOT / page
+        assert target.exists(), link
+        if anchor:
+            assert anchor in _anchors(target.read_text()), link
+
+
+def _anchors(text: str) -> set[str]:
+    """Return the anchors that headings get: lower case, words joined by hyphens, other signs dropped."""
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
