@@ -7,9 +7,15 @@ from contextlib import contextmanager
 
 
 class StribeckError(Exception):
-    """The input or the settings are wrong; the command line prints the message and ends with exit code 2."""
+    """The input or the settings are wrong; the command line prints the message and ends with exit code 2.
+
+    The message is one line, whatever line breaks there are in the names that it quotes.
+    """
 
     exit_code = 2
+
+    def __init__(self, message: str) -> None:
+        super().__init__("".join(letter if letter.isprintable() else "?" for letter in message))
 
 
 class RobotFileError(StribeckError):
