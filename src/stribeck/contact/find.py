@@ -1,4 +1,15 @@
-"""Support phases of a log, from the best source that it has."""
+"""Support phases of a log, from the best source that it has.
+
+To add a source:
+
+1. Write `contact/<source>.py` with a function that returns which feet stand, bool of shape (T, feet), and notes, a
+   sentence each. Rows outside the segments are not looked at.
+2. Add its name to `Source` in `contact/phases.py` and to `SupportSettings.source`.
+3. Call it in `_standing` below, and say in `_source` which logs it is the best source for. Cutting and trimming are
+   common to all sources.
+4. Say in `_nothing_stands` what a user should do if by it no foot ever stands.
+5. Add it to `tests/test_contact.py` and to docs/logs.md.
+"""
 
 from __future__ import annotations
 
