@@ -29,7 +29,7 @@ def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:
     [
         ({"speed": 0.005}, 30, "it moves only between -0.01.* rad/s; 0.05 rad/s are needed in both directions"),
         ({"speed": 0.3, "drift": 1.0}, 30, "it moves in one direction only, between 0.* and 1.* rad/s"),
-        ({}, 5, "its usable samples lie in 5 blocks of time (steps, or parts of long ones); at least 6 are needed"),
+        ({}, 5, "its usable samples lie in 5 blocks; at least 6 are needed"),
     ],
 )
 def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint, joint, blocks, reason) -> None:

@@ -86,7 +86,7 @@ def _too_few(problem: FitProblem, blocks: int) -> str:
     if samples < needed:
         return f"{samples} usable samples; {len(problem.parameters)} parameters need at least {needed}"
     if blocks < MIN_BLOCKS:
-        return f"its usable samples lie in {blocks} blocks of time (steps, or parts of long ones); at least {MIN_BLOCKS} are needed"
+        return f"its usable samples lie in {blocks} blocks; at least {MIN_BLOCKS} are needed"
     return ""
 
 
