@@ -251,6 +251,11 @@ WRONG_MODELS = {
         "post.sdf",
         "joint 'pivot' has the axis .*, expected finite numbers",
     ),
+    "pose not finite": (
+        SDF.replace("<pose>0 0 1 0 0.3 0</pose>", "<pose>0 0 nan 0 0.3 0</pose>"),
+        "post.sdf",
+        "pose or inertia of joint 'pivot' holds a value that is not finite",
+    ),
     "no direction": (
         URDF.replace('<axis xyz="0 1 0"/><limit', '<axis xyz="0 0 0"/><limit'),
         "arm.urdf",
@@ -296,6 +301,14 @@ def test_an_mjcf_that_pinocchio_and_mujoco_read_differently_is_refused(tmp_path)
         'name="leg" pos', 'name="leg" euler="30 20 50" pos'
     )
     refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "inertia matrix differs from MuJoCo's")
+
+
+def test_mujoco_leaves_no_file_behind(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = MJCF.replace('pos="0 0 -.3"', 'pos="0 0 nan"')
+    path = write_robot(tmp_path, "", text, "hopper.xml", "floating")
+    refuse(path, "differs from MuJoCo's by nan")
+    assert sorted(found.name for found in tmp_path.iterdir()) == ["hopper.xml", "robot.toml"]
 
 
 def test_two_joints_in_one_body_are_refused(tmp_path):

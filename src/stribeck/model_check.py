@@ -6,6 +6,8 @@ independent: each is found here, by parsing the file a second time or by compili
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from warnings import catch_warnings, simplefilter
 from xml.etree import ElementTree
@@ -68,6 +70,23 @@ def check_urdf(path: Path, model: pin.Model) -> list[str]:
     return warnings + check_inertias(path.name, model)
 
 
+@contextmanager
+def _quiet_mujoco() -> Iterator[None]:
+    """Keep MuJoCo's warnings from becoming Python's, and from a MUJOCO_LOG.TXT in the working folder.
+
+    What they are about, masses too small to simulate and NaN in the file, is found and said by the checks here.
+    """
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        with catch_warnings():
+            simplefilter("ignore", UserWarning)
+            yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+@_quiet_mujoco()
 def check_mjcf(path: Path, model: pin.Model) -> list[str]:
     """Compile the file with MuJoCo, compare joints, mass and inertia matrix, and return warnings.
 
@@ -92,7 +111,7 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
     if is_floating(model):  # both have a free joint first; upright, world and body coordinates are the same
         theirs, ours = [*range(6), *theirs], [*range(6), *ours]
     difference = _inertia_difference(compiled, model, hinges, names, theirs, ours)
-    if difference > RELATIVE_TOLERANCE:
+    if not difference <= RELATIVE_TOLERANCE:
         raise RobotFileError(
             f"{path}: Pinocchio's joint-space inertia matrix differs from MuJoCo's by {difference:.2g} relative; "
             "simplify the model (<compiler> without eulerseq, balanceinertia and boundinertia) or use its URDF"
@@ -106,7 +125,7 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
 def _compile_mjcf(path: Path) -> mujoco.MjModel:
     """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia."""
     try:
-        return _compile(mujoco.MjSpec.from_file(str(path)))
+        return mujoco.MjSpec.from_file(str(path)).compile()
     except ValueError:
         pass
     try:
@@ -116,15 +135,9 @@ def _compile_mjcf(path: Path) -> mujoco.MjModel:
                 spec.delete(geom)
         for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
             spec.delete(asset)
-        return _compile(spec)
+        return spec.compile()
     except ValueError as error:
         raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
-
-
-def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    with catch_warnings():  # about masses too small to simulate; `check_inertias` says it in our own words
-        simplefilter("ignore", UserWarning)
-        return spec.compile()
 
 
 def _inertia_difference(
@@ -157,13 +170,30 @@ def _inertia_difference(
         matrix = pin.crba(model, data, configuration)
         matrix = np.triu(matrix) + np.triu(matrix, 1).T
         difference = np.abs(matrix[np.ix_(ours, ours)] - reference).max(initial=0.0)
-        worst = max(worst, float(difference / np.abs(reference).max(initial=1e-12)))
+        worst = float(np.maximum(worst, difference / np.abs(reference).max(initial=1e-12)))
     return worst
 
 
 def check_sdf(model: pin.Model) -> list[str]:
     """Return warnings about a model built from SDF; its reader keeps every link by construction."""
     return check_inertias(model.name, model)
+
+
+def check_finite(path: Path, model: pin.Model) -> None:
+    """Refuse a model with a pose or an inertia that is not a number, or is infinite.
+
+    Raises
+    ------
+    RobotFileError
+        Naming the joint behind which it is.
+    """
+    for joint in range(model.njoints):
+        numbers = [model.jointPlacements[joint].homogeneous, model.inertias[joint].matrix()]
+        if not all(np.isfinite(matrix).all() for matrix in numbers):
+            raise RobotFileError(
+                f"{path}: pose or inertia of joint '{model.names[joint]}' holds a value that is not finite; "
+                "expected plain numbers"
+            )
 
 
 def check_inertias(name: str, model: pin.Model) -> list[str]:

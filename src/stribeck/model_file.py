@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
-from stribeck.model_check import check_mjcf, check_sdf, check_urdf, check_urdf_links
+from stribeck.model_check import check_finite, check_mjcf, check_sdf, check_urdf, check_urdf_links
 from stribeck.rooting import FLOATING, is_floating
 from stribeck.sdf import build_from_sdf
 
@@ -38,12 +38,15 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
         if kind == "urdf":
             check_urdf_links(path)
             model = pin.buildModelFromUrdf(str(path), root) if root else pin.buildModelFromUrdf(str(path))
+            check_finite(path, model)
             notes = check_urdf(path, model)
         elif kind == "sdf":
             model, notes = build_from_sdf(path, root)
+            check_finite(path, model)
             notes += check_sdf(model)
         else:
             model = pin.buildModelFromMJCF(str(path))
+            check_finite(path, model)
             notes = check_mjcf(path, model)
             if root and not is_floating(model):
                 model = _mjcf_with_root(path, root)
