@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from tests.arm import URDF
+from tests.arm import URDF, arm_log, write_arm
 
+from stribeck import identify
 from stribeck.cli import with_settings
 from stribeck.errors import RobotFileError, SettingsError
 from stribeck.robot import Robot
@@ -190,3 +191,22 @@ def test_numbers_are_finite_and_are_numbers(value: object) -> None:
 def test_text_without_quotes_is_text() -> None:
     chosen = with_settings(Settings(), {}, ["law=asymmetric", "filter.kind=central", "fit_armature=['elbow']"])
     assert (chosen.law, chosen.filter.kind, chosen.fit_armature) == ("asymmetric", "central", ["elbow"])
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
+
+
+@pytest.mark.parametrize("assignment", ["block=1e-9", "holdout=100000", "rest=0", "filter.order=12", "loss=cauchy"])
+def test_the_ends_of_ranges_work(assignment: str, arm: Robot) -> None:
+    chosen = with_settings(Settings(), {"law": "coulomb-viscous"}, [assignment])
+    joints = identify(arm_log(arm, duration=6), arm, chosen).joints
+    for joint in joints.values():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.15)  # of a log that has more than that law
+        assert (joint.validation is None) == (assignment == "holdout=100000")
+
+
+def test_rotor_inertia_of_a_joint_that_is_not_there(arm: Robot) -> None:
+    with pytest.raises(SettingsError, match="'elbwo'; the torque-controlled joints are shoulder, elbow, slide"):
+        identify(arm_log(arm, duration=1), arm, Settings(fit_armature=["elbwo"]))

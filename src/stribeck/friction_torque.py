@@ -96,7 +96,8 @@ def friction_torque(
     phases = tuple(phase for phase in phases if phase.kind != "flight" and phase.last > phase.first)
     supports = tuple(dict.fromkeys(phase.feet for phase in phases))
     guesses = [k for k, feet in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, feet)]
-    support_of_row, block_of_row = _label_rows(phases, supports, len(log.time), round(settings.block / period))
+    longest = max(1, round(settings.block / period))
+    support_of_row, block_of_row = _label_rows(phases, supports, len(log.time), longest)
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stribeck.collect import join_logs
-from stribeck.errors import NothingIdentifiedError
+from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
 from stribeck.friction_table import friction_table
 from stribeck.identification.curve_fit import JointFit, fit_law
@@ -20,6 +20,7 @@ from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.survey import Progress, Survey, quiet, survey
+from stribeck.threads import one_blas_thread
 from stribeck.version import __version__
 
 UNPHYSICAL = 0.4
@@ -63,8 +64,9 @@ def identify(
     """
     settings = settings or robot.settings
     law = get_law(settings.law)
+    _refuse_unknown_joints(settings, robot)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
-    with friction_table(table) if table else nullcontext(_drop) as write:
+    with one_blas_thread(), friction_table(table) if table else nullcontext(_drop) as write:
         surveys: list[Survey] = []
         for k, source in enumerate(sources):
             surveys.append(survey(source, k, len(sources), robot, settings, write, progress))
@@ -78,6 +80,17 @@ def identify(
             reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
             raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
     return _result(robot, settings, surveys, samples, fits, joints)
+
+
+def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
+    """Refuse rotor inertias of joints that get no friction."""
+    asked = [] if isinstance(settings.fit_armature, bool) else settings.fit_armature
+    known = [robot.joint_names[column] for column in robot.torque_controlled]
+    unknown = [joint for joint in asked if joint not in known]
+    if unknown:
+        raise SettingsError(
+            f"[identify] fit_armature names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(known)}"
+        )
 
 
 def _drop(*_: object) -> None:
