@@ -17,6 +17,7 @@ from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.survey import PreparedLog, prepare
+from stribeck.threads import one_blas_thread
 
 LISTEN = 60_000
 """Samples that delays and signs are judged by."""
@@ -102,7 +103,7 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot, settings: Settings | N
     LogError, SettingsError
         If the log cannot be used at all.
     """
-    with errors_about(log.path if isinstance(log, RobotLog) else str(log)):
+    with one_blas_thread(), errors_about(log.path if isinstance(log, RobotLog) else str(log)):
         return _inspect(prepare(log, robot, settings or robot.settings), robot)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from threadpoolctl import threadpool_limits
-
 from stribeck.friction import FrictionLaw
 from stribeck.identification.descent import ROUGH, Descent, descend
 from stribeck.identification.excitation import excitation
@@ -14,6 +12,7 @@ from stribeck.identification.robust import TUNING, Loss, robust_scale
 from stribeck.identification.starts import grid_starts
 from stribeck.samples import Samples
 from stribeck.settings import Settings
+from stribeck.threads import one_blas_thread
 
 SUBSET = 4000
 """Samples [1] on which starts are tried; the best one is finished on all."""
@@ -42,7 +41,7 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
     The problem needs samples of at least two blocks: intervals come from how blocks differ.
     """
     # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         best, bend, starts = _minimise(problem, loss)
         return describe_fit(problem, best, loss, bend, starts)
 
