@@ -39,7 +39,6 @@ from stribeck.settings import (
     Settings,
     SupportSettings,
 )
-from stribeck.simulation.demo import make_demo
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -114,12 +113,11 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def demonstration(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
-    """What is found in the log of `stribeck demo`, and the table of friction torque."""
-    folder = tmp_path_factory.mktemp("demo")
-    example = make_demo(folder)
-    table = folder / "friction_torque.parquet"
-    return identify(example.log, Robot.from_file(example.robot_file), table=table), table
+def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that `stribeck demo` writes."""
+    folder = tmp_path_factory.mktemp("demonstration") / "demo"
+    app(["demo", "-o", str(folder)], standalone_mode=False)
+    return folder
 
 
 def _made(folder: Path) -> Path:
@@ -214,10 +212,11 @@ def test_results_are_of_the_schema(block: Block, tmp_path: Path) -> None:
     assert json.loads(read_result(tmp_path / "result.json").to_json()) == json.loads(block.text)
 
 
-def test_the_result_shown_is_what_the_demonstration_gives(demonstration: tuple[Result, Path]) -> None:
-    found, _ = demonstration
+def test_the_result_shown_is_what_the_demonstration_gives(demonstration: Path) -> None:
+    found = read_result(demonstration / "result.json")
     shown = json.loads(next(block.text for block in blocks("docs/result.md") if block.kind == "json"))
     assert shown["log"]["samples_used"] == found.log.samples_used
+    assert found.log.path == str(demonstration / "log.npz")
     ((name, joint),) = shown["joints"].items()
     assert joint["verdict"] == found.joints[name].verdict
     assert joint["samples"] == found.joints[name].samples
@@ -239,12 +238,12 @@ def test_every_field_of_a_result_is_explained() -> None:
         assert {field.name for field in dataclasses.fields(carrier)} - {"evidence", "log", "validation"} <= named
 
 
-def test_every_column_of_the_table_is_explained(demonstration: tuple[Result, Path]) -> None:
+def test_every_column_of_the_table_is_explained(demonstration: Path) -> None:
     rows = list(rows_below("docs/result.md", "`friction_torque.parquet`"))
     named = {names_in(row[0])[0] for row in rows}
-    places = {f".{joint}": ".<joint>" for joint in demonstration[0].joints}
+    places = {f".{joint}": ".<joint>" for joint in read_result(demonstration / "result.json").joints}
     places |= {f".{axis}": ".<axis>" for axis in ("fx", "fy", "fz", "tx", "ty", "tz")}
-    columns = [name.partition(".") for name in pq.read_schema(demonstration[1]).names]
+    columns = [name.partition(".") for name in pq.read_schema(demonstration / "friction_torque.parquet").names]
     assert {kind + places[dot + place] if dot else kind for kind, dot, place in columns} == named
 
 

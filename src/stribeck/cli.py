@@ -7,6 +7,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -18,7 +19,7 @@ from stribeck import console
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import LAWS
 from stribeck.outputs import staged_folder
-from stribeck.result import read_result
+from stribeck.result import Result, read_result
 from stribeck.robot import Robot
 from stribeck.settings import Settings, describe
 from stribeck.version import __version__
@@ -133,11 +134,24 @@ def demo(
         example = make_demo(staging)
         machine = Robot.from_file(example.robot_file)
         result = run([example.log], machine, table=staging / TABLE, progress=progress)
+        result = _moved(result, str(staging), str(output))
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
     console.print_truth(result, example.parameters)
     console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+
+
+def _moved(result: Result, staging: str, output: str) -> Result:
+    """Return a result that knows its one log and its robot file where they end up."""
+    assert isinstance(result.log.path, str)
+    assert result.evidence is not None
+    provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
+    return replace(
+        result,
+        log=replace(result.log, path=result.log.path.replace(staging, output)),
+        evidence=replace(result.evidence, provenance=provenance),
+    )
 
 
 def with_settings(settings: Settings, options: dict[str, str | None], assignments: list[str]) -> Settings:
