@@ -28,6 +28,7 @@ from stribeck.motion import make_filter
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.state import State
+from stribeck.threads import one_blas_thread
 
 LOOP_SAMPLES = 2000
 REPETITIONS = 5
@@ -132,7 +133,8 @@ def dense_loop(robot: Robot, log: RobotLog) -> None:
     """Do what the paper says, sample by sample."""
     rows = slice(0, LOOP_SAMPLES)
     state = State(log.position[rows], log.position[rows], log.position[rows])
-    dense_friction_torque(robot, (FEET[0],), state, log.torque[rows])
+    with one_blas_thread():
+        dense_friction_torque(robot, (FEET[0],), state, log.torque[rows])
 
 
 if __name__ == "__main__":

@@ -8,14 +8,18 @@ re-rooting covers. Positive friction torque resists motion, so the paper's `tau_
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from stribeck.base_motion import gravity_in_root_link
 from stribeck.log import Array
 from stribeck.robot import Robot
+from stribeck.rooting import RootedModel
 from stribeck.state import State
 
 
@@ -66,55 +70,79 @@ def constrained_sample(robot: Robot, feet: tuple[str, ...], state: State, torque
     k
         Which sample.
     """
-    model = robot.tree.model
-    model.gravity.linear = np.zeros(3)  # gravity enters below, in root link coordinates
-    data = model.createData()
     columns = robot.tree.columns
-    configuration = pin.neutral(model)
-    configuration[7:] = state.position[k, columns]
-    joint_rates, joint_changes = state.velocity[k, columns], state.acceleration[k, columns]
-    gravity = _gravity(robot, feet, state, k)
-
-    jacobian = _contact_jacobian(robot, feet, model, data, configuration)
-    base_rates = np.linalg.lstsq(jacobian[:, :6], -jacobian[:, 6:] @ joint_rates, rcond=None)[0]
-    if state.orientation is not None and np.linalg.matrix_rank(jacobian[:, :6], tol=1e-9) < 6:
-        base_rates[3:] = state.orientation.angular_velocity[k]
-        offset = jacobian[:, 3:6] @ base_rates[3:] + jacobian[:, 6:] @ joint_rates
-        base_rates[:3] = np.linalg.lstsq(jacobian[:, :3], -offset, rcond=None)[0]
-    rates = np.concatenate([base_rates, joint_rates])
-    drift = _contact_drift(robot, feet, model, data, configuration, rates)
-
-    inertia = pin.crba(model, data, configuration)
-    inertia = np.triu(inertia) + np.triu(inertia, 1).T
-    bias = pin.nonLinearEffects(model, data, configuration, rates) - inertia[:, :3] @ gravity
-    position_controlled = np.array(
-        [6 + i for i, c in enumerate(columns) if c not in robot.torque_controlled], dtype=int
-    )
-    selection = np.zeros((len(position_controlled), model.nv))
-    selection[np.arange(len(position_controlled)), position_controlled] = 1
-    constraint = np.vstack([jacobian, selection])  # (5.6); given motion instead of rest in its last rows
-    right = np.concatenate([-drift, joint_changes[position_controlled - 6]])
-
-    inverse = np.asarray(cho_solve(cho_factor(inertia), np.eye(model.nv)))
-    constraint_inertia = constraint @ inverse @ constraint.T
-    effort = np.zeros(model.nv)
-    effort[6:] = torque[k, columns]
-    effort[position_controlled] = 0
-    multipliers = np.linalg.solve(constraint_inertia, right + constraint @ inverse @ (bias - effort))  # (5.9)
-    estimate = inverse @ (effort - bias + constraint.T @ multipliers)  # (5.10)
-    projector = np.eye(model.nv) - constraint.T @ np.linalg.solve(constraint_inertia, constraint @ inverse)
+    motion = _equation_of_motion(robot, feet, state, torque, k)
+    inverse = np.asarray(cho_solve(cho_factor(motion.inertia), np.eye(len(motion.inertia))))
+    constraint = motion.constraint
+    constraint_inertia = constraint @ inverse @ constraint.T  # (5.8)
+    multipliers = np.linalg.solve(
+        constraint_inertia, motion.right + constraint @ inverse @ (motion.bias - motion.effort)
+    ).astype(float)  # (5.9)
+    estimate = inverse @ (motion.effort - motion.bias + constraint.T @ multipliers)  # (5.10)
+    projector = np.eye(len(inverse)) - constraint.T @ np.linalg.solve(constraint_inertia, constraint @ inverse)
     place = np.argsort(columns)[robot.torque_controlled] + 6  # robot order -> rows of the model
-    mobility = (inverse @ projector)[np.ix_(place, place)]
     estimated = np.empty(len(columns))
     estimated[columns] = estimate[6:]
     return ConstrainedSample(
         estimated_acceleration=estimated,
-        mobility=mobility,
+        mobility=(inverse @ projector)[np.ix_(place, place)],
         difference=(estimated - state.acceleration[k])[robot.torque_controlled],
         multipliers=multipliers,
         constraint_inertia=constraint_inertia,
         friction_response=constraint @ inverse[:, place],
     )
+
+
+class _Motion(NamedTuple):
+    """`M a + bias = effort + J_c^T lambda` and `J_c a = right`, (5.5), in the order of the model."""
+
+    inertia: Array
+    bias: Array
+    effort: Array
+    constraint: Array
+    right: Array
+
+
+@cache
+def _workspace(tree: RootedModel) -> tuple[pin.Model, pin.Data]:
+    """Return a copy of the model without gravity, which enters in root link coordinates, and its working memory."""
+    model = pin.Model(tree.model)
+    model.gravity.linear = np.zeros(3)
+    return model, model.createData()
+
+
+def _equation_of_motion(robot: Robot, feet: tuple[str, ...], state: State, torque: Array, k: int) -> _Motion:
+    model, data = _workspace(robot.tree)
+    columns = robot.tree.columns
+    configuration = pin.neutral(model)
+    configuration[7:] = state.position[k, columns]
+    jacobian = _contact_jacobian(robot, feet, model, data, configuration)
+    rates = np.concatenate([_base_rates(jacobian, state, k, columns), state.velocity[k, columns]])
+    drift = _contact_drift(robot, feet, model, data, configuration, rates)
+    inertia = pin.crba(model, data, configuration)
+    inertia = np.triu(inertia) + np.triu(inertia, 1).T
+    gravity = _gravity(robot, feet, state, k)
+    controlled = np.flatnonzero(~np.isin(columns, robot.torque_controlled))
+    selection = np.eye(model.nv)[6 + controlled]
+    effort = np.concatenate([np.zeros(6), torque[k, columns]])
+    effort[6 + controlled] = 0
+    return _Motion(
+        inertia=inertia,
+        bias=pin.nonLinearEffects(model, data, configuration, rates) - inertia[:, :3] @ gravity,
+        effort=effort,
+        constraint=np.vstack([jacobian, selection]),  # (5.6), with the given motion instead of rest in its last rows
+        right=np.concatenate([-drift, state.acceleration[k, columns[controlled]]]),
+    )
+
+
+def _base_rates(jacobian: Array, state: State, k: int, columns: NDArray[np.int64]) -> Array:
+    """Return the root link's velocity for feet that do not move; where they let it turn, the orientation says how."""
+    feet_rates = jacobian[:, 6:] @ state.velocity[k, columns]
+    rates = np.linalg.lstsq(jacobian[:, :6], -feet_rates, rcond=None)[0]
+    if state.orientation is not None and np.linalg.matrix_rank(jacobian[:, :6], tol=1e-9) < 6:
+        rates[3:] = state.orientation.angular_velocity[k]
+        rates[:3] = np.linalg.lstsq(jacobian[:, :3], -feet_rates - jacobian[:, 3:6] @ rates[3:], rcond=None)[0]
+    return np.asarray(rates)
 
 
 def _gravity(robot: Robot, feet: tuple[str, ...], state: State, k: int) -> Array:

@@ -41,10 +41,11 @@ class RootMotion:
 
 @cache
 def _pool(rooted: RootedModel) -> pin.ModelPool:
-    """Return the pool of working memories for a tree; a floating tree's own gravity is switched off in it."""
+    """Return the pool of working memories for a tree; in it a floating tree feels no gravity of its own."""
+    model = pin.Model(rooted.model)
     if rooted.floating:
-        rooted.model.gravity.linear = np.zeros(3)
-    return pin.ModelPool(rooted.model, THREADS)
+        model.gravity.linear = np.zeros(3)
+    return pin.ModelPool(model, THREADS)
 
 
 def rooted_inverse_dynamics(
