@@ -158,7 +158,7 @@ def test_any_assignments(file: dict[str, object], law: str | None, given_assignm
 
 numeric = [
     ("filter.window", st.integers(3, 999).map(lambda half: 2 * half + 1), lambda chosen: chosen.filter.window),
-    ("filter.cutoff", st.floats(1e-3, 1e3), lambda chosen: chosen.filter.cutoff),
+    ("filter.cutoff", st.floats(0.5, 1e3), lambda chosen: chosen.filter.cutoff),
     ("support.trim_end", st.floats(0, 10), lambda chosen: chosen.support.trim_end),
     ("block", st.floats(1e-3, 1e3), lambda chosen: chosen.block),
     ("holdout", st.integers(2, 100), lambda chosen: chosen.holdout),

@@ -11,6 +11,8 @@ from stribeck.log import TorqueSource
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Cutoff = Annotated[float, Field(ge=0.5, allow_inf_nan=False)]
+"""[Hz]; no robot moves as slowly as a lower one, and its filter would be seconds long."""
 PerJoint = Finite | list[Finite] | dict[str, Finite]
 """One value for all joints, a list in the log's joint order, or a value by the log's joint name."""
 
@@ -87,7 +89,7 @@ class FilterSettings(Table):
     window: int | None = Field(default=None, ge=3)  # samples, odd (savitzky-golay)
     order: int = Field(default=4, ge=1, le=12)  # polynomial or Butterworth order
     weights: Literal["uniform", "hann", "gaussian"] | list[Positive] = "uniform"  # (7.4), symmetric
-    cutoff: Positive | None = None  # [Hz] (butterworth; savitzky-golay if no window is given)
+    cutoff: Cutoff | None = None  # [Hz] (butterworth; savitzky-golay if no window is given)
     compensate_delay: bool = True  # backward differences only (6.1.2)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import butter, sos2zpk, sosfilt, sosfiltfilt
+from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from stribeck.errors import SettingsError
 from stribeck.log import Array
@@ -36,7 +36,7 @@ def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
 
 def settling_length(sections: Array) -> int:
     """Return after how many samples no more than `SETTLED` of a pass's impulse response is left."""
-    slowest = np.abs(sos2zpk(sections)[1]).max()
+    slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
     horizon = 2 * int(np.ceil(np.log(SETTLED) / np.log(slowest))) + 8
     impulse = np.zeros(horizon)
     impulse[0] = 1.0
