@@ -1,0 +1,138 @@
+"""The TORO-like model is what its table says, the same robot to both engines, and its sides are mirror images."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from stribeck.robot import Robot
+from stribeck.simulation.toro import FOOT_SIZE, MODEL_FILE, ROBOT_FILE, standing_posture, toro_links, toro_mjcf
+
+LEG = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
+PRINTED = {
+    "hip_roll": (110, 176),
+    "hip_pitch": (157, 100),
+    "hip_yaw": (157, 100),
+    "knee": (176, 130),
+    "ankle_roll": (120, 40),
+    "ankle_pitch": (176, 130),
+    "waist": (157, 100),
+    "shoulder_1": (157, 100),
+    "shoulder_2": (157, 100),
+    "shoulder_3": (120, 40),
+    "elbow": (120, 40),
+    "wrist_1": (120, 40),
+    "wrist_2": (120, 40),
+    "neck_yaw": (270, 8.4),
+    "neck_pitch": (270, 8.4),
+}
+"""Speed [deg/s] and torque [N m] of Table 4.1."""
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return Robot.from_file(ROBOT_FILE)
+
+
+@pytest.fixture(scope="module")
+def engines() -> tuple[mujoco.MjModel, pin.Model]:
+    return mujoco.MjModel.from_xml_path(str(MODEL_FILE)), pin.buildModelFromMJCF(str(MODEL_FILE))
+
+
+def test_the_packaged_file_is_made_of_the_table():
+    assert MODEL_FILE.read_text(encoding="utf-8") == toro_mjcf()
+
+
+def test_joints_mass_and_height_are_those_of_the_paper(robot, engines):
+    compiled, _ = engines
+    assert robot.warnings == ()
+    assert len(robot.joint_names) == 27
+    assert robot.joint_names[:12] == tuple(f"{side}_{joint}" for side in ("right", "left") for joint in LEG)
+    assert robot.position_controlled == ("neck_yaw", "neck_pitch")
+    assert robot.mass == pytest.approx(79.2, abs=1e-9)
+    assert (compiled.nq, compiled.nv, compiled.nu) == (34, 33, 27)
+    assert not robot.armature.any()
+    data = mujoco.MjData(compiled)
+    mujoco.mj_forward(compiled, data)
+    extent = [data.geom_xpos[:, 2] + sign * compiled.geom_aabb[:, 5] for sign in (1, -1)]
+    upright = np.abs(data.geom_xmat[:, 8]) > 0.99
+    assert extent[0][upright].max() - extent[1][upright].min() == pytest.approx(1.74)
+
+
+def test_limits_are_those_of_the_printed_table(engines):
+    compiled, _ = engines
+    for link in toro_links():
+        speed, effort = PRINTED[link.name.removeprefix("left_").removeprefix("right_")]
+        assert (link.drive.speed, link.drive.effort) == (speed, effort)
+        np.testing.assert_allclose(compiled.jnt_actfrcrange[compiled.joint(link.name).id], (-effort, effort))
+        np.testing.assert_allclose(compiled.joint(link.name).range, np.radians(link.range), atol=1e-5)
+
+
+def test_both_engines_agree_on_inertia_and_bias(engines):
+    """With p Pinocchio's body velocity and m MuJoCo's, m = T p: M_p = T' M_m T, h_p = T' (h_m + M_m T' p)."""
+    compiled, model = engines
+    assert [compiled.joint(k).name for k in range(1, compiled.njnt)] == list(model.names)[2:]
+    data, theirs = model.createData(), mujoco.MjData(compiled)
+    generator = np.random.default_rng(0)
+    for _ in range(10):
+        q = pin.integrate(model, pin.neutral(model), generator.uniform(-1, 1, model.nv))
+        v = generator.uniform(-1, 1, model.nv)
+        R = pin.Quaternion(q[3:7]).toRotationMatrix()
+        T = np.eye(model.nv)
+        T[:3, :3] = R
+        theirs.qpos[:] = q
+        theirs.qpos[3:7] = q[[6, 3, 4, 5]]
+        theirs.qvel[:] = T @ v
+        mujoco.mj_forward(compiled, theirs)
+        M = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(compiled, theirs, M)
+        turning = np.zeros(model.nv)
+        turning[:3] = R @ np.cross(v[3:6], v[:3])
+        ours = pin.crba(model, data, q)
+        np.testing.assert_allclose(np.triu(ours), np.triu(T.T @ M @ T), atol=1e-9)
+        np.testing.assert_allclose(
+            pin.nonLinearEffects(model, data, q, v), T.T @ (theirs.qfrc_bias + M @ turning), atol=1e-9
+        )
+
+
+def test_sides_are_mirror_images():
+    """Torques of the mirrored motion are the mirrored torques: sides change places, roll and yaw change sign."""
+    floating = pin.buildModelFromMJCF(str(MODEL_FILE))
+    model = pin.buildReducedModel(floating, [1], pin.neutral(floating))
+    names = list(model.names)[1:]
+    other = [name.replace("left", "#").replace("right", "left").replace("#", "right") for name in names]
+    place = [names.index(name) for name in other]
+    across = {link.name: link.axis[1] != 0 for link in toro_links()}
+    sign = np.array([1.0 if across[name] else -1.0 for name in names])
+    generator = np.random.default_rng(0)
+    for _ in range(5):
+        motion = generator.uniform(-1, 1, (3, model.nv))
+        torque = pin.rnea(model, model.createData(), *motion)
+        mirrored = pin.rnea(model, model.createData(), *(sign * motion[:, place]))
+        np.testing.assert_allclose(mirrored, sign * torque[place], atol=1e-4)  # the file has six digits
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    np.testing.assert_array_equal(np.where(sign > 0, low, -high)[place], low)
+
+
+def test_it_stands_with_its_weight_over_level_soles(robot):
+    posture = np.array([standing_posture().get(name, 0.0) for name in robot.joint_names])
+    model = robot.tree.model
+    configuration = np.concatenate([[0, 0, 0, 0, 0, 0, 1], posture[robot.tree.columns]])
+    centre = pin.centerOfMass(model, model.createData(), configuration)
+    for side, sign in (("left", 1), ("right", -1)):
+        rotation, translation = robot.foot_pose(f"{side}_foot", posture[None])
+        np.testing.assert_allclose(rotation[0], np.eye(3), atol=1e-6)
+        assert abs(translation[0, 0] - centre[0]) < FOOT_SIZE[0] / 2 - 0.03
+        assert sign * translation[0, 1] == pytest.approx(0.1)
+
+
+def test_the_soles_touch_the_ground_and_nothing_else_does(engines):
+    compiled, _ = engines
+    touching = [compiled.geom(k).name for k in range(compiled.ngeom) if compiled.geom_contype[k]]
+    assert sorted(touching) == ["left_sole", "right_sole"]
+    for name in touching:
+        geom = compiled.geom(name)
+        np.testing.assert_allclose(compiled.site(name).pos, geom.pos - (0, 0, geom.size[2]))
+        np.testing.assert_allclose(2 * geom.size[:2], FOOT_SIZE)
