@@ -130,7 +130,7 @@ def _result(
         evidence=Evidence(
             samples=_without_armature(samples, fits),
             covariance={joint: fit.covariance for joint, fit in fits.items()},
-            phases=first.phases,
+            phases=[phase for part in surveys for phase in part.phases],
             stretch=_without_armature(first.stretch, fits),
             provenance=provenance(settings, robot.path, choices),
             prismatic=frozenset(

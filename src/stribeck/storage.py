@@ -10,7 +10,7 @@ import numpy as np
 
 from stribeck.log import Array
 
-IN_MEMORY_LIMIT = 1 << 30
+IN_MEMORY_LIMIT = 1 << 28
 """Largest channel that is kept in memory [bytes]."""
 
 BLOCK_ROWS = 1 << 16
