@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stribeck.errors import SettingsError
 from stribeck.friction import FrictionLaw
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
@@ -20,6 +19,7 @@ from stribeck.simulation.gait import Gait, in_the_air, load_share, plan_swings
 from stribeck.simulation.ground import ground_reactions, inverse_dynamics, spatial_motion
 from stribeck.simulation.limb import BodyMotion, end_motion, limb_to
 from stribeck.simulation.motion import Motion, random_motion
+from stribeck.simulation.parameters import Parameters, parameter_table
 from stribeck.simulation.tipping import keep_from_tipping
 from stribeck.simulation.trajectory import Trajectory
 
@@ -50,7 +50,7 @@ class Truth:
 def exact_log(
     robot: Robot,
     law: FrictionLaw,
-    parameters: Mapping[str, Mapping[str, float]],
+    parameters: Parameters,
     *,
     duration: float,
     rate: float = 1000.0,
@@ -82,7 +82,6 @@ def exact_log(
     SettingsError
         If a joint or parameter is unknown or missing, or the robot cannot stand in the posture.
     """
-    _require_parameters(robot, law, parameters)
     time = np.arange(round(duration * rate)) / rate
     generator = np.random.default_rng(seed)
     swings = plan_swings(gait, tuple(robot.contacts), duration) if robot.base == "floating" else ()
@@ -117,28 +116,12 @@ def exact_log(
     return _on_feet(log, motion, joints, base, wrench), truth
 
 
-def _require_parameters(robot: Robot, law: FrictionLaw, parameters: Mapping[str, Mapping[str, float]]) -> None:
-    """Refuse parameters of unknown joints, and others than the law has."""
-    names = [parameter.name for parameter in law.parameters]
-    for joint, named in parameters.items():
-        if joint not in robot.joint_names:
-            raise SettingsError(f"parameters: robot has no joint '{joint}'; it has {', '.join(robot.joint_names)}")
-        if set(named) != set(names):
-            raise SettingsError(
-                f"parameters of joint '{joint}': found {', '.join(sorted(named)) or 'none'}; "
-                f"law '{law.name}' has {', '.join(names)}"
-            )
-
-
-def _friction_torque(
-    robot: Robot, law: FrictionLaw, parameters: Mapping[str, Mapping[str, float]], velocity: Array
-) -> Array:
+def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, velocity: Array) -> Array:
     """Return R(v) of all joints [N m], shape (T, n); zero for joints without parameters."""
+    columns, values = parameter_table(robot.joint_names, law.name, law.parameters, parameters)
     friction = np.zeros_like(velocity)
-    for joint, named in parameters.items():
-        column = robot.joint_names.index(joint)
-        values = np.array([named[parameter.name] for parameter in law.parameters])
-        friction[:, column] = law.torque(velocity[:, column], values)
+    for k, column in enumerate(columns):
+        friction[:, column] = law.torque(velocity[:, column], values[:, k])
     return friction
 
 

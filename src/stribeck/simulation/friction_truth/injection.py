@@ -1,0 +1,87 @@
+"""How friction enters a simulator: linear in the velocity at the end of each physics step.
+
+    R = D v_next + c
+
+Close to standstill friction is so steep (tanh(40 v) with 1 N m is a damper of 40 N m s/rad) that a step that adds R(v)
+as a force chatters on light links. Each step therefore takes D as implicit damping, c as an applied torque, and
+logs the R that has really acted, once v_next is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.log import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Instant:
+    """The beginning of a physics step.
+
+    Attributes
+    ----------
+    time, step
+        [s]
+    position, velocity, torque
+        Of all joints, shape (n,); torque is what the torque sensors feel during the step.
+    """
+
+    time: float
+    step: float
+    position: Array
+    velocity: Array
+    torque: Array
+
+
+class FrictionEffect(Protocol):
+    """Something that takes torque away between sensor and link, at some joints.
+
+    To add one, write a class with `columns`, `linearise` and `advance` in a file of its own. One object serves one run:
+    it may keep a state.
+    """
+
+    columns: NDArray[np.int64]
+
+    def linearise(self, instant: Instant) -> tuple[Array, Array]:
+        """Return D [N m s/rad], not negative, and c [N m] of these joints over the coming step, shape (k,) each."""
+        ...
+
+    def advance(self, velocity: Array) -> None:
+        """Take the velocity of these joints at the step's end, shape (k,)."""
+        ...
+
+
+class FrictionTruth:
+    """All that resists the joints of one run. Each physics step calls `before`, then `after`.
+
+    Parameters
+    ----------
+    joints
+        Number of joints n.
+    effects
+        They add up.
+    """
+
+    def __init__(self, joints: int, effects: Sequence[FrictionEffect] = ()) -> None:
+        self._effects = tuple(effects)
+        self._damping, self._offset = np.zeros((2, joints))
+
+    def before(self, instant: Instant) -> tuple[Array, Array]:
+        """Return D [N m s/rad], to be used as implicit damping, and c [N m], to be subtracted, shape (n,) each."""
+        self._damping, self._offset = np.zeros((2, len(instant.velocity)))
+        for effect in self._effects:
+            damping, offset = effect.linearise(instant)
+            self._damping[effect.columns] += damping
+            self._offset[effect.columns] += offset
+        return self._damping, self._offset
+
+    def after(self, velocity: Array) -> Array:
+        """Return the friction torque that acted [N m], shape (n,), given the velocity at the end of the step."""
+        for effect in self._effects:
+            effect.advance(velocity[effect.columns])
+        return self._damping * velocity + self._offset

@@ -1,0 +1,173 @@
+"""Friction put into a simulator: it follows its law, takes energy out, and its own state is right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.models import STRIBECK
+
+from stribeck.errors import SettingsError
+from stribeck.friction import LAWS, Stribeck
+from stribeck.simulation.friction_truth import (
+    Backlash,
+    Drift,
+    FrictionEffect,
+    FrictionTruth,
+    Instant,
+    LawFriction,
+    LuGre,
+)
+
+LAW_PARAMETERS = {
+    "stribeck": STRIBECK,
+    "coulomb-viscous": {"viscous": 0.2, "coulomb": 1.0, "offset": 0.3},
+    "stribeck-exponent": {
+        "viscous": 0.2,
+        "coulomb": 1.0,
+        "stribeck_gain": 0.2,
+        "stribeck_velocity": 0.2,
+        "exponent": 2.0,
+        "offset": 0.3,
+    },
+    "asymmetric": {
+        "viscous_positive": 0.2,
+        "viscous_negative": 0.4,
+        "coulomb_positive": 1.0,
+        "coulomb_negative": 0.7,
+    },
+}
+LUGRE = {
+    "bristle_stiffness": 1000.0,
+    "bristle_damping": 2.0,
+    "viscous": 0.2,
+    "coulomb": 1.0,
+    "stribeck_gain": 0.3,
+    "stribeck_velocity": 0.1,
+    "offset": 0.0,
+}
+STEP = 0.00025
+
+
+def swing(
+    effect: FrictionEffect, torque: Callable[[float], float], duration: float, inertia: float = 0.01, step: float = STEP
+) -> dict[str, np.ndarray]:
+    """Simulate one joint without gravity: time, position, velocity and friction torque at the end of each step."""
+    truth = FrictionTruth(1, [effect])
+    q, v = np.zeros((2, 1))
+    rows = []
+    for k in range(round(duration / step)):
+        tau = np.array([torque(k * step)])
+        damping, offset = truth.before(Instant(time=k * step, step=step, position=q, velocity=v, torque=tau))
+        v = (inertia * v + step * (tau - offset)) / (inertia + step * damping)
+        q = q + step * v
+        rows.append([(k + 1) * step, q[0], v[0], truth.after(v)[0], tau[0]])
+    return dict(zip(("time", "position", "velocity", "friction", "torque"), np.array(rows).T, strict=True))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_is_followed_and_takes_energy_out(name):
+    law, named = LAWS[name](), LAW_PARAMETERS[name]
+    values = np.array([named[parameter.name] for parameter in law.parameters])
+    run = swing(LawFriction(["a"], law, {"a": named}), lambda t: 3.0 * np.sin(6.0 * t), 3.0)
+    still = law.torque(np.zeros(1), values)
+    assert np.all(run["velocity"] * (run["friction"] - still) >= 0)
+    moving = np.abs(run["velocity"]) > 0.3
+    assert moving.mean() > 0.3
+    np.testing.assert_allclose(run["friction"][moving], law.torque(run["velocity"][moving], values), rtol=0.1)
+    assert np.abs((run["friction"] - law.torque(run["velocity"], values))[moving]).mean() < 0.02
+
+
+def test_a_steep_law_on_a_light_link_at_rest_does_not_chatter():
+    """Torque below breakaway creeps at the velocity where the smooth law balances it: tanh(40 v) = 0.5 without gain."""
+    parameters = {"a": {**STRIBECK, "viscous": 0.0, "stribeck_gain": 0.0, "offset": 0.0}}
+    run = swing(LawFriction(["a"], Stribeck(), parameters), lambda _: 0.5, 0.2, inertia=0.001, step=0.001)
+    np.testing.assert_allclose(run["velocity"][-50:], np.arctanh(0.5) / 40, rtol=1e-3)
+
+
+def test_joints_keep_their_columns():
+    parameters = {"c": STRIBECK, "a": {**STRIBECK, "offset": -1.0}}
+    truth = FrictionTruth(3, [LawFriction(["a", "b", "c"], Stribeck(), parameters)])
+    at_rest = np.zeros(3)
+    damping, _ = truth.before(Instant(time=0, step=1e-3, position=at_rest, velocity=at_rest, torque=at_rest))
+    np.testing.assert_allclose(truth.after(np.zeros(3)), [-1.0, 0.0, 0.3])
+    np.testing.assert_allclose(damping, [48.2, 0.0, 48.2], rtol=1e-4)  # Fv + Fc a (1 + S)
+
+
+def test_effects_add_up():
+    single = FrictionTruth(1, [LawFriction(["a"], Stribeck(), {"a": STRIBECK})])
+    double = FrictionTruth(1, [LawFriction(["a"], Stribeck(), {"a": STRIBECK}) for _ in range(2)])
+    instant = Instant(time=0, step=1e-3, position=np.zeros(1), velocity=np.array([0.4]), torque=np.zeros(1))
+    single.before(instant), double.before(instant)
+    np.testing.assert_allclose(double.after(np.array([0.5])), 2 * single.after(np.array([0.5])))
+
+
+def test_warm_joints_have_the_warm_parameters():
+    drift = Drift({"viscous": 0.5}, time_constant=10.0)
+    friction = LawFriction(["a"], Stribeck(), {"a": STRIBECK}, drift)
+    cold, later, warm = (friction.values(time)[:, 0] for time in (0.0, 10.0, 1e3))
+    names = [parameter.name for parameter in Stribeck.parameters]
+    assert dict(zip(names, cold, strict=True)) == STRIBECK
+    np.testing.assert_allclose(warm / cold, [0.5, 1, 1, 1, 1, 1])
+    assert later[0] == pytest.approx(0.2 * (1 - 0.5 * (1 - np.exp(-1))))
+
+
+def test_lugre_slides_like_its_static_law():
+    """At steady velocity R = Fv v + Fc (1 + S exp(-(v / vs)^2)) sgn(v)."""
+    effect = LuGre(["a"], {"a": LUGRE})
+    truth = FrictionTruth(1, [effect])
+    for speed in (0.02, 0.1, -0.5):
+        v = np.array([speed])
+        for _ in range(4000):
+            truth.before(Instant(time=0, step=STEP, position=v, velocity=v, torque=v))
+            friction = truth.after(v)[0]
+        expected = 0.2 * speed + np.sign(speed) * (1 + 0.3 * np.exp(-((speed / 0.1) ** 2)))
+        assert friction == pytest.approx(expected, rel=1e-6)
+
+
+def test_lugre_gives_way_before_it_breaks_away():
+    """Slowly loaded below breakaway g, q = -g / s0 ln(1 - tau / g), of which g / s0 ln(1 + tau / g) springs back."""
+    held = swing(LuGre(["a"], {"a": LUGRE}), lambda t: 0.8 * min(t / 0.5, max(3 - 2 * t, 0.0), 1.0), 2.0)
+    loaded = held["time"] < 1.0
+    bent, back = -1.3e-3 * np.log(1 - 0.8 / 1.3), 1.3e-3 * np.log(1 + 0.8 / 1.3)
+    assert held["position"][loaded][-1] == pytest.approx(bent, rel=0.02)
+    assert held["position"][-1] == pytest.approx(bent - back, rel=0.05)
+    assert swing(LuGre(["a"], {"a": LUGRE}), lambda _: 1.4, 0.5)["position"][-1] > 0.1
+
+
+def test_backlash_lets_nothing_through_until_the_play_is_used_up():
+    """Reversing 1 N m against d = 0.5 N m s/rad crosses a play of 2 mrad in 1 ms; then all but the bar's damping."""
+    play = {"play": 0.002, "stiffness": 5e3, "damping": 0.5}
+    run = swing(Backlash(["a"], {"a": play}), lambda t: 1.0 if t < 0.1 else -1.0, 0.2, inertia=10.0)
+    lost = np.abs(run["friction"] - run["torque"]) < 1e-12
+    crossing = run["time"][lost]
+    first, second = crossing[crossing < 0.05], crossing[crossing > 0.05]
+    assert len(first) * STEP == pytest.approx(0.0005, abs=2 * STEP)  # from the middle
+    assert len(second) * STEP == pytest.approx(0.001, abs=2 * STEP)
+    closed = (run["time"] > 0.05) & (run["time"] < 0.09)
+    np.testing.assert_allclose(run["friction"][closed], 0.5 * run["velocity"][closed], atol=0.02)
+
+
+def test_a_bar_without_play_is_a_damper():
+    play = {"play": 0.0, "stiffness": 1e5, "damping": 0.5}
+    run = swing(Backlash(["a"], {"a": play}), lambda t: np.sin(10 * t), 1.0, inertia=0.1)
+    np.testing.assert_allclose(run["friction"][10:], 0.5 * run["velocity"][10:], atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "culprit"),
+    [
+        (lambda: LawFriction(["a"], Stribeck(), {"b": STRIBECK}), "no joint 'b'"),
+        (lambda: LawFriction(["a"], Stribeck(), {"a": {"coulomb": 1.0}}), "law 'stribeck' has viscous"),
+        (lambda: LawFriction(["a"], Stribeck(), {"a": {**STRIBECK, "coulomb": -1.0}}), "coulomb is -1.0; expected"),
+        (lambda: LawFriction(["a"], Stribeck(), {}, Drift({"k": 2.0}, 1.0)), "no parameter 'k'"),
+        (lambda: LawFriction(["a"], Stribeck(), {}, Drift({"coulomb": 0.0}, 1.0)), "ratio of coulomb is 0.0"),
+        (lambda: LawFriction(["a"], Stribeck(), {}, Drift({}, -1.0)), "time_constant is -1.0"),
+        (lambda: LuGre(["a"], {"a": {**LUGRE, "bristle_stiffness": 0.0}}), "bristle_stiffness is 0.0"),
+        (lambda: Backlash(["a"], {"a": {"play": 0.1, "stiffness": 1.0, "damping": np.nan}}), "damping is nan"),
+    ],
+)
+def test_wrong_parameters_are_refused(make, culprit):
+    with pytest.raises(SettingsError, match=culprit):
+        make()
