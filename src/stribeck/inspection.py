@@ -29,6 +29,8 @@ OPPOSITE = -0.3
 """A torque whose correlation with the model is below this has the wrong sign."""
 EXPLAINED = 0.5
 """Share of a torque's variance that the model must explain before a delay is told."""
+FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
+"""Widths of the smoothed signs that stand for friction, in shares of the top speed."""
 STILL = 0.01
 """[rad/s] or [m/s]: a joint that never moves faster stands still."""
 
@@ -128,7 +130,7 @@ def _inspect(prepared: PreparedLog, robot: Robot) -> Inspection:
         samples=len(log.time),
         duration=float(log.time[-1] - log.time[0]),
         rate=float(sampling.rate),
-        jitter=float(sampling.jitter),
+        jitter=round(float(sampling.jitter), 9),  # stamps are floats: less than a nanosecond is none
         duplicates=int(sampling.duplicates),
         gaps=[(float(a), float(b)) for a, b in sampling.gaps],
         missing=dict(sampling.missing),
@@ -197,34 +199,39 @@ def _span(values: Array) -> tuple[float, float]:
 def _delay(runs: list[_Run], k: int, period: float) -> float | None:
     """Return by how much the torque comes late [s], or None where the model explains too little of it.
 
-    For every shift the torque is regressed on the model's torque, the velocity, its sign and a constant: friction shall
-    not be taken for a delay. A parabola through the best shift and its neighbours gives the fraction of a sample.
+    For every shift the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant:
+    friction shall not be taken for a delay. A parabola through the best shift and its neighbours gives the fraction of
+    a sample.
     """
     reach = max(2, round(LONGEST_DELAY / period))
     runs = [run for run in runs if len(run.model) > 2 * reach + SHORTEST_RUN / period]
     if not runs:
         return None
-    inner = slice(reach, -reach)
-    speed = np.concatenate([run.velocity[inner, k] for run in runs])
-    model = np.concatenate([run.model[inner, k] for run in runs])
-    basis = np.column_stack([model, speed, np.tanh(speed / max(0.1 * np.abs(speed).max(), 1e-9)), np.ones(len(speed))])
-    orthonormal = np.linalg.qr(basis)[0]
+    speed = np.concatenate([run.velocity[reach:-reach, k] for run in runs])
+    model = np.concatenate([run.model[reach:-reach, k] for run in runs])
+    top = max(float(np.abs(speed).max()), 1e-9)
+    signs = [np.tanh(speed / (share * top)) for share in FRICTION_SHAPES]
+    without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
+    with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
+
+    def shifted(shift: int) -> Array:
+        return np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift, k] for run in runs])
+
     shifts = np.arange(-reach, reach + 1)
-    left = np.empty(len(shifts))
-    for j, shift in enumerate(shifts):
-        torque = np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift, k] for run in runs])
-        left[j] = torque @ torque - np.sum((orthonormal.T @ torque) ** 2)
-        if shift == 0:
-            total = float(np.sum((torque - torque.mean()) ** 2))
+    left = [_unexplained(with_model, shifted(int(shift))) for shift in shifts]
     best = int(np.argmin(left))
-    without_model = np.linalg.qr(basis[:, 1:])[0]
-    centre = np.concatenate([run.torque[inner, k] for run in runs])
-    gained = centre @ centre - np.sum((without_model.T @ centre) ** 2) - left[best]
-    if best in (0, len(shifts) - 1) or gained < EXPLAINED * total:
+    torque = shifted(int(shifts[best]))
+    gained = _unexplained(without_model, torque) - left[best]
+    if best in (0, len(shifts) - 1) or gained < EXPLAINED * _unexplained(without_model[:, :1], torque):
         return None
     low, middle, high = left[best - 1 : best + 2]
     fraction = 0.5 * (low - high) / (low - 2 * middle + high)
     return float((shifts[best] + fraction) * period)
+
+
+def _unexplained(orthonormal: Array, torque: Array) -> float:
+    """Return the sum of squares that a basis leaves of a torque."""
+    return float(torque @ torque - np.sum((orthonormal.T @ torque) ** 2))
 
 
 def _common_delay(joints: dict[str, JointInspection]) -> list[str]:
