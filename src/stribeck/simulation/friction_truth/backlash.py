@@ -43,6 +43,7 @@ class Backlash:
 
     def __init__(self, joint_names: Sequence[str], parameters: Parameters) -> None:
         self.columns, self._values = parameter_table(joint_names, "backlash", self.PARAMETERS, parameters)
+        self.parameters = parameters
         self._bar: Array | None = None
         self._last: tuple[Array, ...] = ()
 

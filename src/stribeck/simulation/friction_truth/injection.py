@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.log import Array
+from stribeck.simulation.parameters import Parameters
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -41,11 +42,11 @@ class Instant:
 class FrictionEffect(Protocol):
     """Something that takes torque away between sensor and link, at some joints.
 
-    To add one, write a class with `columns`, `linearise` and `advance` in a file of its own. One object serves one run:
-    it may keep a state.
+    To add one, write a class with these members in a file of its own. One object serves one run: it may keep a state.
     """
 
     columns: NDArray[np.int64]
+    parameters: Parameters
 
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
         """Return D [N m s/rad], not negative, and c [N m] of these joints over the coming step, shape (k,) each."""
@@ -65,10 +66,19 @@ class FrictionTruth:
         Number of joints n.
     effects
         They add up.
+
+    Attributes
+    ----------
+    parameters
+        Of all effects, by joint and name, for the truth beside a log.
     """
 
     def __init__(self, joints: int, effects: Sequence[FrictionEffect] = ()) -> None:
         self._effects = tuple(effects)
+        self.parameters: dict[str, dict[str, float]] = {}
+        for effect in self._effects:
+            for joint, named in effect.parameters.items():
+                self.parameters.setdefault(joint, {}).update(named)
         self._damping, self._offset = np.zeros((2, joints))
 
     def before(self, instant: Instant) -> tuple[Array, Array]:

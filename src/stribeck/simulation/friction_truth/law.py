@@ -43,6 +43,7 @@ class LawFriction:
         self, joint_names: Sequence[str], law: FrictionLaw, parameters: Parameters, drift: Drift | None = None
     ) -> None:
         self.columns, self._values = parameter_table(joint_names, law.name, law.parameters, parameters)
+        self.parameters = parameters
         self._law, self._drift = law, drift
         self._names = [parameter.name for parameter in law.parameters]
         if drift:
@@ -59,10 +60,6 @@ class LawFriction:
         speed = np.where(np.abs(speed) < SLOWEST, np.copysign(SLOWEST, speed), speed)
         still = self._law.torque(np.zeros_like(speed), values)
         return np.maximum((self._law.torque(speed, values) - still) / speed, 0.0), still
-
-    def explicit(self, instant: Instant) -> Array:
-        """Return R(v) at the beginning of the step [N m], shape (k,)."""
-        return self._law.torque(instant.velocity[self.columns], self.values(instant.time))
 
     def advance(self, velocity: Array) -> None:
         """Do nothing: the law has no state."""

@@ -47,6 +47,7 @@ class LuGre:
 
     def __init__(self, joint_names: Sequence[str], parameters: Parameters) -> None:
         self.columns, self._values = parameter_table(joint_names, "lugre", self.PARAMETERS, parameters)
+        self.parameters = parameters
         self.deflection = np.zeros(len(self.columns))
         self._shrink = np.ones(len(self.columns))
         self._step = 0.0

@@ -1,0 +1,254 @@
+"""The paper's ideal simulator (6.1): forward dynamics with the standing feet as rigid constraints, without noise.
+
+    M a + h = S^T (tau - R) + J^T W,   J a + J' v = 0        (5.5)
+    q_next = q + dt v,   v_next = v + dt a                   forward Euler, 1 kHz
+
+Each sample of the log is one step: position, velocity, acceleration, torque, friction torque and ground reaction
+satisfy the equation of motion together, to rounding. Torque and friction of sample k act from sample k to k + 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from stribeck.errors import SettingsError
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.simulation.exact import Truth
+from stribeck.simulation.friction_truth import FrictionTruth, Instant
+from stribeck.simulation.rigid_feet import RigidFeet
+
+
+@dataclass(frozen=True)
+class Support:
+    """From `start` [s] on, these feet stand; the last of a schedule stays."""
+
+    start: float
+    feet: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyState:
+    """The true state that a controller is given.
+
+    Attributes
+    ----------
+    configuration, velocity
+        As Pinocchio has them for the robot's tree: for a floating base position, quaternion xyzw and joints, and the
+        base's velocity in its own coordinates, linear then angular, and joints. Joints are in the tree's order.
+    feet
+        That stand.
+    """
+
+    configuration: Array
+    velocity: Array
+    feet: tuple[str, ...]
+
+
+Controller = Callable[[float, BodyState], Array]
+"""Time [s] and state -> joint torques [N m], shape (n,), in the tree's order."""
+
+
+def simulate_constrained(
+    robot: Robot,
+    controller: Controller,
+    supports: Sequence[Support],
+    friction: FrictionTruth,
+    *,
+    configuration: Array,
+    duration: float,
+    rate: float = 1000.0,
+    paper_literal: bool = False,
+) -> tuple[RobotLog, Truth]:
+    """Return the exact log of a controlled robot on rigid feet, and its truth.
+
+    Parameters
+    ----------
+    robot
+        The robot; with a fixed base there are no supports.
+    controller
+        Called once a step.
+    supports
+        Which feet stand when; a foot that touches down is glued to the ground.
+    friction
+        In the joints; serves this run alone.
+    configuration
+        To start from at rest, with the first standing feet flat on the ground.
+    duration, rate
+        [s], [Hz].
+    paper_literal
+        Friction as an explicit force, feet neither stopped nor levelled nor projected: the equations of the paper and
+        no more. Steep friction on light links then chatters, and feet stay as tilted as they land, and drift.
+
+    Raises
+    ------
+    SettingsError
+        If the schedule names a foot that the robot does not have, or its times do not rise from zero.
+    """
+    _require_supports(robot, supports)
+    model = pin.Model(robot.tree.model)
+    feet = RigidFeet(robot, model, _ground(robot, supports, configuration), corrected=not paper_literal)
+    step, samples = 1.0 / rate, round(duration * rate)
+    rows = _Rows.empty(samples, model, robot)
+    q, v = configuration.copy(), np.zeros(model.nv)
+    for k in range(samples):
+        v = feet.stand(_standing(supports, k * step), k * step, q, v)
+        torque = np.asarray(controller(k * step, BodyState(q.copy(), v.copy(), feet.feet)), dtype=float)
+        a, resisting = _accelerate(robot, model, feet, friction, k * step, step, q, v, torque, paper_literal)
+        rows.keep(k, q, v, a, torque, resisting, feet)
+        q, v = pin.integrate(model, q, step * v), v + step * a
+        v = feet.held(q, v)
+    return _log(robot, model, rows, step), _truth(robot, rows, friction)
+
+
+def _accelerate(
+    robot: Robot,
+    model: pin.Model,
+    feet: RigidFeet,
+    friction: FrictionTruth,
+    time: float,
+    step: float,
+    q: Array,
+    v: Array,
+    torque: Array,
+    explicit: bool,
+) -> tuple[Array, Array]:
+    """Return acceleration, shape (nv,), and friction torque in the robot's order, shape (n,).
+
+    With R = D v_next + c and v_next = v + dt a, the equation of motion is (M + dt D) a + h = tau - D v - c + J^T W.
+    """
+    columns, root = robot.tree.columns, robot.tree.root_size
+    position, velocity, sensed = (_in_robot_order(x, columns) for x in (q[len(q) - len(columns) :], v[root:], torque))
+    now = Instant(time=time, step=step, position=position, velocity=velocity, torque=sensed)
+    damping, offset = friction.before(now)
+    if explicit:
+        offset, damping = damping * velocity + offset, np.zeros_like(damping)
+    effort = np.concatenate([np.zeros(root), torque - (damping * velocity + offset)[columns]])
+    rotor = np.array(model.armature)
+    model.armature = rotor + step * np.concatenate([np.zeros(root), damping[columns]])
+    a = feet.acceleration(q, v, effort)
+    model.armature = rotor
+    resisting = friction.after(velocity if explicit else velocity + step * _in_robot_order(a[root:], columns))
+    return a, resisting
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """What a run has been through, a row a sample; joints in the tree's order but for friction."""
+
+    configuration: Array
+    velocity: Array
+    acceleration: Array
+    torque: Array
+    friction: Array
+    contact: NDArray[np.bool_]
+    wrench: Array
+
+    @classmethod
+    def empty(cls, samples: int, model: pin.Model, robot: Robot) -> _Rows:
+        """Return room for this many samples."""
+        joints, feet = len(robot.joint_names), len(robot.contacts)
+        return cls(
+            configuration=np.empty((samples, model.nq)),
+            velocity=np.empty((samples, model.nv)),
+            acceleration=np.empty((samples, model.nv)),
+            torque=np.empty((samples, joints)),
+            friction=np.empty((samples, joints)),
+            contact=np.zeros((samples, feet), dtype=bool),
+            wrench=np.empty((samples, feet, 6)),
+        )
+
+    def keep(self, k: int, q: Array, v: Array, a: Array, torque: Array, friction: Array, feet: RigidFeet) -> None:
+        """Write down a sample."""
+        self.configuration[k], self.velocity[k], self.acceleration[k] = q, v, a
+        self.torque[k], self.friction[k] = torque, friction
+        self.contact[k], self.wrench[k] = feet.standing(), feet.wrenches()
+
+
+def _log(robot: Robot, model: pin.Model, rows: _Rows, step: float) -> RobotLog:
+    columns, root = robot.tree.columns, robot.tree.root_size
+    joints = len(columns)
+    floating = robot.base == "floating"
+    orientation, rate, force = _imu(robot, model, rows) if floating else (None, None, None)
+    return RobotLog(
+        time=np.arange(len(rows.torque), dtype=np.float64) * step,
+        joint_names=robot.joint_names,
+        position=_in_robot_order(rows.configuration[:, model.nq - joints :], columns),
+        velocity=_in_robot_order(rows.velocity[:, root:], columns),
+        acceleration=_in_robot_order(rows.acceleration[:, root:], columns),
+        torque=_in_robot_order(rows.torque, columns),
+        base_orientation=orientation,
+        angular_velocity=rate,
+        linear_acceleration=force,
+        foot_names=tuple(robot.contacts),
+        contact=rows.contact if floating else None,
+        foot_wrench=rows.wrench if floating else None,
+        torque_source=robot.torque_source,
+    )
+
+
+def _truth(robot: Robot, rows: _Rows, friction: FrictionTruth) -> Truth:
+    if robot.base == "fixed":
+        return Truth(friction_torque=rows.friction, parameters=friction.parameters)
+    return Truth(
+        friction_torque=rows.friction,
+        parameters=friction.parameters,
+        base_position=rows.configuration[:, :3],
+        base_velocity=rows.velocity[:, :6],
+        base_acceleration=rows.acceleration[:, :6],
+    )
+
+
+def _imu(robot: Robot, model: pin.Model, rows: _Rows) -> tuple[Array, Array, Array]:
+    """Return orientation xyzw (T, 4), and angular velocity and specific force (T, 3) of the base frame in itself."""
+    data, frame = model.createData(), model.getFrameId(robot.base_frame)
+    orientation, rate, force = (np.empty((len(rows.torque), size)) for size in (4, 3, 3))
+    local = pin.ReferenceFrame.LOCAL
+    for k, (q, v, a) in enumerate(zip(rows.configuration, rows.velocity, rows.acceleration, strict=True)):
+        pin.forwardKinematics(model, data, q, v, a)
+        turn = pin.updateFramePlacement(model, data, frame).rotation
+        orientation[k] = pin.Quaternion(turn).coeffs()
+        rate[k] = pin.getFrameVelocity(model, data, frame, local).angular
+        change = pin.getFrameClassicalAcceleration(model, data, frame, local).linear
+        force[k] = change - turn.T @ robot.gravity
+    return orientation, rate, force
+
+
+def _in_robot_order(values: Array, columns: NDArray[np.int64]) -> Array:
+    """Return values of the joints in the robot's order from those in the tree's; joints are the last axis."""
+    result = np.empty_like(values)
+    result[..., columns] = values
+    return result
+
+
+def _standing(supports: Sequence[Support], time: float) -> tuple[str, ...]:
+    begun = [support for support in supports if support.start <= time + 1e-9]
+    return begun[-1].feet if begun else ()
+
+
+def _ground(robot: Robot, supports: Sequence[Support], configuration: Array) -> float:
+    """Return the height [m] of the feet that stand at first."""
+    model = robot.tree.model
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, configuration)
+    frames = [model.getFrameId(robot.contacts[foot].frame) for foot in _standing(supports, 0.0)]
+    return float(np.mean([data.oMf[frame].translation[2] for frame in frames])) if frames else 0.0
+
+
+def _require_supports(robot: Robot, supports: Sequence[Support]) -> None:
+    """Refuse feet that the robot does not have, and times that do not rise from zero."""
+    for support in supports:
+        for foot in support.feet:
+            if foot not in robot.contacts:
+                there = ", ".join(robot.contacts) or "none"
+                raise SettingsError(f"supports: robot has no contact '{foot}'; it has {there}")
+    times = [support.start for support in supports]
+    if times and (times[0] != 0.0 or np.any(np.diff(times) <= 0)):
+        raise SettingsError(
+            f"supports: start times are {', '.join(map(str, times))}; expected 0.0 first and then rising"
+        )

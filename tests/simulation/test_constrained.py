@@ -1,0 +1,242 @@
+"""The ideal simulator: its logs obey mechanics, and friction is found in them exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.models import POSTURES, STRIBECK, example_robot
+from tests.simulation.stepping import FRICTION, SUPPORTS, simulate, start, stepping, toro
+
+from stribeck import Settings
+from stribeck.errors import SettingsError
+from stribeck.friction import Stribeck
+from stribeck.friction_torque import Chunk
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.simulation.constrained import BodyState, Support, simulate_constrained
+from stribeck.simulation.exact import Truth
+from stribeck.simulation.friction_truth import FrictionTruth, LawFriction
+from stribeck.survey import prepare
+
+EXACT = Settings.model_validate({"filter": {"kind": "log"}})
+TOUCHDOWNS = (1000, 2100)
+
+
+def states(robot: Robot, log: RobotLog, truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return configuration, velocity and acceleration of all samples as Pinocchio has them for the tree."""
+    columns = robot.tree.columns
+    q = np.hstack([truth.base_position, log.base_orientation, log.position[:, columns]])
+    v = np.hstack([truth.base_velocity, log.velocity[:, columns]])
+    a = np.hstack([truth.base_acceleration, log.acceleration[:, columns]])
+    return q, v, a
+
+
+def found(robot: Robot, log: RobotLog) -> Chunk:
+    (chunk,) = prepare(log, robot, EXACT).chunks(robot)
+    return chunk
+
+
+def error(robot: Robot, log: RobotLog, truth: Truth, support: str) -> np.ndarray:
+    """Return what is found less what is true on one support, shape (N, n)."""
+    chunk = found(robot, log)
+    rows = chunk.samples.support == chunk.samples.support_names.index(support)
+    true = truth.friction_torque[chunk.rows[rows]][:, robot.torque_controlled]
+    return chunk.samples.friction_torque[rows] - true
+
+
+def foot_motion(log: RobotLog, truth: Truth, foot: str, k: int) -> tuple[pin.SE3, np.ndarray]:
+    model = toro().tree.model
+    data, frame = model.createData(), model.getFrameId(toro().contacts[foot].frame)
+    q, v, _ = (x[k] for x in states(toro(), log, truth))
+    pin.forwardKinematics(model, data, q, v)
+    pose = pin.updateFramePlacement(model, data, frame)
+    return pin.SE3(pose), pin.getFrameVelocity(model, data, frame).vector
+
+
+def test_single_support_is_recovered_exactly_and_double_support_is_not():
+    """Fig. 6.1: on one foot every joint, swinging or standing; on two the legs are left open."""
+    log, truth = stepping()
+    for foot in ("left_foot", "right_foot"):
+        wrong = error(toro(), log, truth, foot)
+        assert len(wrong) == 650
+        assert np.sqrt((wrong**2).mean(axis=0)).max() < 1e-6
+    guess = Settings.model_validate({"filter": {"kind": "log"}, "double_support": "guess"})
+    (chunk,) = prepare(log, toro(), guess).chunks(toro())
+    rows = chunk.guessed & (chunk.rows < 200)
+    true = truth.friction_torque[chunk.rows[rows]][:, toro().torque_controlled]
+    assert rows.sum() > 100
+    assert np.abs(chunk.samples.friction_torque[rows] - true).max() > 0.1
+
+
+def test_predicted_ground_reaction_is_the_constraint_force():
+    log, _ = stepping()
+    chunk = found(toro(), log)
+    for foot in ("left_foot", "right_foot"):
+        rows = chunk.samples.support == chunk.samples.support_names.index(foot)
+        measured = log.foot_wrench[chunk.rows[rows], log.foot_names.index(foot)]
+        np.testing.assert_allclose(chunk.wrench[rows], measured, atol=1e-4)
+
+
+def test_total_wrench_is_the_rate_of_momentum():
+    """h' = sum of (F, (p - c) x F + moment) and (m g, 0), about the centre of mass c, at every sample."""
+    log, truth = stepping()
+    model = toro().tree.model
+    data = model.createData()
+    for k in range(0, len(log.time), 7):
+        q, v, a = (x[k] for x in states(toro(), log, truth))
+        change = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, a).vector
+        pin.updateFramePlacements(model, data)
+        total = np.concatenate([toro().mass * toro().gravity, np.zeros(3)])
+        for column, contact in enumerate(toro().contacts.values()):
+            pose = data.oMf[model.getFrameId(contact.frame)]
+            force, moment = log.foot_wrench[k, column].reshape(2, 3) @ pose.rotation.T
+            total += np.concatenate([force, moment + np.cross(pose.translation - data.com[0], force)])
+        np.testing.assert_allclose(change, total, atol=1e-7)
+
+
+def test_energy_is_what_the_joints_put_in():
+    """Rate of energy is (tau - R) v on one foot that stands still; forward Euler is off by the time step."""
+    log, truth = stepping()
+    model = toro().tree.model
+    data = model.createData()
+    q, v, _ = states(toro(), log, truth)
+    rows = range(250, 950)
+    energy = [pin.computeMechanicalEnergy(model, data, q[k], v[k]) for k in (rows[0], rows[-1])]
+    power = np.sum((log.torque - truth.friction_torque) * log.velocity, axis=1)[rows]
+    work = np.abs(power).sum() * 1e-3
+    assert work > 10
+    assert energy[1] - energy[0] == pytest.approx(power.sum() * 1e-3, abs=0.01 * work)
+
+
+def test_friction_never_puts_energy_in():
+    log, truth = stepping()
+    offset = np.array([FRICTION.get(name, {"offset": 0.0})["offset"] for name in log.joint_names])
+    end_velocity = log.velocity + 1e-3 * log.acceleration
+    assert np.all(end_velocity * (truth.friction_torque - offset) >= 0)
+    assert np.all(truth.friction_torque[:, toro().joint_names.index("waist")] == 0)
+
+
+def test_the_friction_is_that_of_the_law():
+    log, truth = stepping()
+    for joint, named in FRICTION.items():
+        column = log.joint_names.index(joint)
+        values = np.array([named[parameter.name] for parameter in Stribeck.parameters])
+        speed, change = log.velocity[:, column], log.acceleration[:, column]
+        steady = (np.abs(speed) > 0.1) & (np.abs(change) < 1.0)
+        assert steady.sum() > 50
+        np.testing.assert_allclose(
+            truth.friction_torque[steady, column], Stribeck().torque(speed[steady], values), atol=0.02
+        )
+
+
+def test_a_foot_that_touches_down_stops_turns_level_and_is_set_down():
+    log, truth = stepping()
+    for k, foot in zip(TOUCHDOWNS, ("right_foot", "left_foot"), strict=True):
+        before, speed = foot_motion(log, truth, foot, k - 1)
+        assert np.abs(speed).max() > 1e-3
+        assert np.abs(foot_motion(log, truth, foot, k)[1]).max() < 1e-9
+        after, _ = foot_motion(log, truth, foot, k + 295)
+        ground = foot_motion(log, truth, "left_foot", 0)[0].translation[2]
+        assert abs(before.translation[2] - ground) > 1e-3
+        assert abs(after.translation[2] - ground) < 3e-5
+        assert np.arccos(after.rotation[2, 2]) < 5e-4
+
+
+def test_touchdown_loses_energy():
+    log, truth = stepping()
+    model = toro().tree.model
+    data = model.createData()
+    q, v, a = states(toro(), log, truth)
+    for k in TOUCHDOWNS:
+        free = v[k - 1] + 1e-3 * a[k - 1]
+        before, after = (pin.computeKineticEnergy(model, data, q[k], x) for x in (free, v[k]))
+        assert after < before
+
+
+def test_by_the_paper_s_equations_alone_feet_keep_the_speed_they_land_with():
+    log, truth = stepping(paper_literal=True)
+    assert np.sqrt((error(toro(), log, truth, "left_foot") ** 2).mean(axis=0)).max() < 1e-4
+    assert np.sqrt((error(toro(), log, truth, "right_foot") ** 2).mean(axis=0)).max() > 0.1
+    assert np.abs(foot_motion(log, truth, "right_foot", 1250)[1]).max() > 1e-3
+
+
+def test_explicit_friction_chatters_on_a_light_link():
+    """tanh(40 v) with 1 N m on 0.012 kg m^2 has dt D / M = 4; explicit Euler is stable up to 2."""
+    friction = {"right_ankle_pitch": {**FRICTION["right_knee"], "offset": 0.0}}
+    column = toro().joint_names.index("right_ankle_pitch")
+    reversals = []
+    for paper_literal in (False, True):
+        _, truth = simulate(0.9, paper_literal, friction)
+        reversals.append(np.count_nonzero(np.diff(np.sign(truth.friction_torque[210:, column]))))
+    assert reversals[0] <= 4
+    assert reversals[1] > 50
+
+
+def test_two_runs_are_the_same_bit_for_bit():
+    first, second = (simulate(duration=0.4) for _ in range(2))
+    for name, channel in first[0].channels().items():
+        np.testing.assert_array_equal(channel, second[0].channels()[name])
+    np.testing.assert_array_equal(first[1].friction_torque, second[1].friction_torque)
+
+
+def test_an_arm_has_no_feet():
+    robot = example_robot("panda")
+    friction = FrictionTruth(
+        len(robot.joint_names), [LawFriction(robot.joint_names, Stribeck(), {"panda_joint2": STRIBECK})]
+    )
+    model = robot.tree.model
+    data = model.createData()
+
+    def sway(time: float, state: BodyState) -> np.ndarray:
+        weight = pin.computeGeneralizedGravity(model, data, state.configuration)
+        return weight + 20.0 * (0.3 * np.sin(3 * time) - state.configuration) - 5.0 * state.velocity
+
+    log, truth = simulate_constrained(robot, sway, (), friction, configuration=np.zeros(model.nq), duration=0.5)
+    assert log.foot_wrench is None
+    assert truth.base_position is None
+    chunk = found(robot, log)
+    np.testing.assert_allclose(chunk.samples.friction_torque, truth.friction_torque[chunk.rows], atol=1e-9)
+    assert np.abs(truth.friction_torque).max() > 0.5
+
+
+def test_a_quadruped_stands_on_points():
+    """Lifting one foot, the swinging leg's friction is found on three."""
+    robot = example_robot("go2")
+    feet = tuple(robot.contacts)
+    posture = np.array([POSTURES["go2"][name] for name in robot.joint_names])
+    lift = np.array([0.3 if name.startswith(feet[0]) and "calf" in name else 0.0 for name in robot.joint_names])
+    columns = robot.tree.columns
+
+    def hold(time: float, state: BodyState) -> np.ndarray:
+        target = posture - lift * np.sin(np.pi * np.clip((time - 0.2) / 0.5, 0, 1)) ** 2
+        return 80.0 * (target[columns] - state.configuration[7:]) - 2.0 * state.velocity[6:]
+
+    friction = FrictionTruth(
+        12, [LawFriction(robot.joint_names, Stribeck(), dict.fromkeys(robot.joint_names, STRIBECK))]
+    )
+    supports = (Support(0.0, feet), Support(0.2, feet[1:]))
+    first = np.concatenate([[0, 0, 0, 0, 0, 0, 1], posture[columns]])
+    log, truth = simulate_constrained(robot, hold, supports, friction, configuration=first, duration=0.7)
+    chunk = found(robot, log)
+    rows = chunk.samples.support == chunk.samples.support_names.index("+".join(feet[1:]))
+    swinging = np.flatnonzero(~robot.standing(feet[1:]))
+    assert len(swinging) == 3
+    assert rows.sum() > 200
+    wrong = chunk.samples.friction_torque[rows] - truth.friction_torque[chunk.rows[rows]]
+    assert np.sqrt((wrong[:, swinging] ** 2).mean()) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("supports", "culprit"),
+    [
+        ((Support(0.0, ("third_foot",)),), "no contact 'third_foot'; it has left_foot, right_foot"),
+        ((Support(0.1, ("left_foot",)),), "start times are 0.1; expected 0.0 first"),
+        ((*SUPPORTS, Support(1.0, ("left_foot",))), "then rising"),
+    ],
+)
+def test_wrong_schedules_are_refused(supports, culprit):
+    with pytest.raises(SettingsError, match=culprit):
+        simulate_constrained(
+            toro(), lambda *_: np.zeros(27), supports, FrictionTruth(27), configuration=start(), duration=0.1
+        )
