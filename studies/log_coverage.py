@@ -56,7 +56,7 @@ class Case:
 
 CASES = {
     "arm (UR5)": Case(f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'),
-    "humanoid's swing legs (packaged biped)": Case(
+    "humanoid (packaged biped)": Case(
         (MODELS / "robot.toml").read_text().replace("biped.urdf", str(MODELS / "biped.urdf")), "walk", demo_posture()
     ),
     "quadruped (Go2), one leg at a time": Case(

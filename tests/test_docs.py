@@ -335,3 +335,14 @@ def _anchors(text: str) -> set[str]:
     """Return the anchors that headings get: lower case, words joined by hyphens, other signs dropped."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_readme_has_the_figures_of_the_study_and_no_gaps() -> None:
+    readme = PAGES["README.md"]
+    cases = json.loads((ROOT / "studies/log_coverage.json").read_text())["cases"]
+    order = ("coulomb", "viscous", "offset", "stribeck_gain", "stribeck_velocity", "slope")
+    for label, rows in cases.items():
+        shares = [100 * row["coverage"] for row in rows.values()]
+        errors = " | ".join(f"{100 * rows[name]['mean_error']:.2f} %" for name in order)
+        assert f"| {label} | {errors} | {min(shares):.1f} to {max(shares):.1f} % |" in readme
+    assert not re.search(r"@[A-Z]+@", readme)

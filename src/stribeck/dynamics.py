@@ -108,10 +108,11 @@ def joint_inertia(rooted: RootedModel, position: Array) -> Array:
     model, size, columns = rooted.model, rooted.root_size, rooted.columns
     data = model.createData()
     configuration = pin.neutral(model)
-    result = np.empty((len(position), len(columns), len(columns)))
-    place = np.ix_(columns, columns)
+    upper = np.empty((len(position), len(columns), len(columns)))
     for k, row in enumerate(position):
         configuration[model.nq - len(columns) :] = row[columns]
-        upper = np.triu(pin.crba(model, data, configuration)[size:, size:])
-        result[k][place] = upper + np.triu(upper, 1).T
-    return result
+        upper[k] = pin.crba(model, data, configuration)[size:, size:]
+    upper = np.triu(upper)
+    order = np.argsort(columns)  # of the model's joints by the robot's
+    matrix = upper + np.triu(upper, 1).transpose(0, 2, 1)
+    return np.asarray(matrix[:, order[:, None], order])
