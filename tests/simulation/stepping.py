@@ -26,7 +26,7 @@ SUPPORTS = (
 )
 DURATION = 2.4
 SWINGS = {"right": (0.2, 1.0), "left": (1.3, 2.1)}
-SWING = {"hip_roll": 0.15, "hip_pitch": -0.4, "hip_yaw": 0.3, "knee": 0.6, "ankle_roll": 0.1, "ankle_pitch": -0.2}
+SWING = {"hip_roll": 0.15, "hip_pitch": -0.4, "hip_yaw": 0.3, "knee": 0.6, "ankle_roll": 0.15, "ankle_pitch": -0.2}
 """How far the joints of the left leg go and come back [rad]; roll and yaw of the right one go the other way."""
 LEVELS = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
 """Coulomb friction and offset [N m], Table 6.2."""
@@ -70,8 +70,18 @@ def reference(time: float) -> np.ndarray:
     return motion
 
 
+def expected_friction(velocity: np.ndarray) -> np.ndarray:
+    """Return the friction torque of all joints at their reference velocity, with 0.8 of the true friction."""
+    friction = np.zeros_like(velocity)
+    for joint, named in FRICTION.items():
+        column = toro().joint_names.index(joint)
+        values = np.array([named[parameter.name] for parameter in Stribeck.parameters])
+        friction[column] = 0.8 * Stribeck().torque(velocity[column : column + 1], values)[0]
+    return friction
+
+
 class Stepper:
-    """Feedback on joints, made linear by the inverse dynamics of the tree rooted at the first standing foot."""
+    """Feedback on joints, made linear by inverse dynamics about the first standing foot, and most of the friction."""
 
     def __init__(self) -> None:
         self._trees = {
@@ -92,7 +102,7 @@ class Stepper:
         )
         torque = np.empty(len(columns))
         torque[tree.columns] = pin.rnea(tree.model, data, *full)[6:]
-        return torque[columns]
+        return (torque + expected_friction(velocity))[columns]
 
 
 def start() -> np.ndarray:
