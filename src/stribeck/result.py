@@ -112,17 +112,17 @@ class Result:
 
     def to_json(self) -> str:
         """Return the text of result.json."""
-        document = {key: value for key, value in asdict_shallow(self).items() if key != "evidence"}
-        order = ["schema", "stribeck", "robot", "log", "law", "method", "joints", "warnings"]
-        return json.dumps({key: document[key] for key in order}, indent=2, allow_nan=False) + "\n"
-
-
-def asdict_shallow(result: Result) -> dict[str, Any]:
-    """Return the fields of a result as plain JSON values, its evidence untouched."""
-    plain = {name: getattr(result, name) for name in ("schema", "stribeck", "robot", "law", "method", "warnings")}
-    plain["log"] = asdict(result.log)
-    plain["joints"] = {name: asdict(joint) for name, joint in result.joints.items()}
-    return plain
+        document = {
+            "schema": self.schema,
+            "stribeck": self.stribeck,
+            "robot": self.robot,
+            "log": asdict(self.log),
+            "law": self.law,
+            "method": self.method,
+            "joints": {name: asdict(joint) for name, joint in self.joints.items()},
+            "warnings": self.warnings,
+        }
+        return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
 def read_result(path: str | Path) -> Result:
