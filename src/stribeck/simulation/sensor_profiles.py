@@ -1,0 +1,133 @@
+"""How good a simulated robot's sensors are, each number with where it comes from.
+
+"Assumed" is said of numbers for which no public figure was at hand. The figures of others:
+
+- AksIM: RLS AksIM off-axis absolute encoder, 20 bits a turn.
+- DLR: the absolute joint position sensor of DLR's lightweight robot, whose drives TORO has, measures to 0.01 deg.
+- Kinova: torque offsets identified on a Kinova Gen3 with joint torque sensors, roahmlab/RAPTOR: 0.15 to 2.5 N m,
+  median 0.5 N m.
+- MTi: Xsens MTi manual MT0100P: orientation repeatable to 0.2 deg, static accuracy of roll and pitch 0.5 deg, dynamic
+  accuracy 2 deg RMS. MTi-1: 0.007 deg/s/sqrt(Hz), bias instability 10 deg/h, 120 ug/sqrt(Hz).
+- MPU: InvenSense MPU-9250 PS-MPU-9250A-01: 0.01 deg/s/sqrt(Hz), +-5 deg/s at zero rate; 300 ug/sqrt(Hz), +-60 mg.
+- Axia: ATI Axia80-M20, ranges 900 N and 20 N m.
+- Cassie: time stamps at 2 kHz of DAIRLab/cassie_impact_dataset are off by 0.022 ms RMS, 1 % of them by 0.1 ms or more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.errors import SettingsError
+
+DEGREE = np.pi / 180
+MILLI_G = 9.81e-3
+"""[m/s^2]"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorProfile:
+    """What sensors add; a standard deviation unless it says otherwise. Biases and offsets are drawn once a run.
+
+    Attributes
+    ----------
+    position_resolution
+        Step of the encoders [rad]; not a standard deviation.
+    position_noise, position_bias
+        White noise, and error of the zero position [rad].
+    torque_noise, torque_offset
+        White noise, and error of the zero torque [N m].
+    torque_drift
+        Of the offset [N m/min], at a constant rate drawn once a run.
+    orientation_bias, orientation_noise
+        About each axis of the IMU: constant, and wandering [rad].
+    gyroscope_noise, accelerometer_noise
+        White noise density [rad/s/sqrt(Hz)], [m/s^2/sqrt(Hz)].
+    gyroscope_bias, accelerometer_bias
+        [rad/s], [m/s^2]
+    force_noise, force_bias, moment_noise, moment_bias
+        Of the feet [N], [N m].
+    delay
+        How late IMU and feet are, against the joints [s]; not a standard deviation.
+    jitter
+        Of the time stamps [s].
+    """
+
+    position_resolution: float = 0.0
+    position_noise: float = 0.0
+    position_bias: float = 0.0
+    torque_noise: float = 0.0
+    torque_offset: float = 0.0
+    torque_drift: float = 0.0
+    orientation_bias: float = 0.0
+    orientation_noise: float = 0.0
+    gyroscope_noise: float = 0.0
+    gyroscope_bias: float = 0.0
+    accelerometer_noise: float = 0.0
+    accelerometer_bias: float = 0.0
+    force_noise: float = 0.0
+    force_bias: float = 0.0
+    moment_noise: float = 0.0
+    moment_bias: float = 0.0
+    delay: float = 0.0
+    jitter: float = 0.0
+
+
+PROFILES = {
+    "ideal": SensorProfile(),
+    "realistic": SensorProfile(
+        position_resolution=2 * np.pi / 2**20,  # AksIM
+        position_noise=1e-5,  # assumed: two steps
+        position_bias=0.01 * DEGREE,  # DLR
+        torque_noise=0.1,  # assumed: 0.1 % of 100 N m
+        torque_offset=0.5,  # Kinova, median
+        torque_drift=0.05,  # assumed: a tenth of the offset a minute
+        orientation_bias=0.2 * DEGREE,  # MTi, repeatability
+        orientation_noise=0.1 * DEGREE,  # assumed: half of it
+        gyroscope_noise=0.007 * DEGREE,  # MTi-1
+        gyroscope_bias=10 * DEGREE / 3600,  # MTi-1
+        accelerometer_noise=0.12 * MILLI_G,  # MTi-1
+        accelerometer_bias=2 * MILLI_G,  # assumed: what levelling to 0.1 deg leaves
+        force_noise=0.9,  # assumed: 0.1 % of Axia's range
+        force_bias=4.5,  # assumed: 0.5 %
+        moment_noise=0.02,  # assumed: 0.1 %
+        moment_bias=0.1,  # assumed: 0.5 %
+        delay=0.001,  # assumed: one cycle of a 1 kHz bus
+        jitter=0.022e-3,  # Cassie
+    ),
+    "harsh": SensorProfile(
+        position_resolution=2 * np.pi / 2**16,  # assumed: 16 bits a turn
+        position_noise=1e-4,  # assumed: one step
+        position_bias=0.1 * DEGREE,  # assumed: ten times DLR
+        torque_noise=1.0,  # assumed: 1 % of 100 N m
+        torque_offset=2.5,  # Kinova, largest
+        torque_drift=0.5,  # assumed
+        orientation_bias=0.5 * DEGREE,  # MTi, static accuracy
+        orientation_noise=2.0 * DEGREE,  # MTi, dynamic accuracy
+        gyroscope_noise=0.01 * DEGREE,  # MPU
+        gyroscope_bias=0.5 * DEGREE,  # assumed: a tenth of MPU's is left when its zero was set at rest
+        accelerometer_noise=0.3 * MILLI_G,  # MPU
+        accelerometer_bias=60 * MILLI_G,  # MPU
+        force_noise=9.0,  # assumed: 1 % of Axia's range
+        force_bias=45.0,  # assumed: 5 %
+        moment_noise=0.2,  # assumed: 1 %
+        moment_bias=1.0,  # assumed: 5 %
+        delay=0.005,  # assumed
+        jitter=0.1e-3,  # Cassie, one in a hundred
+    ),
+}
+"""By name."""
+
+
+def get_profile(name: str) -> SensorProfile:
+    """Return the profile of this name.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such profile; the message lists the names there are.
+    """
+    if name not in PROFILES:
+        raise SettingsError(f"sensors: found '{name}', expected one of {', '.join(PROFILES)}")
+    return PROFILES[name]

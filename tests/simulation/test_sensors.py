@@ -1,0 +1,174 @@
+"""Each error of a sensor has the size its profile states, and a seed gives the same errors again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from stribeck.errors import SettingsError
+from stribeck.log import RobotLog
+from stribeck.simulation.sensor_profiles import PROFILES, SensorProfile, get_profile
+from stribeck.simulation.sensors import Sensors, measure, sensors_for
+
+SAMPLES, JOINTS, PERIOD = 10_000, 20, 0.001
+RAMP = np.linspace(0.0, 1.0, SAMPLES)
+
+
+def exact_log() -> RobotLog:
+    """A slow ramp in every channel."""
+    turn = Rotation.from_rotvec(np.column_stack([0.3 * RAMP, -0.2 * RAMP, 2.0 * RAMP]))
+    joints = np.tile(RAMP[:, None], JOINTS)
+    return RobotLog(
+        time=np.arange(SAMPLES) * PERIOD,
+        joint_names=tuple(f"joint_{k}" for k in range(JOINTS)),
+        position=joints,
+        velocity=joints,
+        acceleration=joints,
+        torque=10 * joints,
+        base_orientation=turn.as_quat(),
+        angular_velocity=np.tile(RAMP[:, None], 3),
+        linear_acceleration=np.tile(RAMP[:, None], 3),
+        foot_names=("left", "right"),
+        contact=np.tile((RAMP > 0.5)[:, None], 2),
+        foot_wrench=np.tile(RAMP[:, None, None], (2, 6)),
+    )
+
+
+LOG = exact_log()
+BRIEF = LOG.take(slice(0, 10))
+COARSE = LOG.take(slice(0, None, 20))
+
+
+def measured(seed: int = 0, exact: RobotLog = LOG, **profile: float) -> RobotLog:
+    return measure(exact, sensors_for(exact, SensorProfile(**profile), seed))
+
+
+def turn_error(exact: RobotLog, log: RobotLog) -> np.ndarray:
+    """Return the rotation vectors from the true to the measured orientation, in the IMU's axes, shape (T, 3)."""
+    return (Rotation.from_quat(exact.base_orientation).inv() * Rotation.from_quat(log.base_orientation)).as_rotvec()
+
+
+def test_ideal_sensors_change_nothing_but_do_not_feel_velocities():
+    log = measure(LOG, sensors_for(LOG, get_profile("ideal")))
+    assert log.velocity is None
+    assert log.acceleration is None
+    for name, channel in log.channels().items():
+        np.testing.assert_allclose(channel, LOG.channels()[name], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("channel", "noise", "bias"),
+    [
+        ("position", "position_noise", "position_bias"),
+        ("torque", "torque_noise", "torque_offset"),
+        ("angular_velocity", "gyroscope_noise", "gyroscope_bias"),
+        ("linear_acceleration", "accelerometer_noise", "accelerometer_bias"),
+    ],
+)
+def test_noise_is_white_and_bias_constant(channel, noise, bias):
+    """A density d [1/sqrt(Hz)] sampled at rate f has the standard deviation d sqrt(f / 2)."""
+    exact = LOG.channels()[channel]
+    error = measured(**{noise: 0.02}).channels()[channel] - exact
+    expected = 0.02 * np.sqrt(500) if noise.startswith(("gyroscope", "accelerometer")) else 0.02
+    np.testing.assert_allclose(error.std(axis=0), expected, rtol=0.03)
+    assert np.abs(np.sum(error[1:] * error[:-1], axis=0) / np.sum(error**2, axis=0)).max() < 0.03
+    assert np.abs(error.mean(axis=0)).max() < 0.05 * expected
+    exact = BRIEF.channels()[channel]
+    constant = np.concatenate(
+        [(measured(seed, BRIEF, **{bias: 0.5}).channels()[channel] - exact)[[0, -1]] for seed in range(100)], axis=1
+    )
+    np.testing.assert_allclose(constant[0], constant[1], atol=1e-12)
+    assert constant.std() == pytest.approx(0.5, rel=0.1)
+
+
+def test_encoders_have_steps():
+    step = 0.01
+    log = measured(position_resolution=step)
+    np.testing.assert_allclose(log.position / step, np.round(log.position / step), atol=1e-9)
+    error = log.position - LOG.position
+    assert np.abs(error).max() <= step / 2 * (1 + 1e-9)
+    assert error.std() == pytest.approx(step / np.sqrt(12), rel=0.02)
+
+
+def test_torque_offsets_drift():
+    error = measured(torque_drift=6.0).torque - LOG.torque
+    np.testing.assert_allclose(error[-1], 2 * error[SAMPLES // 2], rtol=1e-3)
+    assert error[-1].std() == pytest.approx(6.0 * SAMPLES * PERIOD / 60, rel=0.5)
+
+
+def test_orientation_is_off_by_a_constant_and_wanders():
+    constant = turn_error(LOG, measured(orientation_bias=0.01))
+    np.testing.assert_allclose(constant, np.broadcast_to(constant[0], constant.shape), atol=1e-12)
+    biases = [turn_error(BRIEF, measured(seed, BRIEF, orientation_bias=0.01))[0] for seed in range(100)]
+    assert np.std(biases) == pytest.approx(0.01, rel=0.15)
+    wandering = np.array([turn_error(COARSE, measured(seed, COARSE, orientation_noise=0.01)) for seed in range(100)])
+    assert wandering.std() == pytest.approx(0.01, rel=0.1)
+    assert wandering[:, 0].std() == pytest.approx(0.01, rel=0.15)
+    apart = wandering[:, :-250] * wandering[:, 250:]  # 5 s
+    assert apart.mean() / wandering.var() == pytest.approx(np.exp(-1), abs=0.15)
+    assert np.diff(wandering, axis=1).std() == pytest.approx(0.01 * np.sqrt(2 * 0.02 / 5), rel=0.05)
+
+
+def test_feet_have_their_own_forces_and_moments():
+    error = measured(force_noise=2.0, moment_noise=0.1).foot_wrench - LOG.foot_wrench
+    np.testing.assert_allclose(error.std(axis=0), np.tile([2.0] * 3 + [0.1] * 3, (2, 1)), rtol=0.03)
+    biased = [
+        (measured(seed, BRIEF, force_bias=5.0, moment_bias=0.5).foot_wrench - BRIEF.foot_wrench)[0]
+        for seed in range(100)
+    ]
+    np.testing.assert_allclose(np.std(biased, axis=0), np.tile([5.0] * 3 + [0.5] * 3, (2, 1)), rtol=0.25)
+
+
+def test_imu_and_feet_are_late_and_joints_are_not():
+    log = measured(delay=0.005)
+    np.testing.assert_array_equal(log.position, LOG.position)
+    np.testing.assert_array_equal(log.torque, LOG.torque)
+    for name in ("base_orientation", "angular_velocity", "linear_acceleration", "contact", "foot_wrench"):
+        np.testing.assert_allclose(log.channels()[name][5:], LOG.channels()[name][:-5], atol=1e-15)
+
+
+def test_time_stamps_jitter_but_time_goes_on():
+    error = measured(jitter=2e-5).time - LOG.time
+    assert error.std() == pytest.approx(2e-5, rel=0.03)
+    assert np.all(np.diff(measured(jitter=5e-3).time) > 0)
+
+
+def test_a_seed_gives_the_same_errors_again_and_another_seed_others():
+    first, second, other = (measure(LOG, sensors_for(LOG, PROFILES["realistic"], seed)) for seed in (1, 1, 2))
+    for name, channel in first.channels().items():
+        np.testing.assert_array_equal(channel, second.channels()[name])
+        if name != "contact":
+            assert np.any(channel != other.channels()[name])
+
+
+def test_a_controller_sees_what_the_log_will_hold():
+    """Sample by sample as all at once."""
+    sensors = sensors_for(LOG, PROFILES["harsh"], seed=3)
+    log = measure(LOG, sensors)
+    for k in (0, 7, 1234):
+        late = max(k - sensors.late, 0)
+        np.testing.assert_array_equal(sensors.position(k, LOG.position[k]), log.position[k])
+        np.testing.assert_array_equal(sensors.torque(k, LOG.torque[k]), log.torque[k])
+        np.testing.assert_allclose(
+            sensors.orientation(k, LOG.base_orientation[late]), log.base_orientation[k], atol=1e-15
+        )
+        np.testing.assert_array_equal(sensors.foot_wrench(k, LOG.foot_wrench[late]), log.foot_wrench[k])
+        assert sensors.time(k, LOG.time[k]) == log.time[k]
+
+
+def test_one_error_does_not_change_another():
+    quiet, loud = measured(torque_noise=0.1), measured(torque_noise=0.1, position_noise=1e-3, force_noise=1.0)
+    np.testing.assert_array_equal(quiet.torque, loud.torque)
+
+
+def test_an_arm_has_no_feet():
+    sensors = Sensors(PROFILES["realistic"], joints=6, feet=0, samples=10, period=0.001, seed=0)
+    assert sensors.foot_wrench(0, np.zeros((0, 6))).shape == (0, 6)
+
+
+def test_profiles_get_worse():
+    ideal, realistic, harsh = (vars(PROFILES[name]) for name in ("ideal", "realistic", "harsh"))
+    assert all(ideal[name] == 0 < realistic[name] < harsh[name] for name in ideal)
+    with pytest.raises(SettingsError, match="sensors: found 'perfect', expected one of ideal, realistic, harsh"):
+        get_profile("perfect")
