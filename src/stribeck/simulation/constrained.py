@@ -25,6 +25,9 @@ from stribeck.simulation.exact import Truth
 from stribeck.simulation.friction_truth import FrictionTruth, Instant
 from stribeck.simulation.rigid_feet import RigidFeet
 
+ITERATIONS = 4
+"""Of the secant of friction, five times better each; four leave 0.002 N m of 1 N m at the worst samples."""
+
 
 @dataclass(frozen=True)
 class Support:
@@ -97,12 +100,13 @@ def simulate_constrained(
     model = pin.Model(robot.tree.model)
     feet = RigidFeet(robot, model, _ground(robot, supports, configuration), corrected=not paper_literal)
     step, samples = 1.0 / rate, round(duration * rate)
+    body = _Body(robot, model, feet, friction, step, paper_literal)
     rows = _Rows.empty(samples, model, robot)
     q, v = configuration.copy(), np.zeros(model.nv)
     for k in range(samples):
         v = feet.stand(_standing(supports, k * step), k * step, q, v)
         torque = np.asarray(controller(k * step, BodyState(q.copy(), v.copy(), feet.feet)), dtype=float)
-        a, resisting = _accelerate(robot, model, feet, friction, k * step, step, q, v, torque, paper_literal)
+        a, resisting = _accelerate(body, k * step, q, v, torque)
         rows.keep(k, q, v, a, torque, resisting, feet)
         end = v + step * a
         q = pin.integrate(model, q, step * (v if paper_literal else end))
@@ -110,35 +114,40 @@ def simulate_constrained(
     return _log(robot, model, rows, step), _truth(robot, rows, friction)
 
 
-def _accelerate(
-    robot: Robot,
-    model: pin.Model,
-    feet: RigidFeet,
-    friction: FrictionTruth,
-    time: float,
-    step: float,
-    q: Array,
-    v: Array,
-    torque: Array,
-    explicit: bool,
-) -> tuple[Array, Array]:
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """What moves, and how."""
+
+    robot: Robot
+    model: pin.Model
+    feet: RigidFeet
+    friction: FrictionTruth
+    step: float  # [s]
+    explicit: bool
+
+
+def _accelerate(body: _Body, time: float, q: Array, v: Array, torque: Array) -> tuple[Array, Array]:
     """Return acceleration, shape (nv,), and friction torque in the robot's order, shape (n,).
 
-    With R = D v_next + c and v_next = v + dt a, the equation of motion is (M + dt D) a + h = tau - D v - c + J^T W.
+    Friction is that of the velocity in the middle of the step, u = v + dt a / 2, which is what positions show at this
+    sample. With R = D u + c the equation of motion is (M + dt D / 2) a + h = tau - D v - c + J^T W; the secant D is
+    found by iteration.
     """
-    columns, root = robot.tree.columns, robot.tree.root_size
+    columns, root, model = body.robot.tree.columns, body.robot.tree.root_size, body.model
     position, velocity, sensed = (_in_robot_order(x, columns) for x in (q[len(q) - len(columns) :], v[root:], torque))
-    now = Instant(time=time, step=step, position=position, velocity=velocity, torque=sensed)
-    damping, offset = friction.before(now)
-    if explicit:
-        offset, damping = damping * velocity + offset, np.zeros_like(damping)
-    effort = np.concatenate([np.zeros(root), torque - (damping * velocity + offset)[columns]])
-    rotor = np.array(model.armature)
-    model.armature = rotor + step * np.concatenate([np.zeros(root), damping[columns]])
-    a = feet.acceleration(q, v, effort)
+    middle, rotor = velocity, np.array(model.armature)
+    for _ in range(1 if body.explicit else ITERATIONS):
+        now = Instant(time=time, step=body.step, position=position, velocity=middle, torque=sensed)
+        damping, offset = body.friction.before(now)
+        if body.explicit:
+            damping, offset = np.zeros_like(damping), damping * velocity + offset
+        effort = np.concatenate([np.zeros(root), torque - (damping * velocity + offset)[columns]])
+        model.armature = rotor + body.step / 2 * np.concatenate([np.zeros(root), damping[columns]])
+        a = body.feet.acceleration(q, v, effort)
+        if not body.explicit:
+            middle = velocity + body.step / 2 * _in_robot_order(a[root:], columns)
     model.armature = rotor
-    resisting = friction.after(velocity if explicit else velocity + step * _in_robot_order(a[root:], columns))
-    return a, resisting
+    return a, body.friction.after(middle)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,11 @@
-"""How friction enters a simulator: linear in the velocity at the end of each physics step.
+"""How friction enters a simulator: linear in a velocity that each physics step is yet to find.
 
-    R = D v_next + c
+    R = D u + c
 
-Close to standstill friction is so steep (tanh(40 v) with 1 N m is a damper of 40 N m s/rad) that a step that adds R(v)
-as a force chatters on light links. Each step therefore takes D as implicit damping, c as an applied torque, and
-logs the R that has really acted, once v_next is known.
+with u the velocity at the end of the step, or in its middle, as the simulator integrates. Close to standstill friction
+is so steep (tanh(40 v) with 1 N m is a damper of 40 N m s/rad) that a step that adds R(v) as a force chatters on light
+links. Each step therefore takes D as implicit damping, c as an applied torque, and logs the R that has really acted,
+once u is known.
 """
 
 from __future__ import annotations
@@ -53,12 +54,12 @@ class FrictionEffect(Protocol):
         ...
 
     def advance(self, velocity: Array) -> None:
-        """Take the velocity of these joints at the step's end, shape (k,)."""
+        """Take the step's velocity u of these joints, shape (k,)."""
         ...
 
 
 class FrictionTruth:
-    """All that resists the joints of one run. Each physics step calls `before`, then `after`.
+    """All that resists the joints of one run. Each physics step calls `before`, as often as it likes, then `after`.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class FrictionTruth:
         return self._damping, self._offset
 
     def after(self, velocity: Array) -> Array:
-        """Return the friction torque that acted [N m], shape (n,), given the velocity at the end of the step."""
+        """Return the friction torque that acted [N m], shape (n,), given the step's velocity u, shape (n,)."""
         for effect in self._effects:
             effect.advance(velocity[effect.columns])
         return self._damping * velocity + self._offset
