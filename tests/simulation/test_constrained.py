@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.models import POSTURES, STRIBECK, example_robot
-from tests.simulation.stepping import FRICTION, SUPPORTS, simulate, start, stepping, toro
+from tests.simulation.stepping import FRICTION, SUPPORTS, Stepper, simulate, start, stepping, toro
 
 from stribeck import Settings
 from stribeck.errors import SettingsError
@@ -16,7 +16,7 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.simulation.constrained import BodyState, Support, simulate_constrained
 from stribeck.simulation.exact import Truth
-from stribeck.simulation.friction_truth import FrictionTruth, LawFriction
+from stribeck.simulation.friction_truth import Backlash, FrictionTruth, LawFriction, LuGre
 from stribeck.simulation.sensor_profiles import get_profile
 from stribeck.simulation.sensors import measure, sensors_for
 from stribeck.survey import prepare
@@ -259,3 +259,21 @@ def test_wrong_schedules_are_refused(supports, culprit):
         simulate_constrained(
             toro(), lambda *_: np.zeros(27), supports, FrictionTruth(27), configuration=start(), duration=0.1
         )
+
+
+def test_friction_that_no_law_of_the_library_has_is_found_all_the_same():
+    """Bristles in the right knee, play in the right ankle's bar: what is lost between sensor and link is lost."""
+    names = toro().joint_names
+    bristles = {"bristle_stiffness": 500.0, "bristle_damping": 2.0, "offset": 0.0}
+    steady = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.1}
+    play = {"play": 0.002, "stiffness": 2000.0, "damping": 0.5}
+    effects = [LuGre(names, {"right_knee": {**bristles, **steady}}), Backlash(names, {"right_ankle_pitch": play})]
+    log, truth = simulate_constrained(
+        toro(), Stepper(), SUPPORTS, FrictionTruth(27, effects), configuration=start(), duration=1.1
+    )
+    assert set(truth.parameters) == {"right_knee", "right_ankle_pitch"}
+    wrong = error(toro(), log, truth, "left_foot")
+    assert np.sqrt((wrong**2).mean(axis=0)).max() < 1e-5
+    assert np.all(
+        np.abs(truth.friction_torque[250:950, [names.index(name) for name in truth.parameters]]).max(axis=0) > 0.1
+    )

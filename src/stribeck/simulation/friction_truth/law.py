@@ -48,6 +48,7 @@ class LawFriction:
         self._names = [parameter.name for parameter in law.parameters]
         if drift:
             drift.require(self._names, law.name)
+        self._still = law.torque(np.zeros(len(self.columns)), self._values)
 
     def values(self, time: float) -> Array:
         """Return the parameters at a time [s], shape (p, k)."""
@@ -57,8 +58,8 @@ class LawFriction:
         """Return D and c of these joints, shape (k,) each."""
         values = self.values(instant.time)
         speed = instant.velocity[self.columns]
-        speed = np.where(np.abs(speed) < SLOWEST, np.copysign(SLOWEST, speed), speed)
-        still = self._law.torque(np.zeros_like(speed), values)
+        speed = np.copysign(np.maximum(np.abs(speed), SLOWEST), speed)
+        still = self._law.torque(np.zeros_like(speed), values) if self._drift else self._still
         return np.maximum((self._law.torque(speed, values) - still) / speed, 0.0), still
 
     def advance(self, velocity: Array) -> None:
