@@ -1,0 +1,1 @@
+"""Whole-body torques that follow a walking plan, from a quadratic program."""

@@ -1,0 +1,154 @@
+"""Whole-body control: from the robot's state and the plan to joint torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+
+from stribeck.errors import StribeckError
+from stribeck.log import Array
+from stribeck.robot import Robot
+from stribeck.simulation.sole import Sole
+from stribeck.simulation.walking.balance.qp import BASE, Limits, Task, Wishes, build, solve
+from stribeck.simulation.walking.balance.swing import Swing, swing_at
+from stribeck.simulation.walking.balance.tasks import Gains, base_task, com_task, swing_task
+from stribeck.simulation.walking.balance.terms import Dynamics, FootState, Terms
+from stribeck.simulation.walking.balance.wrench_cone import wrench_cone
+from stribeck.simulation.walking.plan import BOTH, Plan
+from stribeck.simulation.walking.start import Start
+
+NEAR = 0.7
+"""A torque above this share of its limit may reach it in the next period."""
+SLACK = 1e-6
+"""A torque may exceed its limit by this [N m]."""
+EASE = 1e-6
+"""Weight of the base's acceleration, which nothing else may ask for; it keeps the program convex."""
+
+
+class BalanceError(StribeckError):
+    """No torques keep the robot up."""
+
+
+@dataclass(frozen=True, eq=False)
+class _LiftOff:
+    """Which step is under way, and where its foot left the ground."""
+
+    step: int
+    place: Array
+    yaw: float
+
+
+class WalkingController:
+    """Follows a plan.
+
+    Parameters
+    ----------
+    robot
+        With two surface contacts.
+    dynamics
+        The model the controller believes in.
+    soles
+        By contact.
+    start
+        What it starts from; its posture and the height of its centre of mass are kept.
+    limit
+        Largest joint torques in the tree's order, shape (n,).
+    plan
+        What to do.
+    gains
+        Feedback and weights.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        dynamics: Dynamics,
+        soles: dict[str, Sole],
+        start: Start,
+        limit: Array,
+        plan: Plan,
+        gains: Gains,
+    ) -> None:
+        self.dynamics, self.plan, self.start, self.limit = dynamics, plan, start, limit
+        self.gains = gains
+        self.pulsation = sqrt(-dynamics.gravity[2] / start.height)
+        self._cones = [wrench_cone(soles[name], gains.friction) for name in robot.contacts]
+        held = np.array([name in robot.position_controlled for name in list(robot.tree.model.names)[2:]])
+        self._stiffness = np.where(held, gains.held, gains.posture)
+        self._damping = 2 * np.sqrt(self._stiffness)
+        joints = np.where(held, gains.held_weight, gains.posture_weight)
+        wrench = [gains.force_weight] * 3 + [gains.moment_weight] * 3
+        self._weight = np.concatenate([np.full(BASE, EASE), joints, wrench, wrench])
+        self._everyone, self._nobody = np.isfinite(limit), np.zeros(len(limit), dtype=bool)
+        self._lift_off: _LiftOff | None = None
+        self._torque = np.zeros(len(limit))
+
+    def torque(self, sample: int, configuration: Array, velocity: Array) -> Array:
+        """Return the joint torques of a control period in the tree's order, shape (n,) [N m].
+
+        Parameters
+        ----------
+        sample
+            Of the plan.
+        configuration, velocity
+            The state, as Pinocchio has it.
+
+        Raises
+        ------
+        BalanceError
+            If no torques keep the feet on the ground.
+        """
+        plan, gains = self.plan, self.gains
+        terms = self.dynamics.at(configuration, velocity)
+        swing = int(plan.swing[sample])
+        stand = [foot for foot in (0, 1) if foot != swing]
+        tasks = [
+            com_task(terms, plan.dcm[sample], plan.zmp[sample], self.start.height, self.pulsation, gains),
+            base_task(terms, velocity[3:6], plan.heading[sample], plan.heading_rate[sample], gains),
+        ]
+        if swing != BOTH:
+            tasks.append(swing_task(terms.feet[swing], self._swing(sample, terms.feet[swing]), gains))
+        wishes = self._wishes(sample, stand, configuration, velocity)
+        self._torque = self._solve(terms, stand, tasks, wishes)
+        return self._torque
+
+    def _solve(self, terms: Terms, stand: list[int], tasks: list[Task], wishes: Wishes) -> Array:
+        """Return torques within the limits; where there are none, those without limits, for the joints to cut.
+
+        Most joints are far from their limits, which only cost time then: at first those are watched that were near
+        them in the period before. If the others keep theirs too, the solution is that of the whole program.
+        """
+        standing, cones = [terms.feet[foot] for foot in stand], [self._cones[foot] for foot in stand]
+        near = np.abs(self._torque) > NEAR * self.limit
+        for watched in (near, self._everyone, self._nobody):
+            problem = build(terms, standing, cones, tasks, wishes, Limits(self.limit, watched))
+            torque = solve(problem, terms, standing)
+            if torque is None:
+                continue
+            if watched is self._nobody or not np.any(np.abs(torque) > self.limit + SLACK):
+                return torque
+        raise BalanceError("balance: no torques at all keep the feet on the ground")
+
+    def _swing(self, sample: int, foot: FootState) -> Swing:
+        """Return where the swing foot should be; its path starts where it left the ground."""
+        number = int(self.plan.step[sample])
+        step = self.plan.steps[number]
+        if self._lift_off is None or self._lift_off.step != number:
+            yaw = float(np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0]))
+            turned = (yaw - step.start.yaw + pi) % (2 * pi) - pi
+            self._lift_off = _LiftOff(number, foot.place, step.start.yaw + turned)
+        start, kind = self._lift_off, step.kind
+        progress = float(self.plan.progress[sample])
+        return swing_at(start.place, start.yaw, step.goal, kind.height, progress, kind.single_support)
+
+    def _wishes(self, sample: int, stand: list[int], configuration: Array, velocity: Array) -> Wishes:
+        """Keep near the posture, and share the weight between the feet as planned."""
+        nv = len(velocity)
+        size = nv + BASE * len(stand)
+        wanted = np.zeros(size)
+        wanted[BASE:nv] = self._stiffness * (self.start.posture - configuration[7:]) - self._damping * velocity[6:]
+        for k, foot in enumerate(stand):
+            wanted[nv + BASE * k + 2] = self.dynamics.weight * self.plan.share[sample, foot]
+        return Wishes(wanted, self._weight[:size])

@@ -1,0 +1,90 @@
+"""What the centre of mass, the base and the swing foot should do, as accelerations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, sin, sqrt
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.log import Array
+from stribeck.simulation.walking.balance.qp import Task
+from stribeck.simulation.walking.balance.swing import Swing
+from stribeck.simulation.walking.balance.terms import FootState, Terms
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gains:
+    """Feedback and weights. Stiffness is in 1/s^2, each damping is critical; weights compare squared accelerations."""
+
+    dcm: float = 3.0  # [1/s], with which an error of the DCM fades
+    height: float = 100.0
+    base: float = 100.0
+    foot: float = 900.0
+    foot_tilt: float = 4000.0
+    posture: float = 100.0
+    held: float = 400.0  # stiffness of position-controlled joints
+    com_weight: float = 1000.0  # with that of the foot, joint friction makes sideways walking fall
+    foot_weight: float = 10.0
+    base_weight: float = 30.0
+    posture_weight: float = 1e-2
+    held_weight: float = 1.0
+    force_weight: float = 1e-6  # [1/N^2], towards the planned share of the weight
+    moment_weight: float = 1e-4  # [1/(N m)^2], keeps the pressure near the middle of the sole
+    friction: float = 0.6  # coefficient that the feet rely on
+
+
+def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: float, gains: Gains) -> Task:
+    """Steer the DCM by the ZMP: `p = p_ref + (1 + k / w) (xi - xi_ref)` and `c'' = w^2 (c - p)`; keep the height.
+
+    Then `(xi - xi_ref)' = -k (xi - xi_ref)`.
+
+    Parameters
+    ----------
+    terms
+        Of the robot now.
+    dcm, zmp
+        Planned, shape (2,) [m].
+    height
+        Of the centre of mass [m].
+    pulsation
+        w [1/s].
+    gains
+        Feedback and weight.
+    """
+    error = terms.com[:2] + terms.com_velocity[:2] / pulsation - dcm
+    pressure = zmp + (1 + gains.dcm / pulsation) * error
+    wanted = np.empty(3)
+    wanted[:2] = pulsation**2 * (terms.com[:2] - pressure)
+    wanted[2] = gains.height * (height - terms.com[2]) - 2 * sqrt(gains.height) * terms.com_velocity[2]
+    return Task(terms.com_jacobian, wanted - terms.com_drift, np.full(3, gains.com_weight))
+
+
+def base_task(terms: Terms, spin: Array, yaw: float, yaw_rate: float, gains: Gains) -> Task:
+    """Keep the base upright, with a heading [rad] that changes [rad/s]; `spin` is its angular velocity in itself."""
+    error = pin.log3(terms.base_rotation.T @ upright(yaw))
+    wanted = gains.base * error + 2 * sqrt(gains.base) * (terms.base_rotation[2] * yaw_rate - spin)
+    jacobian = np.zeros((3, len(terms.bias)))
+    jacobian[0, 3] = jacobian[1, 4] = jacobian[2, 5] = 1.0
+    return Task(jacobian, wanted, np.full(3, gains.base_weight))
+
+
+def swing_task(foot: FootState, swing: Swing, gains: Gains) -> Task:
+    """Move the swing foot to where it should be, level and heading where it goes; in the sole's coordinates.
+
+    The sole's spatial acceleration, which its Jacobian gives, is the acceleration of its centre less w x v.
+    """
+    turn, linear, spin = foot.rotation, foot.velocity[:3], foot.velocity[3:]
+    move = swing.acceleration + gains.foot * (swing.place - foot.place) + 2 * sqrt(gains.foot) * swing.velocity
+    wanted = np.empty(6)
+    wanted[:3] = move @ turn - 2 * sqrt(gains.foot) * linear - pin.skew(spin) @ linear
+    tilt = pin.log3(turn.T @ upright(swing.yaw))
+    wanted[3:] = gains.foot_tilt * tilt + 2 * sqrt(gains.foot_tilt) * (turn[2] * swing.yaw_rate - spin)
+    return Task(foot.jacobian, wanted - foot.drift, np.full(6, gains.foot_weight))
+
+
+def upright(yaw: float) -> Array:
+    """Return the rotation about the vertical by a heading [rad]."""
+    cosine, sine = cos(yaw), sin(yaw)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

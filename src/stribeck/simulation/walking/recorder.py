@@ -1,0 +1,94 @@
+"""Puts a simulated walk into a log, and the truth beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stribeck.kinematics import frame_pose
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.rooting import BASE_FRAME
+from stribeck.simulation.exact import Truth
+from stribeck.simulation.mujoco_sim import Snapshot
+
+CONTACT_SHARE = 0.02
+"""A foot that bears more than this share of the weight is in contact."""
+
+
+class Recorder:
+    """Collects one sample a control period; the arrays are in the tree's order of joints until the end.
+
+    What is held between samples jumps at a sample: the torque and the foot wrench that belong there are the means of
+    both sides, as the second difference of the position is the mean of two accelerations.
+    """
+
+    def __init__(self, robot: Robot, samples: int, period: float) -> None:
+        joints, feet = len(robot.joint_names), len(robot.contacts)
+        self.robot, self.period, self.filled = robot, period, 0
+        self.configuration = np.empty((samples, joints + 7))
+        self.velocity = np.empty((samples, joints + 6))
+        self.specific_force = np.empty((samples, 3))
+        self.friction_torque = np.empty((samples, joints))
+        self.torque_after = np.empty((samples, joints))
+        self.wrench_before, self.wrench_after = np.empty((2, samples, feet, 6))
+
+    def see(self, now: Snapshot, wrench: Array) -> None:
+        """Take the state at the next sample, and the foot wrenches just before it."""
+        k = self.filled
+        self.configuration[k], self.velocity[k] = now.configuration, now.velocity
+        self.specific_force[k], self.friction_torque[k] = now.specific_force, now.friction_torque
+        self.wrench_before[k] = wrench
+        self.filled += 1
+
+    def act(self, torque: Array, wrench: Array) -> None:
+        """Take the torque that acts from the last sample on, and the foot wrenches just after it."""
+        k = self.filled - 1
+        self.torque_after[k], self.wrench_after[k] = torque, wrench
+
+    def log(self) -> RobotLog:
+        """Return what ideal sensors give."""
+        rows = slice(self.filled)
+        position, velocity = self._joints(self.configuration[rows, 7:]), self._joints(self.velocity[rows, 6:])
+        torque, wrench = self.torque_after[rows].copy(), self.wrench_after[rows].copy()
+        torque[1:] = 0.5 * (self.torque_after[: self.filled - 1] + torque[1:])
+        wrench[1:] = 0.5 * (self.wrench_before[1 : self.filled] + wrench[1:])
+        weight = self.robot.mass * float(np.linalg.norm(self.robot.gravity))
+        return RobotLog(
+            time=self.period * np.arange(self.filled, dtype=np.float64),
+            joint_names=self.robot.joint_names,
+            position=position,
+            velocity=velocity,
+            torque=self._joints(torque),
+            base_orientation=self._base_orientation(position),
+            angular_velocity=self.velocity[rows, 3:6].copy(),
+            linear_acceleration=self.specific_force[rows].copy(),
+            foot_names=tuple(self.robot.contacts),
+            contact=wrench[:, :, 2] > CONTACT_SHARE * weight,
+            foot_wrench=wrench,
+            torque_source=self.robot.torque_source,
+        )
+
+    def truth(self, parameters: dict[str, dict[str, float]]) -> Truth:
+        """Return what the log does not say, with the friction's parameters."""
+        rows = slice(self.filled)
+        return Truth(
+            friction_torque=self._joints(self.friction_torque[rows]),
+            parameters=parameters,
+            base_position=self.configuration[rows, :3].copy(),
+            base_velocity=self.velocity[rows, :6].copy(),
+        )
+
+    def _joints(self, tree_order: Array) -> Array:
+        columns = np.empty_like(tree_order)
+        columns[:, self.robot.tree.columns] = tree_order
+        return columns
+
+    def _base_orientation(self, position: Array) -> Array:
+        """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""
+        root = self.configuration[: self.filled, 3:7].copy()
+        if self.robot.base_frame == BASE_FRAME:
+            return root
+        frame = self.robot.tree.model.getFrameId(self.robot.base_frame)
+        turn, _ = frame_pose(self.robot.tree, frame, position)
+        return np.asarray((Rotation.from_quat(root) * Rotation.from_matrix(turn)).as_quat())

@@ -1,0 +1,135 @@
+"""The whole-body program: its cone, its terms, and what its solution keeps to."""
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.models import make_robot
+from tests.simulation.walkers import POSTURE, SOLES, walker
+
+from stribeck.errors import SettingsError
+from stribeck.log import Array
+from stribeck.simulation.biped import MODELS
+from stribeck.simulation.mujoco_model import compile_body
+from stribeck.simulation.sole import Sole
+from stribeck.simulation.walking.balance.controller import WalkingController
+from stribeck.simulation.walking.balance.swing import swing_at
+from stribeck.simulation.walking.balance.tasks import Gains
+from stribeck.simulation.walking.balance.terms import Dynamics
+from stribeck.simulation.walking.balance.wrench_cone import wrench_cone
+from stribeck.simulation.walking.footsteps import Footprint, Steps
+from stribeck.simulation.walking.plan import plan_walk
+from stribeck.simulation.walking.start import start_standing
+
+SOLE = Sole((0.0, 0.0, 0.0), 0.1, 0.05)
+
+
+def corner_wrench(forces: Array) -> Array:
+    """Return the wrench of forces at the four corners of the sole, shape (4, 3)."""
+    corners = np.array([[0.1, 0.05, 0], [0.1, -0.05, 0], [-0.1, 0.05, 0], [-0.1, -0.05, 0]])
+    return np.concatenate([forces.sum(axis=0), np.cross(corners, forces).sum(axis=0)])
+
+
+def test_the_cone_holds_all_that_corner_forces_can_give_and_no_more() -> None:
+    generator = np.random.default_rng(3)
+    cone = wrench_cone(SOLE, 0.6, margin=1.0)
+    mu = 0.6 / np.sqrt(2)
+    pressing = np.zeros(16)
+    for _ in range(2000):
+        normal = generator.exponential(100.0, 4) * (generator.random(4) < 0.6)
+        tangent = mu * normal[:, None] * generator.choice([-1.0, 1.0], (4, 2))
+        slack = cone @ corner_wrench(np.column_stack([tangent, normal]))
+        assert slack.max() < 1e-9
+        pressing = np.maximum(pressing, slack + 1e-9 >= 0)
+    assert pressing.all()  # each face touches what corner forces can give
+    for wrench in ([0, 0, -1, 0, 0, 0], [50, 0, 100, 0, 0, 0], [0, 0, 100, 6, 0, 0], [0, 0, 100, 0, 11, 0]):
+        assert (cone @ np.array(wrench, dtype=float)).max() > 0
+
+
+@pytest.mark.parametrize("name", ["toro", "g1"])
+def test_terms_are_those_of_pinocchio(name: str, tmp_path: Path) -> None:
+    robot = walker(name, tmp_path)
+    dynamics = Dynamics(robot, compile_body(robot, SOLES.get(name)).soles)
+    model, data = dynamics.model, dynamics.model.createData()
+    generator = np.random.default_rng(4)
+    q = pin.integrate(model, pin.neutral(model), generator.normal(size=model.nv))
+    v = generator.normal(size=model.nv)
+    terms = dynamics.at(q, v)
+    pin.centerOfMass(model, data, q, v, np.zeros(model.nv))
+    np.testing.assert_allclose(terms.com, data.com[0], atol=1e-12)
+    np.testing.assert_allclose(terms.com_drift, data.acom[0], atol=1e-12)
+    np.testing.assert_allclose(terms.com_jacobian, pin.jacobianCenterOfMass(model, data, q), atol=1e-12)
+    np.testing.assert_allclose(terms.inertia @ v + terms.bias, pin.rnea(model, data, q, v, v), atol=1e-9)
+    later = dynamics.at(pin.integrate(model, q, 1e-6 * v), v)
+    for foot, moved in zip(terms.feet, later.feet, strict=True):
+        np.testing.assert_allclose((moved.velocity - foot.velocity) / 1e-6, foot.drift, atol=1e-3)
+
+
+def test_the_swing_starts_and_lands_at_rest_and_its_derivatives_are_its_own() -> None:
+    start, goal = np.array([0.1, 0.2, 0.01]), Footprint(0.5, 0.25, 0.3)
+    at = [swing_at(start, 0.1, goal, 0.05, s, 0.8) for s in np.linspace(0, 1, 8001)]
+    place = np.array([swing.place for swing in at])
+    np.testing.assert_allclose(place[[0, -1]], [start, [0.5, 0.25, 0.0]], atol=1e-12)
+    assert place[:, 2].max() == pytest.approx(0.055, abs=1e-3)
+    assert at[-1].yaw == pytest.approx(0.3)
+    for value, slope in (("place", "velocity"), ("velocity", "acceleration")):
+        exact = np.array([getattr(swing, slope) for swing in at])
+        numeric = np.gradient(np.array([getattr(swing, value) for swing in at]), 1e-4, axis=0)
+        np.testing.assert_allclose(numeric[1:-1], exact[1:-1], atol=0.02)
+        np.testing.assert_allclose(exact[[0, -1]], 0.0, atol=1e-12)
+
+
+def test_standing_torques_carry_the_robot_within_cones_and_limits(tmp_path: Path) -> None:
+    robot = walker("toro", tmp_path)
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, POSTURE["toro"])
+    plan = plan_walk([Steps(count=2)], start.feet, 3.2)
+    controller = WalkingController(robot, dynamics, body.soles, start, body.torque_limit, plan, Gains())
+    rest = np.zeros(dynamics.model.nv)
+    torque = controller.torque(0, start.configuration, rest)
+    data = dynamics.model.createData()
+    jacobians = [pin.computeFrameJacobian(dynamics.model, data, start.configuration, f) for f in dynamics.frames]
+    mass, bias = pin.crba(dynamics.model, data, start.configuration), dynamics.at(start.configuration, rest).bias
+    mass = np.triu(mass) + np.triu(mass, 1).T
+    stacked = np.vstack(jacobians)
+    # With both feet held, M a + h = S^T tau + J^T w and J a = 0 give back accelerations and wrenches.
+    kkt = np.block([[mass, -stacked.T], [stacked, np.zeros((12, 12))]])
+    solution = np.linalg.lstsq(kkt, np.concatenate([[0] * 6, torque, [0] * 12]) - np.pad(bias, (0, 12)), rcond=None)[0]
+    wrenches = solution[-12:].reshape(2, 6)
+    for wrench in wrenches:
+        assert (wrench_cone(SOLE, 0.6) @ wrench).max() < 1e-6
+    assert wrenches[:, 2].sum() == pytest.approx(dynamics.weight, rel=0.05)
+    assert np.all(np.abs(torque) <= body.torque_limit)
+
+
+def test_the_watched_limits_give_the_whole_programs_solution(tmp_path: Path) -> None:
+    """Torques are those of a controller that always watches every joint."""
+    robot = walker("toro", tmp_path)
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, POSTURE["toro"])
+    plan = plan_walk([Steps(count=2, forward=0.2)], start.feet, 3.2)
+    limit = np.minimum(body.torque_limit, 40.0)  # knees need more than that
+    quick, whole = (WalkingController(robot, dynamics, body.soles, start, limit, plan, Gains()) for _ in range(2))
+    generator = np.random.default_rng(5)
+    cut = 0
+    for sample in range(0, plan.samples, 250):
+        configuration = start.configuration.copy()
+        configuration[7:] += 0.02 * generator.normal(size=len(limit))
+        velocity = 0.05 * generator.normal(size=dynamics.model.nv)
+        whole._torque = limit.copy()  # as if all had been at their limits
+        torque = quick.torque(sample, configuration, velocity)
+        np.testing.assert_allclose(torque, whole.torque(sample, configuration, velocity), atol=1e-4)
+        cut += bool(np.any(np.abs(torque) > limit - 1e-6))
+    assert cut > 2
+
+
+def test_a_robot_on_point_feet_is_refused() -> None:
+    robot = make_robot(
+        MODELS / "toro.xml", {}, {name: {"frame": f"{name}_sole", "kind": "point"} for name in ("left", "right")}
+    )
+    dynamics = Dynamics(robot, dict.fromkeys(robot.contacts, SOLE))
+    with pytest.raises(SettingsError, match="two contacts of kind 'surface'; found point, point"):
+        start_standing(robot, dynamics, {})

@@ -1,0 +1,135 @@
+"""The contact simulator against Pinocchio and the laws of mechanics."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
+
+from stribeck.errors import SettingsError
+from stribeck.robot import Robot
+from stribeck.simulation.biped import MODELS
+from stribeck.simulation.friction_truth import FrictionTruth
+from stribeck.simulation.mujoco_model import compile_body
+from stribeck.simulation.mujoco_sim import MujocoSim
+from stribeck.simulation.sole import Sole
+from stribeck.simulation.walking.balance.terms import Dynamics
+from stribeck.simulation.walking.start import start_standing
+
+NAMES = ("toro", "talos", "g1")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_engines_have_one_equation_of_motion(name: str, tmp_path: Path) -> None:
+    robot = walker(name, tmp_path)
+    body = compile_body(robot, SOLES.get(name))
+    model, data = robot.tree.model, robot.tree.model.createData()
+    generator = np.random.default_rng(1)
+    q = pin.neutral(model)
+    q[:3] = generator.normal(size=3)
+    q[3:7] = generator.normal(size=4)
+    q[3:7] /= np.linalg.norm(q[3:7])
+    q[7:] = generator.uniform(-0.5, 0.5, model.nq - 7)
+    sim = MujocoSim(body, FrictionTruth(model.nq - 7), q)
+    v = 0.3 * generator.normal(size=model.nv)
+    rotation = pin.Quaternion(q[3:7]).toRotationMatrix()
+    sim.data.qvel[:3], sim.data.qvel[3:6], sim.data.qvel[body.velocity_index] = rotation @ v[:3], v[3:6], v[6:]
+    now = sim.now()
+    np.testing.assert_allclose(now.configuration, q, atol=1e-12)
+    np.testing.assert_allclose(now.velocity, v, atol=1e-12)
+    # With MuJoCo's world-frame acceleration of the base, J a + J' v turns one into the other.
+    a = generator.normal(size=model.nv)
+    sim.data.qacc[:3] = rotation @ (a[:3] + np.cross(v[3:6], v[:3]))
+    sim.data.qacc[3:6], sim.data.qacc[body.velocity_index] = a[3:6], a[6:]
+    acceleration = sim.data.qacc.copy()
+    body.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    mujoco.mj_forward(body.model, sim.data)
+    sim.data.qacc[:] = acceleration
+    mujoco.mj_inverse(body.model, sim.data)
+    force = pin.rnea(model, data, q, v, a)
+    np.testing.assert_allclose(rotation.T @ sim.data.qfrc_inverse[:3], force[:3], atol=1e-9)
+    np.testing.assert_allclose(sim.data.qfrc_inverse[3:6], force[3:6], atol=1e-9)
+    np.testing.assert_allclose(sim.data.qfrc_inverse[body.velocity_index], force[6:], atol=1e-9)
+
+
+def standing(robot: Robot, friction: FrictionTruth) -> tuple[MujocoSim, Dynamics]:
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, POSTURE["toro"])
+    return MujocoSim(body, friction, start.configuration, control_period=body.model.opt.timestep), dynamics
+
+
+def test_ground_gravity_and_friction_are_all_that_acts() -> None:
+    """The foot wrenches, the torques and R give the acceleration that the simulator has, joint by joint."""
+    robot = Robot.from_file(MODELS / "toro.toml")
+    sim, dynamics = standing(robot, leg_friction(robot, 1.0))
+    generator = np.random.default_rng(2)
+    model, data = dynamics.model, dynamics.data
+    step = sim.period
+    for _ in range(100):
+        before = sim.now()
+        linear = sim.data.qvel[:3].copy()
+        torque, wrenches, _ = sim.advance(3 * generator.normal(size=model.nv - 6))
+        after = sim.now()
+        turn = pin.Quaternion(before.configuration[3:7]).toRotationMatrix()
+        a = (after.velocity - before.velocity) / step
+        a[:3] = turn.T @ (sim.data.qvel[:3] - linear) / step - np.cross(before.velocity[3:6], before.velocity[:3])
+        force = pin.rnea(model, data, before.configuration, before.velocity, a)
+        force[6:] += after.friction_torque - torque
+        for name, wrench in zip(robot.contacts, wrenches, strict=True):
+            frame = model.getFrameId(robot.contacts[name].frame)
+            jacobian = pin.computeFrameJacobian(model, data, before.configuration, frame, pin.LOCAL)
+            force -= jacobian.T @ wrench
+        np.testing.assert_allclose(force, 0.0, atol=1e-8)
+    assert np.abs(after.friction_torque).max() > 0.5
+
+
+def test_friction_stops_a_light_joint_without_chatter() -> None:
+    """At rest tanh(40 v) is a damper that would turn the velocity of the ankle around in an explicit step."""
+    robot = Robot.from_file(MODELS / "toro.toml")
+    sim, _ = standing(robot, leg_friction(robot, 1.0, offset=0.0))
+    sim.body.model.opt.gravity[:] = 0.0
+    sim.data.qpos[2] += 1.0
+    joint = sim.body.velocity_index[list(robot.tree.model.names)[2:].index("left_ankle_roll")]
+    sim.data.qvel[joint] = 2.0
+    speeds, torques = [], []
+    for _ in range(200):
+        sim.advance(np.zeros(27))
+        speeds.append(sim.data.qvel[joint])
+        torques.append(sim.now().friction_torque[joint - 6])
+    assert np.all(np.array(speeds) * torques >= 0)
+    assert 1.0 < speeds[0] < 2.0
+    assert abs(speeds[-1]) < 0.1
+    fast = np.abs(speeds) > 0.1
+    assert np.all(np.diff(np.array(speeds)[fast]) < 0)
+
+
+def test_torque_is_cut_at_the_limit_of_the_joint() -> None:
+    robot = Robot.from_file(MODELS / "toro.toml")
+    sim, _ = standing(robot, FrictionTruth(27))
+    applied, _, _ = sim.advance(np.full(27, -1e3))
+    np.testing.assert_allclose(applied, -sim.body.torque_limit)
+    assert sim.body.torque_limit[3] == 130.0
+
+
+def test_a_foot_without_simple_shapes_needs_a_sole(tmp_path: Path) -> None:
+    robot = walker("talos", tmp_path)
+    with pytest.raises(SettingsError, match=r"contact 'left'.*give its sole"):
+        compile_body(robot)
+
+
+def test_soles_are_read_from_boxes_and_from_spheres(tmp_path: Path) -> None:
+    assert compile_body(walker("toro", tmp_path)).soles["left_foot"] == Sole((0.0, 0.0, 0.0), 0.1, 0.05)
+    sole = compile_body(walker("g1", tmp_path)).soles["left"]
+    assert sole.centre == pytest.approx((0.035, 0.0, -0.035))
+    assert (sole.half_length, sole.half_width) == pytest.approx((0.085, 0.03))
+
+
+def test_a_locked_joint_is_refused(tmp_path: Path) -> None:
+    text = (MODELS / "toro.toml").read_text().replace('"toro.xml"', f"'{MODELS / 'toro.xml'}'")
+    path = tmp_path / "robot.toml"
+    path.write_text(text.replace("[contacts.left_foot]", "locked = { waist = 0.1 }\n[contacts.left_foot]", 1))
+    with pytest.raises(SettingsError, match="locks waist"):
+        compile_body(Robot.from_file(path))

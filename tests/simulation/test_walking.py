@@ -1,0 +1,139 @@
+"""Robots walk in the contact simulator, and their logs give back the friction."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
+
+from stribeck import identify
+from stribeck.robot import Robot
+from stribeck.simulation.biped import MODELS
+from stribeck.simulation.sensor_profiles import PROFILES
+from stribeck.simulation.walking.footsteps import Steps
+from stribeck.simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk
+
+COARSE = 0.0005  # [s], twice the usual physics step
+
+
+def toro() -> Robot:
+    return Robot.from_file(MODELS / "toro.toml")
+
+
+@cache
+def exact_walk() -> Walk:
+    """Return a few steps with exact sensors, on the estimated state."""
+    robot = toro()
+    walk = [Steps(count=3, forward=0.2, single_support=0.6), Steps(count=2, sideways=0.15, width=0.18)]
+    return simulate_walk(robot, walk, POSTURE["toro"], Conditions(friction=leg_friction(robot, 1.0)))
+
+
+def test_it_goes_where_the_plan_says_and_stays_upright() -> None:
+    walk = exact_walk()
+    position, orientation = walk.truth.base_position, walk.log.base_orientation
+    assert position is not None
+    assert orientation is not None
+    np.testing.assert_allclose(position[-1, :2] - position[0, :2], [0.4, 0.15], atol=0.03)
+    assert np.abs(orientation[:, :2]).max() < 0.03
+    assert np.ptp(position[:, 2]) < 0.04
+
+
+def test_the_rate_of_momentum_is_what_ground_and_gravity_give() -> None:
+    walk, robot = exact_walk(), toro()
+    model, data = robot.tree.model, robot.tree.model.createData()
+    log, truth = walk.log, walk.truth
+    assert log.foot_wrench is not None
+    assert log.base_orientation is not None
+    assert truth.base_position is not None
+    momentum, force = [], []
+    rows = np.arange(850, 1200)  # in single support, between impacts
+    for k in rows:
+        q = np.concatenate([truth.base_position[k], log.base_orientation[k], log.position[k][robot.tree.columns]])
+        momentum.append(robot.mass * pin.centerOfMass(model, data, q))
+        pin.framesForwardKinematics(model, data, q)
+        feet = [data.oMf[model.getFrameId(contact.frame)].rotation for contact in robot.contacts.values()]
+        force.append(sum(turn @ wrench[:3] for turn, wrench in zip(feet, log.foot_wrench[k], strict=True)))
+    rate = np.diff(momentum, n=2, axis=0) / 1e-6  # of position twice, so that joint velocities play no part
+    expected = np.array(force)[1:-1] + robot.mass * robot.gravity
+    assert np.abs(expected).max() > 30.0
+    np.testing.assert_allclose(rate, expected, atol=1.0)
+
+
+def test_friction_never_feeds_energy_in() -> None:
+    walk = exact_walk()
+    assert walk.log.velocity is None
+    robot = toro()
+    joints = list(walk.truth.parameters)
+    columns = [robot.joint_names.index(joint) for joint in joints]
+    offset = np.array([walk.truth.parameters[joint]["offset"] for joint in joints])
+    velocity = np.gradient(walk.log.position[:, columns], 1e-3, axis=0)
+    sliding = (walk.truth.friction_torque[:, columns] - offset) * velocity
+    assert np.mean(sliding < -1e-2) < 1e-3  # at impacts the velocity of a sample is not that of the physics step
+    assert sliding.mean(axis=0).min() > 0.01
+
+
+def test_the_log_gives_back_the_friction_of_the_swinging_leg() -> None:
+    walk = exact_walk()
+    evidence = identify(walk.log, toro()).evidence
+    assert evidence is not None
+    samples = evidence.samples
+    legs = [column for column, name in enumerate(samples.joint_names) if name in walk.truth.parameters]
+    rows = np.round(samples.time / 1e-3).astype(int)
+    for column in legs:
+        usable = samples.usable[:, column]
+        truth = walk.truth.friction_torque[rows, walk.log.joint_names.index(samples.joint_names[column])]
+        error = (samples.friction_torque[:, column] - truth)[usable]
+        assert usable.sum() > 500
+        assert np.sqrt(np.mean(error**2)) < 0.1  # of 1.3 N m
+        assert np.median(np.abs(error)) < 0.02
+
+
+def test_one_seed_gives_one_log_bit_for_bit() -> None:
+    robot = toro()
+    logs = [
+        simulate_walk(
+            robot,
+            [Steps(count=2, single_support=0.4, stand=0.1)],
+            POSTURE["toro"],
+            Conditions(
+                friction=leg_friction(robot, 1.0), profile=PROFILES["realistic"], seed=seed, physics_step=COARSE
+            ),
+        ).log
+        for seed in (7, 7)
+    ]
+    for name, channel in logs[0].channels().items():
+        np.testing.assert_array_equal(channel, logs[1].channels()[name])
+
+
+@pytest.mark.parametrize("name", ["talos", "g1"])
+def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> None:
+    robot = walker(name, tmp_path)
+    conditions = Conditions(
+        friction=leg_friction(robot, 0.2, offset=0.1), soles=SOLES.get(name, {}), physics_step=COARSE
+    )
+    walk = simulate_walk(robot, [Steps(count=3, forward=0.1, single_support=0.6)], POSTURE[name], conditions)
+    assert walk.truth.base_position is not None
+    assert walk.truth.base_position[-1, 0] - walk.truth.base_position[0, 0] == pytest.approx(0.2, abs=0.04)
+
+
+def pushed(force: float) -> np.ndarray:
+    """Return the base's path when it is pushed aside while it stands, shape (T, 3)."""
+    conditions = Conditions(state="true", pushes=[Push(0.3, 0.1, (0.0, force, 0.0))], physics_step=COARSE)
+    position = simulate_walk(toro(), [], POSTURE["toro"], conditions).truth.base_position
+    assert position is not None
+    return position
+
+
+def test_a_push_moves_it() -> None:
+    assert np.abs(pushed(0.0)[:, 1]).max() < 1e-3
+    assert 0.005 < np.abs(pushed(80.0)[:, 1]).max() < 0.1
+
+
+def test_a_fall_ends_the_run_with_a_sentence() -> None:
+    with pytest.raises(FellError, match=r"^TORO-like humanoid fell [0-9.]+ s after the start, standing$") as caught:
+        pushed(3000.0)
+    assert caught.value.exit_code == 2
