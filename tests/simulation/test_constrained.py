@@ -9,7 +9,7 @@ from tests.models import POSTURES, STRIBECK, example_robot
 from tests.simulation.stepping import FRICTION, SUPPORTS, Stepper, simulate, start, stepping, toro
 
 from stribeck import Settings
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import Stribeck
 from stribeck.friction_torque import Chunk
 from stribeck.log import RobotLog
@@ -277,3 +277,11 @@ def test_friction_that_no_law_of_the_library_has_is_found_all_the_same():
     assert np.all(
         np.abs(truth.friction_torque[250:950, [names.index(name) for name in truth.parameters]]).max(axis=0) > 0.1
     )
+
+
+def test_an_unstable_controller_is_named():
+    def wild(_: float, state: BodyState) -> np.ndarray:
+        return -1e4 * state.velocity[6:] + 1.0
+
+    with pytest.raises(StribeckError, match=r"TORO-like humanoid: the simulation diverges 0\.\d+ s after the start"):
+        simulate_constrained(toro(), wild, SUPPORTS, FrictionTruth(27), configuration=start(), duration=1.0)

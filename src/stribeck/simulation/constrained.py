@@ -18,7 +18,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, StribeckError
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.simulation.exact import Truth
@@ -95,6 +95,8 @@ def simulate_constrained(
     ------
     SettingsError
         If the schedule names a foot that the robot does not have, or its times do not rise from zero.
+    StribeckError
+        If the simulation diverges; the message says when.
     """
     _require_supports(robot, supports)
     model = pin.Model(robot.tree.model)
@@ -107,6 +109,11 @@ def simulate_constrained(
         v = feet.stand(_standing(supports, k * step), k * step, q, v)
         torque = np.asarray(controller(k * step, BodyState(q.copy(), v.copy(), feet.feet)), dtype=float)
         a, resisting = _accelerate(body, k * step, q, v, torque)
+        if not np.isfinite(a).all():
+            raise StribeckError(
+                f"{robot.name}: the simulation diverges {k * step:.3f} s after the start; "
+                f"expected a controller that is stable at {rate:g} Hz"
+            )
         rows.keep(k, q, v, a, torque, resisting, feet)
         end = v + step * a
         q = pin.integrate(model, q, step * (v if paper_literal else end))

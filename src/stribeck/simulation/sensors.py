@@ -137,18 +137,25 @@ def measure(log: RobotLog, sensors: Sensors) -> RobotLog:
 
 
 def with_noise(log: RobotLog, *, position: float, torque: float, seed: int = 0) -> RobotLog:
-    """Return the log as encoders and torque sensors would give it, without velocity and acceleration.
+    """Return the log with white noise alone, which has no profile: without velocity and acceleration.
 
     Parameters
     ----------
     log
-        An exact log.
+        An exact log, of any length and rate.
     position, torque
         Standard deviation of white noise on positions [rad or m] and torques [N m or N].
     seed
         Of the noise.
     """
-    return measure(log, sensors_for(log, SensorProfile(position_noise=position, torque_noise=torque), seed))
+    generator = np.random.default_rng(seed)
+    return replace(
+        log,
+        position=log.position + position * generator.standard_normal(log.position.shape),
+        torque=log.torque + torque * generator.standard_normal(log.torque.shape),
+        velocity=None,
+        acceleration=None,
+    )
 
 
 def _late(channel: Array | None, earlier: NDArray[np.int64], read: Reading) -> Array | None:
