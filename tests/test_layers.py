@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src/stribeck"
-GROUND = {"errors", "log", "settings", "samples", "version", "storage", "interpolation", "threads"}
+GROUND = {"errors", "log", "settings", "samples", "version", "storage", "interpolation", "threads", "walk"}
 ALLOWED = {
     "friction": GROUND | {"friction"},
     "motion": GROUND | {"motion"},

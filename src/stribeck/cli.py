@@ -128,6 +128,7 @@ def demo(
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
     from stribeck.simulation.demo import make_demo
+    from stribeck.simulation.truth import with_truth
 
     with staged_folder(output) as staging, progress_bar() as progress:
         progress("simulating", 0.1)
@@ -137,7 +138,7 @@ def demo(
         result = _moved(result, str(staging), str(output))
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
-        write_report(result, staging / REPORT)
+        write_report(with_truth(result, example.law, example.parameters, example.walk), staging / REPORT)
     console.print_truth(result, example.parameters)
     console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
 

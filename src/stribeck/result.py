@@ -14,6 +14,7 @@ from typing import Any, Literal
 from stribeck.errors import SettingsError
 from stribeck.log import Array
 from stribeck.samples import Samples
+from stribeck.walk import WalkPicture
 
 SCHEMA = 1
 Verdict = Literal["identified", "weak", "not excited"]
@@ -85,6 +86,12 @@ class Evidence:
         What was done to the log on the way, a sentence each.
     prismatic
         Joints that slide: their units are m, N and N s/m.
+    truth_curves
+        Of a simulated robot, by joint: velocity [rad/s] and true friction torque there [N m], each of shape (K,).
+    truth_parameters
+        Of a simulated robot, by joint and name, where its friction is of the law that was fitted.
+    walk
+        Of a simulated robot that walked: what there is to see of it.
     """
 
     samples: Samples
@@ -94,6 +101,9 @@ class Evidence:
     provenance: list[tuple[str, str]]
     notes: list[str] = field(default_factory=list)
     prismatic: frozenset[str] = frozenset()
+    truth_curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    truth_parameters: dict[str, dict[str, float]] = field(default_factory=dict)
+    walk: WalkPicture | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from stribeck.friction import get_law
 from stribeck.log import Array
 from stribeck.result import Evidence, JointResult, LogSummary, ParameterEstimate, Result, Validation
 from stribeck.samples import Samples
+from stribeck.walk import Footprint, Pose, WalkPicture
 
 LAW = get_law("stribeck")
 TRUTH = {
@@ -156,6 +158,55 @@ def build_result(joints: int = 6, duration: float = 40.0, period: float = 0.002,
             notes=["12 samples with a repeated time were dropped."],
         ),
     )
+
+
+def make_walk(steps: int = 30, length: float = 0.3, turn: float = 0.02) -> WalkPicture:
+    """A robot of two legs, a trunk and two arms that walks ahead and turns a little to the left at each step."""
+    yaw = turn * np.arange(steps)
+    way = np.cumsum(length * np.column_stack([np.cos(yaw), np.sin(yaw)]), axis=0)
+    side = np.where(np.arange(steps) % 2, -0.1, 0.1)
+    prints = [
+        Footprint(
+            foot="left_foot" if side[k] > 0 else "right_foot",
+            place=(float(way[k, 0] - side[k] * np.sin(yaw[k])), float(way[k, 1] + side[k] * np.cos(yaw[k]))),
+            yaw=float(yaw[k]),
+            size=(0.22, 0.1),
+            time=0.8 * k,
+        )
+        for k in range(steps)
+    ]
+    time = np.linspace(0.0, 0.8 * (steps - 1), 25 * steps)
+    com = np.column_stack([np.interp(time, 0.8 * np.arange(steps), way[:, axis]) for axis in (0, 1)])
+    names = tuple(f"{side}_{name}" for side in ("left", "right") for name in ("knee", "ankle_pitch", "elbow"))
+    poses = []
+    for share in np.linspace(0, 1, 8):
+        swing, k = 0.4 * np.cos(2 * np.pi * share), steps // 2
+        lines = [((0, 0, 0.9), (0, 0, 1.6))]
+        for sign in (1, -1):
+            knee, ankle = (sign * 0.2 * swing, sign * 0.1, 0.5), (sign * swing, sign * 0.1, 0.1)
+            lines += [((0, sign * 0.1, 0.9), knee), (knee, ankle)]
+            lines += [((0, sign * 0.1, 1.4), (-sign * swing, sign * 0.2, 1.0))]
+        cosine, sine = np.cos(yaw[k]), np.sin(yaw[k])
+        segments = np.array(lines) @ np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]]) + [*way[k], 0]
+        place = (float(way[k, 0]), float(way[k, 1]))
+        poses.append(Pose(time=0.8 * (k + 2 * share), segments=segments, place=place, yaw=float(yaw[k])))
+    return WalkPicture(
+        footprints=tuple(prints), com_time=time, com=com, poses=tuple(poses), segment_names=("waist", *names)
+    )
+
+
+def with_walk(result: Result) -> Result:
+    """The same result with a walk, and with true curves that are a tenth higher than the fitted ones."""
+    assert result.evidence is not None
+    curves, known = {}, {}
+    for name, joint in result.joints.items():
+        if joint.parameters:
+            values = np.array([joint.parameters[parameter.name].value for parameter in LAW.parameters])
+            velocity = np.linspace(*joint.velocity_range, 101)
+            curves[name] = (velocity, 1.1 * LAW.torque(velocity, values))
+            known[name] = {parameter: 1.1 * found.value for parameter, found in joint.parameters.items()}
+    evidence = replace(result.evidence, truth_curves=curves, truth_parameters=known, walk=make_walk())
+    return replace(result, evidence=evidence)
 
 
 @pytest.fixture(scope="session")

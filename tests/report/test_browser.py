@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from tests.report.conftest import with_walk
 
 from stribeck.report import write_report
 from stribeck.result import Result
@@ -50,7 +51,8 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """The report of a result whose names and texts have no place to be broken."""
+    """The report of a walk's result whose names and texts have no place to be broken."""
+    result = with_walk(result)
     path = tmp_path_factory.mktemp("report") / "report.html"
     long = "supercalifragilistic" * 4
     old = "torso_pitch"

@@ -31,6 +31,8 @@ class JointData:
         As written on the axes.
     seconds_per_sample
         Time of the log that each of these samples stands for [s].
+    truth
+        Of a simulated robot: velocity and true friction torque there, each of shape (K,).
     """
 
     time: Array
@@ -43,6 +45,7 @@ class JointData:
     torque_unit: str
     velocity_unit: str
     seconds_per_sample: float
+    truth: tuple[Array, Array] | None
 
     def predict(self, velocity: Array) -> Array | None:
         """Return the law's friction torque at these velocities, shape (N,); None where nothing was fitted."""
@@ -73,6 +76,7 @@ def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionL
         torque_unit="N" if prismatic else "N m",
         velocity_unit="m/s" if prismatic else "rad/s",
         seconds_per_sample=samples.period * samples.stride * _thinning(samples),
+        truth=evidence.truth_curves.get(name),
     )
 
 

@@ -37,11 +37,13 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw) -> Sectio
                 "name": name,
                 "joint": joint,
                 "figures": figures,
+                "truth": evidence.truth_parameters.get(name, {}),
                 "unit": data.torque_unit,
                 "velocity_unit": data.velocity_unit,
             }
         )
-    return Section(anchor="joints", title="Joints", body=render("joint_panels.html.j2", panels=panels, symbols=symbols))
+    body = render("joint_panels.html.j2", panels=panels, symbols=symbols, truth=bool(evidence.truth_curves))
+    return Section(anchor="joints", title="Joints", body=body)
 
 
 def _figures(prefix: str, name: str, joint: JointResult, data: JointData) -> Figures:

@@ -21,6 +21,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Secti
         {
             "name": name,
             "joint": joint,
+            "truth": evidence.truth_parameters.get(name, {}),
             "explained": explained(joint),
             "unit": "N" if name in evidence.prismatic else "N m",
             "sparkline": _sparkline(name, joint, evidence, law),

@@ -15,6 +15,7 @@ from stribeck.report.provenance import provenance
 from stribeck.report.sides import sides
 from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import verdict_table
+from stribeck.report.walk import walk
 from stribeck.report.warnings import warnings
 from stribeck.result import Result, whole_or_not_at_all
 from stribeck.samples import Samples
@@ -45,6 +46,7 @@ def write_report(result: Result, path: str | Path) -> None:
         sections = [
             verdict_table(result, evidence, law),
             warnings(result),
+            walk(evidence.walk),
             joint_panels(result, evidence, law),
             sides(result, evidence, law),
             power(result),

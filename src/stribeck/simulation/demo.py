@@ -6,12 +6,15 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from stribeck.friction import Stribeck
+from stribeck.friction import FrictionLaw, Stribeck
 from stribeck.robot import Robot
-from stribeck.simulation.biped import MODELS
+from stribeck.simulation.biped import LEG, MODELS
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.files import write_npz, write_truth
+from stribeck.simulation.pictures import walk_picture
 from stribeck.simulation.sensors import with_noise
+from stribeck.simulation.stick_figure import Rectangle
+from stribeck.walk import WalkPicture
 
 DURATION = 40.0
 """[s]"""
@@ -40,16 +43,24 @@ WAIST_LEVEL = 0.9
 
 @dataclass(frozen=True)
 class Demo:
-    """The files of a demonstration, and the true friction parameters by joint and name."""
+    """The files of a demonstration, its true friction law and parameters by joint and name, and what it looks like."""
 
     robot_file: Path
     log: Path
+    law: FrictionLaw
     parameters: dict[str, dict[str, float]]
+    walk: WalkPicture
 
 
 def demo_posture() -> dict[str, float]:
     """Return a posture of the packaged biped with bent knees and level feet."""
     return {f"{side}_{joint}": value for side in ("left", "right") for joint, value in POSTURE.items()}
+
+
+def demo_soles() -> dict[str, Rectangle]:
+    """Return the soles of the packaged biped: its feet are boxes about the contacts."""
+    length, width = LEG[-1].size[:2]
+    return {f"{side}_foot": (-length / 2, length / 2, -width / 2, width / 2) for side in ("left", "right")}
 
 
 def demo_parameters() -> dict[str, dict[str, float]]:
@@ -85,8 +96,10 @@ def make_demo(folder: Path, *, duration: float = DURATION, seed: int = 0) -> Dem
         shutil.copyfile(MODELS / name, folder / name)
     robot = Robot.from_file(folder / "robot.toml")
     law, parameters = Stribeck(), demo_parameters()
-    exact, _ = exact_log(robot, law, parameters, duration=duration, seed=seed, posture=demo_posture())
+    exact, truth = exact_log(robot, law, parameters, duration=duration, seed=seed, posture=demo_posture())
     log = with_noise(exact, position=ENCODER_NOISE, torque=TORQUE_NOISE, seed=seed)
     write_npz(log, folder / "log.npz")
     write_truth(law.name, parameters, folder / "truth.json")
-    return Demo(folder / "robot.toml", folder / "log.npz", parameters)
+    assert truth.base_position is not None  # the biped's base floats
+    walk = walk_picture(robot, exact, truth.base_position, demo_soles())
+    return Demo(folder / "robot.toml", folder / "log.npz", law, parameters, walk)

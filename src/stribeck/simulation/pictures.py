@@ -1,0 +1,140 @@
+"""What is drawn of a simulated walk, from its log and the true way of its base."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from stribeck.errors import SettingsError
+from stribeck.kinematics import frame_pose
+from stribeck.log import Array, RobotLog
+from stribeck.robot import Robot
+from stribeck.simulation.stick_figure import Rectangle, stick_figure
+from stribeck.walk import Footprint, Pose, WalkPicture
+
+POSES = 8
+"""In the strip: those of one stride."""
+COM_PERIOD = 0.02
+"""Time between two points of the way of the centre of mass [s]."""
+MOST_COM_POINTS = 2000
+SHORTEST_STANCE = 0.05
+"""A foot that stands for less time has only touched the ground [s]."""
+
+Stance = tuple[int, int, int]
+"""First and last sample, and number of the foot."""
+
+
+def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mapping[str, Rectangle]) -> WalkPicture:
+    """Return what a report draws of a walk.
+
+    Parameters
+    ----------
+    robot
+        With a floating base.
+    log
+        With base orientation and contact, without noise; see `RobotLog`.
+    base_position
+        Of the root link in the world [m], shape (T, 3).
+    soles
+        By contact; the other contacts are drawn as points.
+
+    Raises
+    ------
+    SettingsError
+        If the robot's base is fixed, or the log has no base orientation or contact.
+    """
+    if robot.base == "fixed" or log.base_orientation is None or log.contact is None:
+        raise SettingsError(
+            f"{robot.name}: a walk cannot be drawn; expected a floating base, base_orientation and contact"
+        )
+    found = stances(log.time, log.contact)
+    pose_rows, com_rows = _pose_rows(found, len(log.time)), _com_rows(log.time)
+    model = robot.tree.model
+    data = model.createData()
+    figure = stick_figure(robot, soles)
+    poses = []
+    for row, configuration in zip(pose_rows, _configurations(robot, log, base_position, pose_rows), strict=True):
+        pin.forwardKinematics(model, data, configuration)
+        turn = data.oMi[1].rotation
+        x, y = map(float, configuration[:2])
+        yaw = float(np.arctan2(turn[1, 0], turn[0, 0]))
+        poses.append(Pose(time=float(log.time[row]), segments=figure.at(data), place=(x, y), yaw=yaw))
+    # Pinocchio has no batched centre of mass; there are at most MOST_COM_POINTS.
+    ways = _configurations(robot, log, base_position, com_rows)
+    com = np.array([pin.centerOfMass(model, data, configuration)[:2] for configuration in ways])
+    return WalkPicture(
+        footprints=tuple(_footprints(robot, log, base_position, found, soles)),
+        com_time=log.time[com_rows],
+        com=com,
+        poses=tuple(poses),
+        segment_names=figure.names,
+    )
+
+
+def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
+    """Return when which foot stood, from contact flags of shape (T, feet), in the order of the touchdowns."""
+    found = []
+    for foot, flags in enumerate(contact.T):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+        for start, end in edges.reshape(-1, 2) - [0, 1]:
+            if time[end] - time[start] >= SHORTEST_STANCE:
+                found.append((int(start), int(end), foot))
+    return sorted(found)
+
+
+def _pose_rows(found: list[Stance], samples: int) -> NDArray[np.int64]:
+    """Return rows of one stride in the middle of the walk: between two touchdowns of the foot that steps there."""
+    middle = samples // 2
+    touchdowns = [(start, foot) for start, _, foot in found if start > 0]
+    strides = [
+        (start, next_start)
+        for k, (start, foot) in enumerate(touchdowns)
+        if (next_start := next((later for later, other in touchdowns[k + 1 :] if other == foot), None)) is not None
+    ]
+    start, end = min(strides, key=lambda stride: abs(sum(stride) / 2 - middle), default=(0, samples - 1))
+    return np.linspace(start, end, POSES).round().astype(np.int64)
+
+
+def _com_rows(time: Array) -> NDArray[np.int64]:
+    points = min(MOST_COM_POINTS, round((time[-1] - time[0]) / COM_PERIOD) + 2, len(time))
+    return np.unique(np.linspace(0, len(time) - 1, points).round().astype(np.int64))
+
+
+def _root_poses(robot: Robot, log: RobotLog, base_position: Array, rows: NDArray[np.int64]) -> tuple[Rotation, Array]:
+    """Return orientation and position of the root link at these rows; the log's orientation may be another frame's."""
+    assert log.base_orientation is not None
+    frame = robot.tree.model.getFrameId(robot.base_frame)
+    in_root, _ = frame_pose(robot.tree, frame, log.position[rows])
+    return Rotation.from_quat(log.base_orientation[rows]) * Rotation.from_matrix(in_root).inv(), base_position[rows]
+
+
+def _configurations(robot: Robot, log: RobotLog, base_position: Array, rows: NDArray[np.int64]) -> Array:
+    """Return configurations of the tree at these rows, shape (rows, 7 + n)."""
+    rotation, place = _root_poses(robot, log, base_position, rows)
+    return np.hstack([place, rotation.as_quat(), log.position[rows][:, robot.tree.columns]])
+
+
+def _footprints(
+    robot: Robot, log: RobotLog, base_position: Array, found: list[Stance], soles: Mapping[str, Rectangle]
+) -> Iterator[Footprint]:
+    """Yield the feet's places half way through each stance, where they rest."""
+    rows = np.array([(start + end) // 2 for start, end, _ in found], dtype=np.int64)
+    base_turn, base_place = _root_poses(robot, log, base_position, rows)
+    for k, (start, _, foot) in enumerate(found):
+        name = log.foot_names[foot]
+        rotation, translation = robot.foot_pose(name, log.position[rows[k : k + 1]])
+        turn = base_turn[k].as_matrix() @ rotation[0]
+        back, front, right, left = soles.get(name, (0.0, 0.0, 0.0, 0.0))
+        middle = np.array([(back + front) / 2, (right + left) / 2, 0.0])
+        place = base_place[k] + base_turn[k].apply(translation[0]) + turn @ middle
+        yield Footprint(
+            foot=name,
+            place=(float(place[0]), float(place[1])),
+            yaw=float(np.arctan2(turn[1, 0], turn[0, 0])),
+            size=(front - back, left - right),
+            time=float(log.time[start]),
+        )
