@@ -119,6 +119,26 @@ def compare(
 
 
 @app.command()
+def simulate(
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What happens.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
+) -> None:
+    """Make a log of a simulated robot, with its truth beside it."""
+    from stribeck.simulation.files import write_simulated
+    from stribeck.simulation.run import run_scenario
+    from stribeck.simulation.scenario import read_scenario
+
+    if output.suffix != ".npz":
+        raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
+    with progress_bar() as progress:
+        found = run_scenario(
+            read_scenario(scenario), scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share)
+        )
+    truth = write_simulated(found.log, found.truth, output)
+    console.print_paths([output, truth, Path(found.robot.path)])
+
+
+@app.command()
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and what is found in it.")] = Path(
         "demo"

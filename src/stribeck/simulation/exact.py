@@ -38,6 +38,8 @@ class Truth:
         Of the root link in the world [m], shape (T, 3); None for a fixed base, like the next two.
     base_velocity, base_acceleration
         Of the root link in its own coordinates, linear then angular, and its time derivative there, shape (T, 6).
+    foot_wrench
+        Exact one of the ground on each foot, in its contact frame [N], [N m], shape (T, feet, 6); None without feet.
     """
 
     friction_torque: Array
@@ -45,6 +47,7 @@ class Truth:
     base_position: Array | None = None
     base_velocity: Array | None = None
     base_acceleration: Array | None = None
+    foot_wrench: Array | None = None
 
 
 def exact_log(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
 from stribeck.log import RobotLog
 from stribeck.result import whole_or_not_at_all
+from stribeck.simulation.exact import Truth
 
 
 def write_npz(log: RobotLog, path: Path) -> None:
@@ -19,6 +21,29 @@ def write_npz(log: RobotLog, path: Path) -> None:
         names["foot_names"] = np.array(log.foot_names)
     with whole_or_not_at_all(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **names, **log.channels())
+
+
+def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
+    """Write a log to `path` and its truth beside it, both or neither, and return where the truth is.
+
+    The truth's arrays have the names of `Truth`; `parameters` is JSON text, by joint and name.
+    """
+    beside = path.with_name(f"{path.stem}.truth.npz")
+    arrays = {
+        field.name: value for field in fields(truth) if isinstance(value := getattr(truth, field.name), np.ndarray)
+    }
+    with whole_or_not_at_all(beside) as temporary:
+        with temporary.open("wb") as file:
+            np.savez(
+                file,
+                allow_pickle=False,
+                time=log.time,
+                joint_names=np.array(log.joint_names),
+                parameters=np.array(json.dumps(truth.parameters)),
+                **arrays,
+            )
+        write_npz(log, path)
+    return beside
 
 
 def write_truth(law: str, parameters: Mapping[str, Mapping[str, float]], path: Path) -> None:

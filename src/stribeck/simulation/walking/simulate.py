@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -154,7 +154,9 @@ def simulate_walk(
     )
     with one_blas_thread():
         _run(sim, controller, recorder, estimator, sensors, conditions.pushes, progress)
-    return Walk(measure(recorder.log(), sensors), recorder.truth(friction.parameters), plan)
+    exact = recorder.log()
+    truth = replace(recorder.truth(friction.parameters), foot_wrench=exact.foot_wrench)
+    return Walk(measure(exact, sensors), truth, plan)
 
 
 def _run(
