@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
 
 from stribeck.log import Array, RobotLog
 from stribeck.simulation.sensor_profiles import SensorProfile
@@ -58,8 +59,9 @@ class Sensors:
         self._torque = _errors(torque, samples, joints, profile.torque_noise, profile.torque_offset)
         rate = profile.torque_drift / 60 * torque.standard_normal(joints)
         self._torque += period * np.arange(samples)[:, None] * rate
-        self._turn = _errors(attitude, samples, 3, 0.0, profile.orientation_bias)
-        self._turn += _wandering(attitude, samples, period, profile.orientation_noise)
+        turn = _errors(attitude, samples, 3, 0.0, profile.orientation_bias)
+        turn += _wandering(attitude, samples, period, profile.orientation_noise)
+        self._turn = Rotation.from_rotvec(turn).as_quat()
         self._rate = _errors(inertial, samples, 3, profile.gyroscope_noise * density, profile.gyroscope_bias)
         self._force = _errors(inertial, samples, 3, profile.accelerometer_noise * density, profile.accelerometer_bias)
         self._wrench = _errors(foot, samples, 6 * feet, wrench_noise, wrench_bias).reshape(samples, feet, 6)
@@ -82,13 +84,15 @@ class Sensors:
 
     def orientation(self, k: Samples, exact: Array) -> Array:
         """Return quaternions xyzw, shape (..., 4): the exact ones, turned by the error about the IMU's own axes."""
-        turn = self._turn[k]
-        angle = np.linalg.norm(turn, axis=-1, keepdims=True)
-        vector, scalar = 0.5 * np.sinc(angle / (2 * np.pi)) * turn, np.cos(angle / 2)
-        v, s = exact[..., :3], exact[..., 3:]
-        product_vector = s * vector + scalar * v + np.cross(v, vector)
-        product_scalar = s * scalar - np.sum(v * vector, axis=-1, keepdims=True)
-        return np.concatenate([product_vector, product_scalar], axis=-1)
+        ax, ay, az, aw = np.moveaxis(exact, -1, 0)
+        bx, by, bz, bw = np.moveaxis(self._turn[k], -1, 0)
+        product = [
+            aw * bx + bw * ax + ay * bz - az * by,
+            aw * by + bw * ay + az * bx - ax * bz,
+            aw * bz + bw * az + ax * by - ay * bx,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ]
+        return np.stack(product, axis=-1)
 
     def angular_velocity(self, k: Samples, exact: Array) -> Array:
         """Return the gyroscope's output [rad/s], shape (..., 3)."""

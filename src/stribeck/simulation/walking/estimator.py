@@ -76,23 +76,25 @@ class StateEstimator:
         rotation = pin.Quaternion(measured.orientation).toRotationMatrix()
         spin = measured.angular_velocity
         places, motions = self._feet(joints, rates)
+        # Both feet's r and w x r + r', turned into the world at once.
+        turned = np.concatenate([places, places @ _skew(spin) + motions]) @ rotation.T
+        arms, swings = turned[: len(places)], turned[len(places) :]
 
         force = rotation @ measured.specific_force + self.dynamics.gravity
-        velocity = self._base_velocity + h * force
         position = self.configuration[:3] + h * self._base_velocity + h * h / 2 * force
+        velocity = self._base_velocity + h * force
         low, high = LOADED
         load = np.minimum(np.maximum((measured.foot_force / self.dynamics.weight - low) / (high - low), 0.0), 1.0)
-        trust = load / max(load.sum(), 1.0)
-        arms = places @ rotation.T
-        swings = (places @ pin.skew(spin).T + motions) @ rotation.T
-        position = position + gains.base_position * (trust @ (self._footholds - arms - position))
-        velocity = velocity + gains.base_velocity * (trust @ (-swings - velocity))
+        trust = load / max(float(load.sum()), 1.0)
+        share = float(trust.sum())
+        position += gains.base_position * (trust @ (self._footholds - arms) - share * position)
+        velocity -= gains.base_velocity * (trust @ swings + share * velocity)
         self._footholds += (gains.foothold * (1 - load))[:, None] * (position + arms - self._footholds)
         self._footholds[:, 2] *= 1 - gains.ground
 
         self.configuration = np.concatenate([position, measured.orientation, joints])
         self._base_velocity = velocity
-        self.velocity = np.concatenate([rotation.T @ velocity, spin, rates])
+        self.velocity = np.concatenate([velocity @ rotation, spin, rates])
         return self.configuration, self.velocity
 
     def _follow_joints(self, measured: Array) -> tuple[Array, Array]:
@@ -106,8 +108,14 @@ class StateEstimator:
         model, data = self.dynamics.model, self._data
         self._local[6], self._local[7:], self._rates[6:] = 1.0, joints, rates
         pin.forwardKinematics(model, data, self._local, self._rates)
-        frames = self.dynamics.frames
-        places = np.array([pin.updateFramePlacement(model, data, frame).translation for frame in frames])
-        aligned = pin.LOCAL_WORLD_ALIGNED
-        rates = np.array([pin.getFrameVelocity(model, data, frame, aligned).linear for frame in frames])
-        return places, rates
+        places, motions = np.empty((2, len(self.dynamics.frames), 3))
+        for k, frame in enumerate(self.dynamics.frames):
+            places[k] = pin.updateFramePlacement(model, data, frame).translation
+            motions[k] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        return places, motions
+
+
+def _skew(vector: Array) -> Array:
+    """Return S with `r S = vector x r` for rows r."""
+    x, y, z = vector.tolist()
+    return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])

@@ -14,6 +14,9 @@ LIFT = 0.05
 LANDED = 0.92
 """Share of the swing after which it only comes down."""
 
+PRESS = 0.001
+"""The swing aims this far below the ground [m], so that friction does not leave the foot above it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Swing:
@@ -37,7 +40,7 @@ def swing_at(start: Array, start_yaw: float, goal: Footprint, height: float, pro
     start, start_yaw
         Of the sole's centre when it left the ground, shape (3,) [m], [rad].
     goal
-        The footprint to reach, at z = 0.
+        The footprint to reach, a little below z = 0.
     height
         Above the ground half way [m].
     progress
@@ -51,9 +54,10 @@ def swing_at(start: Array, start_yaw: float, goal: Footprint, height: float, pro
     place, velocity, acceleration = start + share * way, rate * way, change * way
     level, level_rate, level_change = _min_jerk(progress, duration)
     bump, bump_rate, bump_change = _bump(progress, duration)
-    place[2] = height * bump + (1 - level) * start[2]
-    velocity[2] = height * bump_rate - level_rate * start[2]
-    acceleration[2] = height * bump_change - level_change * start[2]
+    fall = start[2] + PRESS
+    place[2] = height * bump + start[2] - level * fall
+    velocity[2] = height * bump_rate - level_rate * fall
+    acceleration[2] = height * bump_change - level_change * fall
     turn = goal.yaw - start_yaw
     return Swing(place, velocity, acceleration, start_yaw + share * turn, rate * turn)
 

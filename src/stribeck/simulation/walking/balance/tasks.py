@@ -21,8 +21,8 @@ class Gains:
     dcm: float = 3.0  # [1/s], with which an error of the DCM fades
     height: float = 100.0
     base: float = 100.0
-    foot: float = 900.0
-    foot_tilt: float = 4000.0
+    foot: float = 2500.0
+    foot_tilt: float = 10000.0
     posture: float = 100.0
     held: float = 400.0  # stiffness of position-controlled joints
     com_weight: float = 1000.0  # with that of the foot, joint friction makes sideways walking fall
