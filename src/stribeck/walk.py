@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stribeck.log import Array
+
+SEEN_FROM = np.deg2rad(25.0)
+"""Poses are seen from the right and this much from the front, which keeps left and right limbs apart [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +39,27 @@ class Footprint:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Picture:
+    """The robot seen from the side, without perspective.
+
+    Attributes
+    ----------
+    pixels
+        Red, green, blue and opacity, from the top row down, shape (H, W, 4).
+    left, right
+        Edges, from the root link on [m].
+    bottom, top
+        Edges, from the ground on [m].
+    """
+
+    pixels: NDArray[np.uint8]
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Pose:
     """The robot at one time.
 
@@ -46,12 +73,15 @@ class Pose:
         Of the root link in the world, seen from above [m].
     yaw
         Where the robot faces [rad].
+    picture
+        To be shown in place of the stick figure; seen as `SEEN_FROM` says.
     """
 
     time: float
     segments: Array
     place: tuple[float, float]
     yaw: float
+    picture: Picture | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

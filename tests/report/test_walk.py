@@ -12,13 +12,13 @@ from tests.report.conftest import make_walk, with_walk
 
 from stribeck.friction import get_law
 from stribeck.report import write_report
-from stribeck.report.figure import COLOURS, house_style
+from stribeck.report.figure import COLOURS, house_style, inline_svg
 from stribeck.report.joint_data import joint_data
 from stribeck.report.joint_figures import friction_over_velocity
 from stribeck.report.walk import side_colours, walk
-from stribeck.report.walk_figures import TURN, _sole, from_above, seen_from_the_side, strip
+from stribeck.report.walk_figures import _sole, from_above, seen_from_the_side, strip
 from stribeck.result import Result
-from stribeck.walk import Footprint, Pose
+from stribeck.walk import SEEN_FROM, Footprint, Picture, Pose
 
 SIDES = {"left_foot": "data", "right_foot": "right"}
 
@@ -111,7 +111,7 @@ def test_the_view_turns_with_the_robot_and_keeps_lengths() -> None:
 def test_the_robot_faces_to_the_right_and_its_right_side_is_near() -> None:
     ahead_and_right = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, -1, 0]]])
     view = seen_from_the_side(Pose(time=0.0, segments=ahead_and_right, place=(0.0, 0.0), yaw=0.0))
-    np.testing.assert_allclose(view[0, 1], [np.cos(TURN), 0, -np.sin(TURN)])
+    np.testing.assert_allclose(view[0, 1], [np.cos(SEEN_FROM), 0, -np.sin(SEEN_FROM)])
     assert view[1, 1, 2] < -0.9  # nearer than the root
 
 
@@ -125,6 +125,22 @@ def test_poses_stand_apart_on_one_ground() -> None:
         assert one[..., 0].max() < next_one[..., 0].min()
         assert one[..., 1].min() == pytest.approx(next_one[..., 1].min())
     assert [label.get_text() for label in axes.get_xticklabels()] == [f"{pose.time:.2f}" for pose in picture.poses]
+
+
+def test_pictures_stand_where_the_sticks_would() -> None:
+    picture = make_walk()
+    pixels = np.full((40, 20, 4), 200, dtype=np.uint8)
+    seen = Picture(pixels=pixels, left=-0.3, right=0.4, bottom=-0.02, top=1.7)
+    shown = replace(picture, poses=tuple(replace(pose, picture=seen) for pose in picture.poses))
+    with house_style():
+        axes = strip(shown, side_colours(list(picture.segment_names)))
+        drawing = inline_svg(axes, "poses", "w")
+    assert not axes.collections
+    extents = np.array([image.get_extent() for image in axes.images])
+    np.testing.assert_allclose(extents[:, 1] - extents[:, 0], 0.7)
+    assert (extents[1:, 0] > extents[:-1, 1]).all()
+    np.testing.assert_allclose(extents[:, 2:], [[-0.02, 1.7]] * len(picture.poses))
+    assert drawing.count("<image") == len(picture.poses)
 
 
 def test_a_long_walk_has_a_close_up() -> None:

@@ -8,14 +8,16 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.models import example_robot
+from tests.models import SIDES, example_robot
 from tests.report.conftest import TRUTH, build_result
 
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
 from stribeck.kinematics import frame_pose
 from stribeck.log import RobotLog
+from stribeck.report.walk_figures import seen_from_the_side
 from stribeck.robot import Robot
+from stribeck.simulation import render
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.demo import demo_parameters, demo_posture, demo_soles
 from stribeck.simulation.exact import exact_log
@@ -85,8 +87,8 @@ def test_footprints_lie_where_the_feet_stand(biped, walked, picture):
 
 
 def test_a_sole_beside_its_frame_moves_the_print_alone(biped, walked, picture):
-    back, front, right, left = demo_soles()["left_foot"]
-    moved = walk_picture(biped, *walked, demo_soles() | {"left_foot": (back + 0.1, front + 0.1, right, left)})
+    ahead_of_it = replace(demo_soles()["left_foot"], centre=(0.1, 0.0, 0.0))
+    moved = walk_picture(biped, *walked, demo_soles() | {"left_foot": ahead_of_it})
     for before, after in zip(picture.footprints, moved.footprints, strict=True):
         ahead = 0.1 * np.array([np.cos(before.yaw), np.sin(before.yaw)]) * (before.foot == "left_foot")
         np.testing.assert_allclose(after.place, before.place + ahead, atol=1e-9)
@@ -176,3 +178,28 @@ def test_truth_beside_the_result_is_the_law():
     assert shown.truth_parameters == joints
     assert with_truth(replace(result, law="coulomb-viscous"), law, joints).evidence.truth_parameters == {}
     assert result.evidence.truth_curves == {}  # the result itself knows nothing
+
+
+def test_a_rendered_robot_covers_its_stick_figure(biped, walked, picture):
+    """Ankles and elbows of the stick figure lie within what is seen of the body, feet on the ground at z = 0."""
+    rendered = walk_picture(biped, *walked, demo_soles(), rendered=True)
+    if rendered.poses[0].picture is None:
+        pytest.skip("MuJoCo cannot draw without a screen here")
+    ends = [picture.segment_names.index(f"{side}_{joint}") for side in SIDES for joint in ("ankle_pitch", "elbow")]
+    for pose, sticks in zip(rendered.poses, picture.poses, strict=True):
+        np.testing.assert_array_equal(pose.segments, sticks.segments)
+        seen = pose.picture
+        height, width, _ = seen.pixels.shape
+        right, up, _ = seen_from_the_side(pose)[ends, 1].T
+        column = (width * (right - seen.left) / (seen.right - seen.left)).astype(int)
+        row = (height * (seen.top - up) / (seen.top - seen.bottom)).astype(int)
+        assert (seen.pixels[row, column, 3] == 255).all()
+        assert seen.bottom < 0.02
+        assert seen.pixels[..., 3].mean() < 200  # the rest is clear
+
+
+@pytest.mark.parametrize("backends", [(), ("no such way",)])
+def test_without_a_way_to_draw_there_is_the_stick_figure_and_silence(biped, walked, backends, monkeypatch, capfd):
+    monkeypatch.setattr(render, "BACKENDS", backends)
+    assert walk_picture(biped, *walked, demo_soles(), rendered=True).poses[0].picture is None
+    assert capfd.readouterr() == ("", "")

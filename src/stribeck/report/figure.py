@@ -39,6 +39,7 @@ STYLE: dict[str, Any] = {
     "axes.unicode_minus": True,
     "axes.grid": True,
     "axes.axisbelow": True,
+    "image.composite_image": False,  # each picture keeps its own pixels
     "figure.facecolor": "none",
     "grid.color": COLOURS["grid"],
     "grid.linewidth": 0.7,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stribeck.log import Array
 from stribeck.report.figure import COLOURS, HEIGHT, WIDTH, new_axes
-from stribeck.walk import Footprint, Pose, WalkPicture
+from stribeck.walk import SEEN_FROM, Footprint, Pose, WalkPicture
 
 LOWEST = 90.0
 """Least height of what is seen from above [SVG units]."""
@@ -26,8 +26,6 @@ ARROWS = 4
 """Heads along the part of the way that is marked."""
 SAME_PLACE = 2e-3
 """A foot that comes down this near to an earlier print leaves no other [m]."""
-TURN = np.deg2rad(25.0)
-"""The poses are seen from the right and this much from the front, which keeps left and right limbs apart [rad]."""
 GAP = 0.06
 """Between poses, as a share of the robot's height."""
 NARROWEST = 0.24
@@ -125,19 +123,24 @@ def _inside(points: Array, window: Window) -> NDArray[np.bool_]:
 
 def strip(picture: WalkPicture, colours: Mapping[str, str]) -> Axes:
     """Draw the poses side by side on the ground, each with its time beneath."""
-    views = [seen_from_the_side(pose) for pose in picture.poses]
-    ground = min(float(view[..., 1].min()) for view in views)
-    tall = max(float(view[..., 1].max()) for view in views) - ground
-    edges = np.array([(view[..., 0].min(), view[..., 0].max()) for view in views])
+    shown = [(pose, seen_from_the_side(pose)) for pose in picture.poses]
+    edges = np.array([_edges(pose, view) for pose, view in shown])
+    lowest = min(float(edges[:, 2].min()), 0.0)
+    tall = float(edges[:, 3].max()) - lowest
     room = np.maximum(edges[:, 1] - edges[:, 0], NARROWEST * tall) + GAP * tall
     middles = np.cumsum(room) - room / 2
     scale = (WIDTH - 16) / float(room.sum())  # [SVG units / m]
     axes = new_axes("time [s]", "", height=(1 + 2 * GAP) * tall * scale + 40.0, left=8.0)
-    axes.axhline(ground, color=COLOURS["muted"], linewidth=0.8, zorder=1)
-    for view, middle, edge in zip(views, middles, edges, strict=True):
-        _draw_sticks(axes, view, float(middle - edge.mean()), picture.segment_names, colours)
+    axes.axhline(0.0, color=COLOURS["muted"], linewidth=0.8, zorder=1)
+    for (pose, view), root in zip(shown, middles - edges[:, :2].mean(axis=1), strict=True):
+        if pose.picture is None:
+            _draw_sticks(axes, view, float(root), picture.segment_names, colours)
+        else:
+            left, right, bottom, top = _edges(pose, view)
+            extent = (root + left, root + right, bottom, top)
+            axes.imshow(pose.picture.pixels, extent=extent, aspect="auto", interpolation="none", zorder=3)
     axes.set_xlim(0, float(room.sum()))
-    axes.set_ylim(ground - GAP * tall, ground + (1 + GAP) * tall)
+    axes.set_ylim(lowest - GAP * tall, lowest + (1 + GAP) * tall)
     axes.set_xticks(middles, [f"{pose.time:.2f}" for pose in picture.poses])
     axes.set_yticks([])
     axes.grid(False)
@@ -146,11 +149,19 @@ def strip(picture: WalkPicture, colours: Mapping[str, str]) -> Axes:
     return axes
 
 
+def _edges(pose: Pose, view: Array) -> Window:
+    """Return left, right, lower and upper edge of what is shown of a pose [m]."""
+    if pose.picture is not None:
+        return pose.picture.left, pose.picture.right, pose.picture.bottom, pose.picture.top
+    (left, bottom), (right, top) = view[..., :2].min(axis=(0, 1)), view[..., :2].max(axis=(0, 1))
+    return float(left), float(right), float(bottom), float(top)
+
+
 def seen_from_the_side(pose: Pose) -> Array:
     """Return the lines as (to the right, up, away) from the viewer, the root link in the middle, shape (S, 2, 3)."""
     shifted = pose.segments - [*pose.place, 0.0]
-    # To the viewer's right is where the robot faces, turned towards its left by TURN.
-    sine, cosine = np.sin(pose.yaw + TURN), np.cos(pose.yaw + TURN)
+    # To the viewer's right is where the robot faces, turned towards its left by SEEN_FROM.
+    sine, cosine = np.sin(pose.yaw + SEEN_FROM), np.cos(pose.yaw + SEEN_FROM)
     x, y, z = np.moveaxis(shifted, -1, 0)
     return np.stack([cosine * x + sine * y, z, -sine * x + cosine * y], axis=-1)
 

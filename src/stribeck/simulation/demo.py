@@ -13,7 +13,7 @@ from stribeck.simulation.exact import exact_log
 from stribeck.simulation.files import write_npz, write_truth
 from stribeck.simulation.pictures import walk_picture
 from stribeck.simulation.sensors import with_noise
-from stribeck.simulation.stick_figure import Rectangle
+from stribeck.simulation.sole import Sole
 from stribeck.walk import WalkPicture
 
 DURATION = 40.0
@@ -57,10 +57,10 @@ def demo_posture() -> dict[str, float]:
     return {f"{side}_{joint}": value for side in ("left", "right") for joint, value in POSTURE.items()}
 
 
-def demo_soles() -> dict[str, Rectangle]:
+def demo_soles() -> dict[str, Sole]:
     """Return the soles of the packaged biped: its feet are boxes about the contacts."""
     length, width = LEG[-1].size[:2]
-    return {f"{side}_foot": (-length / 2, length / 2, -width / 2, width / 2) for side in ("left", "right")}
+    return {f"{side}_foot": Sole((0.0, 0.0, 0.0), length / 2, width / 2) for side in ("left", "right")}
 
 
 def demo_parameters() -> dict[str, dict[str, float]]:
@@ -101,5 +101,5 @@ def make_demo(folder: Path, *, duration: float = DURATION, seed: int = 0) -> Dem
     write_npz(log, folder / "log.npz")
     write_truth(law.name, parameters, folder / "truth.json")
     assert truth.base_position is not None  # the biped's base floats
-    walk = walk_picture(robot, exact, truth.base_position, demo_soles())
+    walk = walk_picture(robot, exact, truth.base_position, demo_soles(), rendered=True)
     return Demo(folder / "robot.toml", folder / "log.npz", law, parameters, walk)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -13,8 +13,10 @@ from stribeck.errors import SettingsError
 from stribeck.kinematics import frame_pose
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
-from stribeck.simulation.stick_figure import Rectangle, stick_figure
-from stribeck.walk import Footprint, Pose, WalkPicture
+from stribeck.simulation.render import render_poses
+from stribeck.simulation.sole import Sole
+from stribeck.simulation.stick_figure import NO_SOLE, StickFigure, stick_figure
+from stribeck.walk import Footprint, Picture, Pose, WalkPicture
 
 POSES = 8
 """In the strip: those of one stride."""
@@ -28,7 +30,9 @@ Stance = tuple[int, int, int]
 """First and last sample, and number of the foot."""
 
 
-def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mapping[str, Rectangle]) -> WalkPicture:
+def walk_picture(
+    robot: Robot, log: RobotLog, base_position: Array, soles: Mapping[str, Sole], *, rendered: bool = False
+) -> WalkPicture:
     """Return what a report draws of a walk.
 
     Parameters
@@ -41,6 +45,8 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
         Of the root link in the world [m], shape (T, 3).
     soles
         By contact; the other contacts are drawn as points.
+    rendered
+        Let MuJoCo draw the poses where it can draw without a screen; see `render_poses`.
 
     Raises
     ------
@@ -53,16 +59,9 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
         )
     found = stances(log.time, log.contact)
     pose_rows, com_rows = _pose_rows(found, len(log.time)), _com_rows(log.time)
-    model = robot.tree.model
-    data = model.createData()
     figure = stick_figure(robot, soles)
-    poses = []
-    for row, configuration in zip(pose_rows, _configurations(robot, log, base_position, pose_rows), strict=True):
-        pin.forwardKinematics(model, data, configuration)
-        turn = data.oMi[1].rotation
-        x, y = map(float, configuration[:2])
-        yaw = float(np.arctan2(turn[1, 0], turn[0, 0]))
-        poses.append(Pose(time=float(log.time[row]), segments=figure.at(data), place=(x, y), yaw=yaw))
+    poses = _poses(robot, figure, log.time[pose_rows], _configurations(robot, log, base_position, pose_rows), rendered)
+    model, data = robot.tree.model, robot.tree.model.createData()
     # Pinocchio has no batched centre of mass; there are at most MOST_COM_POINTS.
     ways = _configurations(robot, log, base_position, com_rows)
     com = np.array([pin.centerOfMass(model, data, configuration)[:2] for configuration in ways])
@@ -73,6 +72,23 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
         poses=tuple(poses),
         segment_names=figure.names,
     )
+
+
+def _poses(robot: Robot, figure: StickFigure, time: Array, configurations: Array, rendered: bool) -> Iterator[Pose]:
+    turn = Rotation.from_quat(configurations[:, 3:7]).as_matrix()
+    yaw = np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
+    drawn = render_poses(robot, configurations, yaw) if rendered else None
+    pictures: Sequence[Picture | None] = drawn or [None] * len(time)
+    model, data = robot.tree.model, robot.tree.model.createData()
+    for k, configuration in enumerate(configurations):
+        pin.forwardKinematics(model, data, configuration)
+        yield Pose(
+            time=float(time[k]),
+            segments=figure.at(data),
+            place=(float(configuration[0]), float(configuration[1])),
+            yaw=float(yaw[k]),
+            picture=pictures[k],
+        )
 
 
 def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
@@ -119,7 +135,7 @@ def _configurations(robot: Robot, log: RobotLog, base_position: Array, rows: NDA
 
 
 def _footprints(
-    robot: Robot, log: RobotLog, base_position: Array, found: list[Stance], soles: Mapping[str, Rectangle]
+    robot: Robot, log: RobotLog, base_position: Array, found: list[Stance], soles: Mapping[str, Sole]
 ) -> Iterator[Footprint]:
     """Yield the feet's places half way through each stance, where they rest."""
     rows = np.array([(start + end) // 2 for start, end, _ in found], dtype=np.int64)
@@ -128,13 +144,12 @@ def _footprints(
         name = log.foot_names[foot]
         rotation, translation = robot.foot_pose(name, log.position[rows[k : k + 1]])
         turn = base_turn[k].as_matrix() @ rotation[0]
-        back, front, right, left = soles.get(name, (0.0, 0.0, 0.0, 0.0))
-        middle = np.array([(back + front) / 2, (right + left) / 2, 0.0])
-        place = base_place[k] + base_turn[k].apply(translation[0]) + turn @ middle
+        sole = soles.get(name, NO_SOLE)
+        place = base_place[k] + base_turn[k].apply(translation[0]) + turn @ sole.centre
         yield Footprint(
             foot=name,
             place=(float(place[0]), float(place[1])),
             yaw=float(np.arctan2(turn[1, 0], turn[0, 0])),
-            size=(front - back, left - right),
+            size=(2 * sole.half_length, 2 * sole.half_width),
             time=float(log.time[start]),
         )

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from stribeck.log import Array
 from stribeck.robot import Robot
+from stribeck.simulation.sole import Sole
 
 SHORTEST = 1e-3
 """Shorter lines are left out [m]."""
 
-Rectangle = tuple[float, float, float, float]
-"""A sole in its contact's frame: back, front, right and left edge [m]."""
+NO_SOLE = Sole((0.0, 0.0, 0.0), 0.0, 0.0)
+"""Of a foot that is a point."""
 
 Line = tuple[str, int, Array, int, Array]
 """Name, then joint and point in that joint's frame [m] of its start and of its end."""
@@ -48,7 +49,7 @@ class StickFigure:
         return np.asarray(turned + translation[self.joints])
 
 
-def stick_figure(robot: Robot, soles: Mapping[str, Rectangle]) -> StickFigure:
+def stick_figure(robot: Robot, soles: Mapping[str, Sole]) -> StickFigure:
     """Return the stick figure of a robot; contacts without a sole are points."""
     lines = [line for line in _lines(robot, soles) if _long(line)]
     names, starts, start_points, ends, end_points = zip(*lines, strict=True)
@@ -61,7 +62,7 @@ def _long(line: Line) -> bool:
     return start != end or float(np.linalg.norm(end_point - start_point)) > SHORTEST
 
 
-def _lines(robot: Robot, soles: Mapping[str, Rectangle]) -> Iterator[Line]:
+def _lines(robot: Robot, soles: Mapping[str, Sole]) -> Iterator[Line]:
     model, origin = robot.tree.model, np.zeros(3)
     first = 2 if robot.tree.floating else 1
     standing = set()
@@ -69,9 +70,9 @@ def _lines(robot: Robot, soles: Mapping[str, Rectangle]) -> Iterator[Line]:
         frame = model.frames[model.getFrameId(contact.frame)]
         joint = int(frame.parentJoint)
         standing.add(joint)
-        back, front, right, left = soles.get(name, (0.0, 0.0, 0.0, 0.0))
-        middle = (right + left) / 2
-        heel, toe = (frame.placement.act(np.array([x, middle, 0.0])) for x in (back, front))
+        sole = soles.get(name, NO_SOLE)
+        ahead = np.array([sole.half_length, 0.0, 0.0])
+        heel, toe = (frame.placement.act(np.array(sole.centre) + way) for way in (-ahead, ahead))
         for start, end in ((origin, heel), (heel, toe), (toe, origin)):
             yield name, joint, start, joint, end
     for joint in range(first, model.njoints):
