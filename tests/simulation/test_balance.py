@@ -14,7 +14,7 @@ from stribeck.simulation.biped import MODELS
 from stribeck.simulation.mujoco_model import compile_body
 from stribeck.simulation.sole import Sole
 from stribeck.simulation.walking.balance.controller import WalkingController
-from stribeck.simulation.walking.balance.swing import swing_at
+from stribeck.simulation.walking.balance.swing import PRESS, swing_at
 from stribeck.simulation.walking.balance.tasks import Gains
 from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.balance.wrench_cone import wrench_cone
@@ -70,7 +70,7 @@ def test_the_swing_starts_and_lands_at_rest_and_its_derivatives_are_its_own() ->
     start, goal = np.array([0.1, 0.2, 0.01]), Footprint(0.5, 0.25, 0.3)
     at = [swing_at(start, 0.1, goal, 0.05, s, 0.8) for s in np.linspace(0, 1, 8001)]
     place = np.array([swing.place for swing in at])
-    np.testing.assert_allclose(place[[0, -1]], [start, [0.5, 0.25, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(place[[0, -1]], [start, [0.5, 0.25, -PRESS]], atol=1e-12)
     assert place[:, 2].max() == pytest.approx(0.055, abs=1e-3)
     assert at[-1].yaw == pytest.approx(0.3)
     for value, slope in (("place", "velocity"), ("velocity", "acceleration")):

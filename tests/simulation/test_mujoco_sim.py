@@ -13,7 +13,7 @@ from stribeck.robot import Robot
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.friction_truth import FrictionTruth
 from stribeck.simulation.mujoco_model import compile_body
-from stribeck.simulation.mujoco_sim import MujocoSim
+from stribeck.simulation.mujoco_sim import MujocoSim, foot_wrenches
 from stribeck.simulation.sole import Sole
 from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.start import start_standing
@@ -71,7 +71,8 @@ def test_ground_gravity_and_friction_are_all_that_acts() -> None:
     for _ in range(100):
         before = sim.now()
         linear = sim.data.qvel[:3].copy()
-        torque, wrenches, _ = sim.advance(3 * generator.normal(size=model.nv - 6))
+        torque, touch, _ = sim.advance(3 * generator.normal(size=model.nv - 6))
+        wrenches = foot_wrenches(sim.body, touch)
         after = sim.now()
         turn = pin.Quaternion(before.configuration[3:7]).toRotationMatrix()
         a = (after.velocity - before.velocity) / step

@@ -19,7 +19,10 @@ from stribeck.simulation.mujoco_model import Body
 
 _POSE = np.array([0, 1, 2, 4, 5, 6, 3])
 """MuJoCo's free joint has the quaternion as wxyz."""
-_NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
+TOUCH = 21
+"""Numbers a foot: moment about the robot's centre of mass, force, the foot's place, that centre, its rotation."""
+VERTICAL_FORCE = 5
+"""The one of them that is the force upwards."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +96,6 @@ class MujocoSim:
             data.cfrc_ext,
             data.subtree_com[root],
         )
-        self._contact_rotation = np.array([rotation for rotation, _ in body.contact_poses])
-        self._contact_translation = np.array([translation for _, translation in body.contact_poses])[:, :, None]
         self._gravity = body.model.opt.gravity.copy()
 
     def advance(self, torque: Array, push: Array | None = None) -> tuple[Array, Array, Array]:
@@ -112,7 +113,7 @@ class MujocoSim:
         applied
             Torques that acted [N m], shape (n,).
         first, last
-            Foot wrenches of the first and the last physics step, shape (feet, 6).
+            What the ground did to the feet in the first and the last physics step, for `foot_wrenches`.
         """
         model, data, views = self.body.model, self.data, self._views
         index, limit, step = self.body.velocity_index, self.body.torque_limit, float(model.opt.timestep)
@@ -121,7 +122,7 @@ class MujocoSim:
             data.xfrc_applied[1, :3] = push
         self._last_velocity = views.velocity[:3].copy()
         velocity = views.velocity[index]
-        first = last = np.zeros((0, 6))
+        first = last = np.zeros((0, TOUCH))
         for k in range(self.substeps):
             position = views.position[self.body.position_index]
             beginning = Beginning(time=data.time, step=step, position=position, velocity=velocity, torque=applied)
@@ -132,8 +133,8 @@ class MujocoSim:
             velocity = views.velocity[index]
             self._resisting = self.friction.after(velocity)
             if k == 0:
-                first = self._foot_wrenches()
-        last = self._foot_wrenches() if self.substeps > 1 else first
+                first = self._touch()
+        last = self._touch() if self.substeps > 1 else first
         return applied, first, last
 
     def now(self) -> Snapshot:
@@ -150,15 +151,38 @@ class MujocoSim:
         force = (linear - self._last_velocity) / self.period - self._gravity
         return Snapshot(configuration, velocity, force @ rotation, self._resisting)
 
-    def _foot_wrenches(self) -> Array:
-        """Return what the ground did to each foot in the last step, in the contact's frame, shape (feet, 6)."""
+    def _touch(self) -> Array:
+        """Return what the ground did to the feet in the last step, as MuJoCo has it, shape (feet, `TOUCH`)."""
         mujoco.mj_rnePostConstraint(self.body.model, self.data)
         feet, views = self.body.feet, self._views
-        turn = views.rotation[feet].reshape(-1, 3, 3)
-        place = views.place[feet] + (turn @ self._contact_translation)[:, :, 0]
-        external = views.external[feet]  # moment about the robot's centre of mass, then force, in the world
-        arm, force = views.centre - place, external[:, 3:]
-        dyad = arm[:, :, None] * force[:, None, :]
-        moment = external[:, :3] + dyad[:, _NEXT, _AFTER] - dyad[:, _AFTER, _NEXT]
-        world = turn @ self._contact_rotation
-        return np.asarray((np.stack([force, moment], axis=1) @ world).reshape(-1, 6))
+        touch = np.empty((len(feet), TOUCH))
+        touch[:, :6] = views.external[feet]
+        touch[:, 6:9] = views.place[feet]
+        touch[:, 9:12] = views.centre
+        touch[:, 12:] = views.rotation[feet]
+        return touch
+
+
+def foot_wrenches(body: Body, touch: Array) -> Array:
+    """Return force and moment of the ground on each foot in its contact's frame.
+
+    Parameters
+    ----------
+    body
+        The robot.
+    touch
+        As `MujocoSim.advance` returns it, of one step or many, shape (..., feet, `TOUCH`).
+
+    Returns
+    -------
+    wrenches
+        [N], [N m], shape (..., feet, 6).
+    """
+    rotation = np.array([rotation for rotation, _ in body.contact_poses])
+    translation = np.array([translation for _, translation in body.contact_poses])
+    turn = touch[..., 12:].reshape(*touch.shape[:-1], 3, 3)
+    place = touch[..., 6:9] + (turn @ translation[:, :, None])[..., 0]
+    force = touch[..., VERTICAL_FORCE - 2 : VERTICAL_FORCE + 1]
+    moment = touch[..., :3] + np.cross(touch[..., 9:12] - place, force)
+    world = turn @ rotation
+    return np.concatenate([(each[..., None, :] @ world)[..., 0, :] for each in (force, moment)], axis=-1)

@@ -10,7 +10,8 @@ from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.rooting import BASE_FRAME
 from stribeck.simulation.exact import Truth
-from stribeck.simulation.mujoco_sim import Snapshot
+from stribeck.simulation.mujoco_model import Body
+from stribeck.simulation.mujoco_sim import TOUCH, Snapshot, foot_wrenches
 
 CONTACT_SHARE = 0.02
 """A foot that bears more than this share of the weight is in contact."""
@@ -23,36 +24,36 @@ class Recorder:
     both sides, as the second difference of the position is the mean of two accelerations.
     """
 
-    def __init__(self, robot: Robot, samples: int, period: float) -> None:
+    def __init__(self, robot: Robot, body: Body, samples: int, period: float) -> None:
         joints, feet = len(robot.joint_names), len(robot.contacts)
-        self.robot, self.period, self.filled = robot, period, 0
+        self.robot, self.body, self.period, self.filled = robot, body, period, 0
         self.configuration = np.empty((samples, joints + 7))
         self.velocity = np.empty((samples, joints + 6))
         self.specific_force = np.empty((samples, 3))
         self.friction_torque = np.empty((samples, joints))
         self.torque_after = np.empty((samples, joints))
-        self.wrench_before, self.wrench_after = np.empty((2, samples, feet, 6))
+        self.touch_before, self.touch_after = np.empty((2, samples, feet, TOUCH))
 
-    def see(self, now: Snapshot, wrench: Array) -> None:
-        """Take the state at the next sample, and the foot wrenches just before it."""
+    def see(self, now: Snapshot, touch: Array) -> None:
+        """Take the state at the next sample, and what the ground did to the feet just before it."""
         k = self.filled
         self.configuration[k], self.velocity[k] = now.configuration, now.velocity
         self.specific_force[k], self.friction_torque[k] = now.specific_force, now.friction_torque
-        self.wrench_before[k] = wrench
+        self.touch_before[k] = touch
         self.filled += 1
 
-    def act(self, torque: Array, wrench: Array) -> None:
-        """Take the torque that acts from the last sample on, and the foot wrenches just after it."""
+    def act(self, torque: Array, touch: Array) -> None:
+        """Take the torque that acts from the last sample on, and what the ground did to the feet just after it."""
         k = self.filled - 1
-        self.torque_after[k], self.wrench_after[k] = torque, wrench
+        self.torque_after[k], self.touch_after[k] = torque, touch
 
     def log(self) -> RobotLog:
         """Return what ideal sensors give."""
         rows = slice(self.filled)
         position, velocity = self._joints(self.configuration[rows, 7:]), self._joints(self.velocity[rows, 6:])
-        torque, wrench = self.torque_after[rows].copy(), self.wrench_after[rows].copy()
+        torque, wrench = self.torque_after[rows].copy(), foot_wrenches(self.body, self.touch_after[rows])
         torque[1:] = 0.5 * (self.torque_after[: self.filled - 1] + torque[1:])
-        wrench[1:] = 0.5 * (self.wrench_before[1 : self.filled] + wrench[1:])
+        wrench[1:] = 0.5 * (foot_wrenches(self.body, self.touch_before[1 : self.filled]) + wrench[1:])
         weight = self.robot.mass * float(np.linalg.norm(self.robot.gravity))
         return RobotLog(
             time=self.period * np.arange(self.filled, dtype=np.float64),

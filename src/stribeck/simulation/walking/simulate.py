@@ -15,7 +15,7 @@ from stribeck.robot import Robot
 from stribeck.simulation.exact import Truth
 from stribeck.simulation.friction_truth import FrictionTruth
 from stribeck.simulation.mujoco_model import PHYSICS_STEP, compile_body
-from stribeck.simulation.mujoco_sim import MujocoSim
+from stribeck.simulation.mujoco_sim import TOUCH, VERTICAL_FORCE, MujocoSim
 from stribeck.simulation.sensor_profiles import SensorProfile
 from stribeck.simulation.sensors import Sensors, measure
 from stribeck.simulation.sole import Sole
@@ -143,7 +143,7 @@ def simulate_walk(
     estimator = StateEstimator(dynamics, start.configuration, plan.period) if conditions.state == "estimated" else None
     friction = conditions.friction or FrictionTruth(len(start.posture))
     sim = MujocoSim(body, friction, start.configuration, plan.period)
-    recorder = Recorder(robot, plan.samples, plan.period)
+    recorder = Recorder(robot, body, plan.samples, plan.period)
     sensors = Sensors(
         conditions.profile,
         joints=len(start.posture),
@@ -170,17 +170,17 @@ def _run(
 ) -> None:
     """Step through the plan: see, estimate, control, act."""
     plan, robot = controller.plan, recorder.robot
-    wrench = np.zeros((len(robot.contacts), 6))
+    touch = np.zeros((len(robot.contacts), TOUCH))
     lowest = FALLEN * controller.start.configuration[2]
     for k in range(plan.samples):
         now = sim.now()
-        recorder.see(now, wrench)
+        recorder.see(now, touch)
         if estimator is None:
             configuration, velocity = now.configuration, now.velocity
         else:
             configuration, velocity = estimator.update(_read(recorder, sensors, k))
         torque = controller.torque(k, configuration, velocity)
-        applied, first, wrench = sim.advance(torque, _push_at(pushes, k * plan.period))
+        applied, first, touch = sim.advance(torque, _push_at(pushes, k * plan.period))
         recorder.act(applied, first)
         if not now.configuration[2] > lowest:  # false for numbers that are none, too
             raise FellError(f"{robot.name} fell {k * plan.period:.2f} s after the start, {_place(plan, k)}")
@@ -192,13 +192,15 @@ def _read(recorder: Recorder, sensors: Sensors, k: int) -> Measurement:
     """Return what the sensors give at a sample: the joints at once, IMU and feet a little late."""
     columns, then = recorder.robot.tree.columns, max(k - sensors.late, 0)
     position = np.empty(len(columns))
+    wrench = np.zeros((len(recorder.robot.contacts), 6))
+    wrench[:, 2] = recorder.touch_before[then, :, VERTICAL_FORCE]
     position[columns] = recorder.configuration[k, 7:]
     return Measurement(
         sensors.position(k, position)[columns],
         sensors.orientation(k, recorder.configuration[then, 3:7]),
         sensors.angular_velocity(k, recorder.velocity[then, 3:6]),
         sensors.linear_acceleration(k, recorder.specific_force[then]),
-        sensors.foot_wrench(k, recorder.wrench_before[then])[:, 2],
+        sensors.foot_wrench(k, wrench)[:, 2],
     )
 
 
