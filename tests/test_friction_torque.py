@@ -146,3 +146,24 @@ def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) 
     force = table["ground_reaction.fz"].to_numpy()[left]
     np.testing.assert_allclose(force, log.foot_wrench[rows, log.foot_names.index("left"), 2], rtol=1e-5)
     assert not table["guessed"].to_numpy().any()
+
+
+@pytest.mark.parametrize("landed", ["left", "right"])
+def test_a_foot_that_has_just_landed_is_not_leant_on(landed: str) -> None:
+    """Its ankle still gives way; the arms are known from the foot that stood before."""
+    log, truth = walk("talos")
+    robot = example_robot("talos")
+    landing = np.flatnonzero(np.diff(log.contact[:, log.foot_names.index(landed)].astype(int)) > 0)
+    moved = log.position.copy()
+    ankle = robot.joint_names.index(f"leg_{landed}_5_joint")
+    for row in landing:
+        moved[row : row + 150, ankle] += 0.05
+    settings = Settings(filter=EXACT, tilt="flat")
+    (chunk,) = prepare(replace(log, position=moved), robot, settings).chunks(robot)
+    double = chunk.samples.support == chunk.samples.support_names.index("left+right")
+    after = np.isin(chunk.rows, (landing[:, None] + np.arange(1, 150)).ravel())
+    rows = double & after
+    assert rows.sum() > 100
+    arms = ~robot.standing(("left", "right"))[robot.torque_controlled]
+    true = truth.friction_torque[chunk.rows[rows]][:, robot.torque_controlled][:, arms]
+    np.testing.assert_allclose(chunk.samples.friction_torque[rows][:, arms], true, atol=1e-8)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,11 +94,18 @@ def friction_torque(
         If the log lacks a channel that the settings or the contacts ask for.
     """
     _require_channels(log, settings)
-    phases = tuple(phase for phase in phases if phase.kind != "flight" and phase.last > phase.first)
-    supports = tuple(dict.fromkeys(phase.feet for phase in phases))
-    guesses = [k for k, feet in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, feet)]
-    longest = max(1, round(settings.block / period))
-    support_of_row, block_of_row = _label_rows(phases, supports, len(log.time), longest)
+    used = [
+        (phase, support)
+        for phase, support in zip(phases, _supports(phases), strict=True)
+        if phase.kind != "flight" and phase.last > phase.first
+    ]
+    supports = tuple(dict.fromkeys(support for _, support in used))
+    names = tuple(dict.fromkeys("+".join(support.feet) for support in supports))
+    name_of = np.array([names.index("+".join(support.feet)) for support in supports], dtype=np.int64)
+    guesses = [
+        k for k, each in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
+    ]
+    support_of_row, block_of_row = _label_rows(used, supports, len(log.time), round(settings.block / period))
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
@@ -125,15 +133,33 @@ def friction_torque(
                 friction_torque=friction[:, known],
                 usable=usable[:, known],
                 block=block_of_row[rows],
-                support=support,
-                support_names=tuple("+".join(feet) for feet in supports),
+                support=name_of[support],
+                support_names=names,
                 prismatic=tuple(robot.prismatic[c] for c in known),
             ),
         )
 
 
+class _Support(NamedTuple):
+    """Which feet stand, and which of them has stood longest: that one has come to rest."""
+
+    feet: tuple[str, ...]
+    rested: str
+
+
+def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
+    """Return the support of each phase."""
+    found: list[_Support] = []
+    for k, phase in enumerate(phases):
+        before = found[-1] if k and phases[k - 1].stop == phase.start else None
+        stayed = [foot for foot in phase.feet if before and foot in before.feet]
+        rested = before.rested if before and before.rested in stayed else next(iter([*stayed, *phase.feet]), "")
+        found.append(_Support(phase.feet, rested))
+    return tuple(found)
+
+
 def _label_rows(
-    phases: tuple[SupportPhase, ...], supports: tuple[tuple[str, ...], ...], rows: int, longest: int
+    used: list[tuple[SupportPhase, _Support]], supports: tuple[_Support, ...], rows: int, longest: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which support each row of the log has, -1 where it is not used, and the block it belongs to.
 
@@ -141,10 +167,10 @@ def _label_rows(
     """
     support, block = np.full(rows, -1), np.zeros(rows, dtype=np.int64)
     begun = 0
-    for phase in phases:
+    for phase, here in used:
         length = phase.last - phase.first
         parts = max(1, round(length / longest))
-        support[phase.first : phase.last] = supports.index(phase.feet)
+        support[phase.first : phase.last] = supports.index(here)
         block[phase.first : phase.last] = begun + np.arange(length) * parts // length
         begun += parts
     return support, block
@@ -202,7 +228,7 @@ def _widened(rows: slice, motion_filter: Filter) -> slice:
 
 def _by_support(
     robot: Robot,
-    supports: tuple[tuple[str, ...], ...],
+    supports: tuple[_Support, ...],
     support: NDArray[np.int64],
     state: State,
     torque: Array,
@@ -223,14 +249,16 @@ def _by_support(
 
 
 def _one_support(
-    robot: Robot, feet: tuple[str, ...], state: State, torque: Array, settings: Settings
+    robot: Robot, support: _Support, state: State, torque: Array, settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
     if robot.base == "fixed":
         _, needed = rooted_inverse_dynamics(robot.tree, state.position, state.velocity, state.acceleration)
         return torque - needed, np.ones(torque.shape[1], dtype=bool), np.nan
+    feet = support.feet
     standing = robot.standing(feet)
-    surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), None)
+    by_rest = sorted(feet, key=lambda foot: foot != support.rested)
+    surface = next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
     if surface is not None:
         rooted, root = robot.rooted_at(surface), standing_root(robot, surface, state)
     else:

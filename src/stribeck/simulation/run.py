@@ -75,6 +75,11 @@ def run_scenario(
     posture = POSTURES.get(scenario.robot, {}) | scenario.posture
     if scenario.simulator == "exact":
         return _exact(scenario, robot, posture)
+    if [contact.kind for contact in robot.contacts.values()] != ["surface", "surface"]:
+        raise SettingsError(
+            f"scenario: the simulator '{scenario.simulator}' lets a robot walk on two contacts of kind 'surface', "
+            f"which {robot.name} does not have; take the simulator 'exact'"
+        )
     walk = [Steps(**steps.model_dump()) for steps in scenario.walk]
     friction = friction_of(scenario, robot)
     soles = {

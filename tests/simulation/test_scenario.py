@@ -1,0 +1,144 @@
+"""Scenario files: the examples are valid, run, are repeatable, and wrong ones are refused in one sentence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.test_cli import run
+
+from stribeck import Robot, Settings, identify
+from stribeck.errors import SettingsError, StribeckError
+from stribeck.settings import FilterSettings
+from stribeck.simulation.run import friction_of, run_scenario
+from stribeck.simulation.scenario import Scenario, by_joint, read_scenario
+from stribeck.survey import prepare
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples/scenarios").glob("*.toml"))
+SHORT_ARM = {
+    "robot": "arm",
+    "simulator": "exact",
+    "duration": 12.0,
+    "friction": {
+        "common": {"viscous": 0.2, "coulomb": 0.5, "stribeck_gain": 0.2, "stribeck_velocity": 0.2},
+        "joints": {"*": {"offset": 0.2, "slope": 40.0}, "elbow": {"coulomb": 0.9}},
+    },
+}
+TWO_STEPS = {
+    "walk": [{"count": 2, "forward": 0.1, "stand": 0.2}],
+    "friction": {
+        "joints": {
+            "*_knee": {
+                "viscous": 0.2,
+                "coulomb": 1.0,
+                "stribeck_gain": 0.2,
+                "stribeck_velocity": 0.2,
+                "offset": 0.5,
+                "slope": 40.0,
+            }
+        }
+    },
+}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+def test_every_example_fits_its_robot(path: Path) -> None:
+    scenario = read_scenario(path)
+    robot = run_scenario(Scenario(robot=scenario.robot, simulator="exact", duration=0.3)).robot
+    friction = friction_of(scenario, robot)
+    assert friction.parameters
+    assert path.read_text().startswith("# ")
+
+
+def test_an_arm_gives_back_its_friction_by_pattern() -> None:
+    found = run_scenario(Scenario.model_validate(SHORT_ARM))
+    result = identify(found.log, found.robot, Settings(filter=FilterSettings(kind="log")))
+    for name, joint in result.joints.items():
+        assert joint.parameters["coulomb"].value == pytest.approx(0.9 if name == "elbow" else 0.5, rel=1e-6)
+        assert found.truth.parameters[name]["offset"] == 0.2
+
+
+def test_an_ideal_walk_is_recovered_in_single_support_and_not_in_double() -> None:
+    found = run_scenario(Scenario.model_validate({**TWO_STEPS, "simulator": "constrained"}))
+    settings = Settings(filter=FilterSettings(kind="log"), double_support="guess")
+    robot = found.robot
+    legs = robot.standing(tuple(robot.contacts))[robot.torque_controlled]
+    log = found.log.take(slice(0, 1500))
+    for chunk in prepare(log, robot, settings).chunks(robot):
+        truth = found.truth.friction_torque[chunk.rows][:, robot.torque_controlled]
+        error = (chunk.samples.friction_torque - truth)[:, legs]
+        single = ~chunk.guessed
+        assert np.sqrt(np.mean(error[single] ** 2)) < 1e-4
+        assert np.abs(error[chunk.guessed]).max() > 0.1
+
+
+def test_the_same_scenario_gives_the_same_log_and_another_seed_another() -> None:
+    walk = {**TWO_STEPS, "sensors": "realistic", "physics_step": 0.0005}
+    first, second, other = (run_scenario(Scenario.model_validate({**walk, "seed": seed})).log for seed in (3, 3, 4))
+    for name, channel in first.channels().items():
+        np.testing.assert_array_equal(channel, second.channels()[name])
+    assert not np.array_equal(first.position, other.position)
+
+
+def test_simulate_writes_log_and_truth_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = tmp_path / "arm.toml"
+    scenario.write_text('robot = "arm"\nsimulator = "exact"\nduration = 2.0\nsensors = "harsh"\n')
+    assert run("simulate", scenario, "-o", tmp_path / "log.npz") == 0
+    printed = capsys.readouterr().out.split()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.toml", "log.npz", "log.truth.npz"]
+    truth = np.load(tmp_path / "log.truth.npz")
+    assert truth["friction_torque"].shape == (2000, 6)
+    assert json.loads(str(truth["parameters"])) == {}
+    assert Robot.from_file(printed[-1]).name == "arm"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("robot = 'toro'\nstep = 3\n", ["unknown key 'step'"]),
+        ("simulator = 'gazebo'\n", ["'gazebo'", "mujoco"]),
+        ("[[walk]]\nforward = 0.3\n", ["'walk.0.count' is missing"]),
+        ("robot = 'other.toml'\n", ["other.toml", "cannot be read"]),
+        ("robot = 'arm'\nsimulator = 'exact'\n[friction.joints.knee]\ncoulomb = 1.0\n", ["'knee'", "elbow"]),
+        ("simulator = 'exact'\n[[walk]]\ncount = 2\n", ["exact", "[[walk]]"]),
+        ("simulator = 'constrained'\nmodel_error = 0.1\n", ["constrained", "model_error"]),
+        ("[friction.joints.left_knee]\ncoulomb = 1.0\n", ["left_knee", "viscous"]),
+        ("robot = 'arm'\n[[walk]]\ncount = 2\n", ["two contacts"]),
+        ("[[walk]]\ncount = 2\nforward = 5.0\n", []),
+    ],
+)
+def test_wrong_scenarios(text: str, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = tmp_path / "bad.toml"
+    scenario.write_text(text)
+    assert run("simulate", scenario, "-o", tmp_path / "log.npz") == 2
+    complaint = capsys.readouterr().err
+    assert complaint.count("\n") == 1
+    for word in words:
+        assert word in complaint
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
+
+
+def test_later_patterns_win_and_one_that_names_nothing_is_refused() -> None:
+    joints = ("left_knee", "right_knee", "waist")
+    found = by_joint({"*_knee": {"a": 1.0, "b": 2.0}, "left_*": {"a": 3.0}}, {"c": 4.0}, joints, "[x]")
+    assert found == {"left_knee": {"a": 3.0, "b": 2.0, "c": 4.0}, "right_knee": {"a": 1.0, "b": 2.0, "c": 4.0}}
+    with pytest.raises(SettingsError, match="'elbow' names no joint"):
+        by_joint({"elbow": {}}, {}, joints, "[x]")
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_a_scenario_or_a_sentence(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    path.write_text(text, encoding="utf-8")
+    try:
+        read_scenario(path)
+    except StribeckError as error:
+        message = str(error)
+    else:
+        message = str(path)
+    assert message.startswith(str(path))
+    assert "\n" not in message
