@@ -178,3 +178,17 @@ def test_an_inverted_torque_is_warned_of(arm: Robot) -> None:
     result = identify(replace(log, torque=torque), arm)
     assert any("feed energy in" in warning and "elbow" in warning for warning in result.warnings)
     assert not any("feed energy in" in warning for warning in identify(log, arm).warnings)
+
+
+def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:
+    log = arm_log(arm)
+    assert identify(log, arm).warnings == []
+    _, high = arm.position_limits
+    np.testing.assert_array_equal(high, [3, np.inf, 1])
+    shifted = log.position.copy()
+    shifted[:, 2] += high[2] - shifted[:, 2].max()
+    warnings = identify(replace(log, position=shifted), arm).warnings
+    warning = next(text for text in warnings if "end of their range" in text)
+
+    assert "slide" in warning
+    assert "shoulder" not in warning

@@ -16,7 +16,7 @@ from stribeck.friction_torque import support_name
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.survey import PreparedLog, prepare
+from stribeck.survey import PreparedLog, prepare, stops_reached
 from stribeck.threads import one_blas_thread
 
 LISTEN = 60_000
@@ -142,7 +142,7 @@ def _inspect(prepared: PreparedLog, robot: Robot) -> Inspection:
         ],
         filter=prepared.motion_filter.name,
         joints=joints,
-        findings=findings + list(robot.warnings),
+        findings=[*findings, *stops_reached(log, robot), *robot.warnings],
         notes=list(prepared.notes),
     )
 

@@ -19,6 +19,9 @@ from stribeck.model_file import joint_names, load_model, lock_joints, require_jo
 from stribeck.rooting import BASE_FRAME, RootedModel, root_at
 from stribeck.settings import LogTable, RobotFile, Settings, describe
 
+ENDLESS = 4 * np.pi
+"""A limit beyond this [rad or m] is none."""
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -100,6 +103,16 @@ class Robot:
     def armature(self) -> Array:
         """Reflected rotor inertia that the dynamics include [kg m^2], shape (n,)."""
         return np.asarray(self.tree.model.armature)[self.tree.root_size :].copy()
+
+    @cached_property
+    def position_limits(self) -> tuple[Array, Array]:
+        """Lowest and highest position of each joint [rad] or [m], shape (n,) each; infinite where unlimited."""
+        model, columns = self.tree.model, self.tree.columns
+        low, high = np.empty((2, len(columns)))
+        low[columns] = model.lowerPositionLimit[model.nq - len(columns) :]
+        high[columns] = model.upperPositionLimit[model.nq - len(columns) :]
+        endless = (low < -ENDLESS) | (high > ENDLESS) | (high <= low)
+        return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:

@@ -31,6 +31,8 @@ def quiet(*_: object) -> None:
 
 GROUND_TOLERANCE = 0.1
 """Share of the weight by which model and foot sensor may differ without a warning."""
+STOP_MARGIN = 1e-3
+"""[rad] or [m]"""
 STRETCH = 4.0
 """[s] of the log that the report shows over time."""
 
@@ -168,6 +170,7 @@ def _work_through(
         progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
     samples = join(kept)
     notes, warnings = _ground_reaction_texts(ground, robot)
+    warnings += stops_reached(log, robot)
     return Survey(
         path=log.path,
         duration=float(log.time[-1] - log.time[0]),
@@ -206,6 +209,23 @@ def _clear_stretch(prepared: PreparedLog, robot: Robot, samples: Samples) -> Sam
     ]
     near = tuple(phase for phase in clipped if phase.last > phase.first)
     return join([chunk.samples for chunk in prepared.chunks(robot, near)])
+
+
+def stops_reached(log: RobotLog, robot: Robot) -> list[str]:
+    """Return a warning about joints that reach the end of their range, where a stop's torque is taken for friction."""
+    low, high = robot.position_limits
+    lowest, highest = log.position.min(axis=0), log.position.max(axis=0)
+    reached = np.flatnonzero((lowest < low + STOP_MARGIN) | (highest > high - STOP_MARGIN))
+    if len(reached) == 0:
+        return []
+    spans = [
+        f"{robot.joint_names[k]} ({lowest[k]:.3g} to {highest[k]:.3g}, limits {low[k]:.3g} to {high[k]:.3g})"
+        for k in reached
+    ]
+    return [
+        "joints reach the end of their range in the model, where a stop would take part of the torque: "
+        + ", ".join(spans)
+    ]
 
 
 def _compare_ground_reaction(ground: GroundReaction, log: RobotLog, chunk: Chunk) -> None:

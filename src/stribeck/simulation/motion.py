@@ -13,7 +13,7 @@ from stribeck.simulation.base_sway import BaseSway, random_sway
 from stribeck.simulation.gait import Swing, swing_window
 from stribeck.simulation.limb import BodyMotion
 from stribeck.simulation.planted import planted_motion
-from stribeck.simulation.posture import Leg, default_posture, joint_limits, stand
+from stribeck.simulation.posture import Leg, default_posture, stand
 from stribeck.simulation.trajectory import Sines, Trajectory, random_sines
 
 FREQUENCIES = (0.2, 2.0)
@@ -93,6 +93,6 @@ def random_motion(
 
 def _room(robot: Robot, centre: Array) -> Array:
     """Return how far joints may go from the centre [rad] or [m], shape (n,)."""
-    low, high = joint_limits(robot)
+    low, high = robot.position_limits
     room = LIMIT_SHARE * np.minimum(high - centre, centre - low)
     return np.asarray(np.where(np.isfinite(room), np.maximum(room, 0.0), 2 * np.pi))

@@ -13,8 +13,6 @@ from stribeck.robot import Contact, Robot
 from stribeck.simulation.limb import BodyMotion, Limb, limb_to
 from stribeck.simulation.planted import place_end
 
-ENDLESS = 4 * np.pi
-"""A limit beyond this is none [rad or m]."""
 LIMIT_MARGIN = 0.25
 """Share of its range that a joint keeps off its limits where no posture is given: knees are bent then."""
 
@@ -29,16 +27,6 @@ class Leg:
     place: Array
 
 
-def joint_limits(robot: Robot) -> tuple[Array, Array]:
-    """Return the lowest and the highest position of the robot's joints, shape (n,) each; infinite where unlimited."""
-    model, columns = robot.tree.model, robot.tree.columns
-    low, high = np.empty((2, len(columns)))
-    low[columns] = model.lowerPositionLimit[model.nq - len(columns) :]
-    high[columns] = model.upperPositionLimit[model.nq - len(columns) :]
-    endless = (low < -ENDLESS) | (high > ENDLESS) | (high <= low)
-    return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
-
-
 def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
     """Return the given joint positions, and elsewhere the ones nearest to zero that keep off the limits, shape (n,).
 
@@ -47,7 +35,7 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
     SettingsError
         If the posture names a joint that the robot does not have.
     """
-    low, high = joint_limits(robot)
+    low, high = robot.position_limits
     margin = np.where(np.isfinite(high - low), LIMIT_MARGIN * (high - low), 0.0)
     centre = np.clip(0.0, low + margin, high - margin)
     for name, value in posture.items():
