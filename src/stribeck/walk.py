@@ -95,7 +95,7 @@ class WalkPicture:
     com_time, com
         Way of the centre of mass, seen from above: [s], shape (N,), and [m], shape (N, 2).
     poses
-        Six to ten over one stride, in the order of time.
+        Six to ten, in the order of time: over one stride, if there is one.
     segment_names
         Joint or contact that each line of the stick figures leads to, S of them.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -140,7 +141,13 @@ def test_pictures_stand_where_the_sticks_would() -> None:
     np.testing.assert_allclose(extents[:, 1] - extents[:, 0], 0.7)
     assert (extents[1:, 0] > extents[:-1, 1]).all()
     np.testing.assert_allclose(extents[:, 2:], [[-0.02, 1.7]] * len(picture.poses))
-    assert drawing.count("<image") == len(picture.poses)
+    placed = re.findall(r'<image .*?width="(\d+)" height="(\d+)" transform="matrix\(([^)]*)\)"', drawing)
+    assert len(placed) == len(picture.poses)
+    (x0, y0), (x1, y1) = axes.transData.transform([(0, 0), (0.7, 1.72)])
+    for width, height, matrix in placed:
+        a, _, _, d, _, _ = map(float, matrix.split())
+        assert int(width) * a == pytest.approx(x1 - x0, abs=0.01)  # in the SVG, a unit is a pixel of the figure
+        assert int(height) * abs(d) == pytest.approx(y1 - y0, abs=0.01)
 
 
 def test_a_long_walk_has_a_close_up() -> None:

@@ -136,6 +136,17 @@ def test_the_poses_are_one_stride(picture):
     assert [*between, feet[first]] in (["left_foot", "right_foot"], ["right_foot", "left_foot"])
 
 
+def test_a_robot_that_stands_is_shown_all_the_time(biped):
+    log, truth = exact_log(
+        biped, Stribeck(), demo_parameters(), duration=2.0, rate=200.0, gait="stand", posture=demo_posture()
+    )
+    standing = walk_picture(biped, log, truth.base_position, demo_soles())
+    assert [one.foot for one in standing.footprints] == ["left_foot", "right_foot"]
+    np.testing.assert_allclose(
+        [pose.time for pose in standing.poses], np.linspace(*log.time[[0, -1]], POSES), atol=3e-3
+    )
+
+
 def test_a_touch_is_no_stance():
     time = 0.01 * np.arange(100)
     contact = np.zeros((100, 2), dtype=bool)

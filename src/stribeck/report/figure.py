@@ -56,6 +56,7 @@ _TAG = re.compile(r"<[^>]+>")
 _REFERENCE = re.compile(r'(?:url\(#|href="#)([^)"]+)')
 _ID = re.compile(r' id="([^"]+)"')
 _LONG_NUMBER = re.compile(r"(\d+\.\d\d)\d+")
+_LONG_SCALE = re.compile(r"(\d+\.\d{5})\d+")  # of pictures: it is multiplied by hundreds of pixels
 _FONT = re.compile(r" font-family: [^;\"]+;?")
 _COLOUR = re.compile("|".join(COLOURS.values()))
 _VARIABLE = {stand_in: f"var(--{name})" for name, stand_in in COLOURS.items()}
@@ -111,7 +112,7 @@ def _slim(body: str, name: str) -> str:
     def slim_tag(match: re.Match[str]) -> str:
         tag = _ID.sub(lambda found: f' id="{used[found[1]]}"' if found[1] in used else "", match[0])
         tag = _REFERENCE.sub(lambda found: found[0].replace(found[1], used[found[1]]), tag)
-        tag = _LONG_NUMBER.sub(r"\1", tag)
+        tag = (_LONG_SCALE if "matrix(" in tag else _LONG_NUMBER).sub(r"\1", tag)
         tag = _COLOUR.sub(lambda found: _VARIABLE[found[0]], _FONT.sub("", tag))
         return re.sub(r"\s*\n\s*", " ", tag)
 

@@ -28,9 +28,9 @@ def walk(picture: WalkPicture | None) -> Section | None:
         figures.append((drawing, "The whole walk from above; fainter: earlier"))
         whole = _close_up(picture, whole)
     drawing = inline_svg(from_above(picture, colours, whole, stride), "Footprints and centre of mass", "w1")
-    figures.append((drawing, "From above; strong: the stride of the poses; fainter: earlier"))
+    figures.append((drawing, "From above; strong: while the poses last; fainter: earlier"))
     span = f"{stride[0]:.2f} to {stride[1]:.2f} s"
-    figures.append((inline_svg(strip(picture, colours), f"The robot at {span}", "w2"), f"One stride, {span}"))
+    figures.append((inline_svg(strip(picture, colours), f"The robot at {span}", "w2"), f"The robot from {span}"))
     sided = {"data", "right"} <= set(colours.values())
     return Section(anchor="walk", title="Walk", body=render("walk.html.j2", figures=figures, sided=sided))
 

@@ -53,6 +53,8 @@ def draw(
     camera = mujoco.MjvCamera()
     camera.type, camera.elevation, camera.distance = mujoco.mjtCamera.mjCAMERA_FREE, 0.0, 2 * EXTENT
     camera.orthographic = 1
+    shown = mujoco.MjvOption()
+    shown.sitegroup[:] = 0  # they are marks, not bodies
     pictures = []
     with mujoco.Renderer(model, PIXELS, PIXELS) as renderer:
         for configuration, ahead in zip(configurations, azimuth, strict=True):
@@ -61,7 +63,7 @@ def draw(
             mujoco.mj_forward(model, data)
             camera.azimuth = np.rad2deg(ahead)
             camera.lookat[:] = [*configuration[:2], EXTENT / 2 - BELOW]
-            renderer.update_scene(data, camera)
+            renderer.update_scene(data, camera, shown)
             colour = renderer.render().copy()
             renderer.enable_segmentation_rendering()
             opaque = renderer.render()[..., 0] >= 0

@@ -103,7 +103,7 @@ def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
 
 
 def _pose_rows(found: list[Stance], samples: int) -> NDArray[np.int64]:
-    """Return rows of one stride in the middle of the walk: between two touchdowns of the foot that steps there."""
+    """Return rows of one stride, from a foot's touchdown to its next, in the middle; of all the time if it stands."""
     middle = samples // 2
     touchdowns = [(start, foot) for start, _, foot in found if start > 0]
     strides = [
