@@ -20,8 +20,8 @@ class Gains:
 
     dcm: float = 3.0  # [1/s], with which an error of the DCM fades
     height: float = 100.0
-    base: float = 100.0
-    foot: float = 2500.0
+    base: float = 400.0
+    foot: float = 1600.0
     foot_tilt: float = 10000.0
     posture: float = 100.0
     held: float = 400.0  # stiffness of position-controlled joints
