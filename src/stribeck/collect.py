@@ -12,7 +12,7 @@ from stribeck.friction_torque import Chunk
 from stribeck.log import Array
 from stribeck.samples import Samples
 
-MOST_KEPT = 100_000
+MOST_KEPT = 60_000
 """Samples that are kept: filtered samples lie closer together than they differ, so a fit loses nothing."""
 
 

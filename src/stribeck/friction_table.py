@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -26,18 +27,28 @@ def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
     sample. For a floating base `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing
     foot, in its frame [N], [N m].
     """
-    with whole_or_not_at_all(path) as temporary:
+    with whole_or_not_at_all(path) as temporary, ThreadPoolExecutor(1) as background:
         writers: list[pq.ParquetWriter] = []
+        pending: list[Future[None]] = []
 
-        def append(log: int, chunk: Chunk) -> None:
+        def write(log: int, chunk: Chunk) -> None:
             table = _table(log, chunk)
             if not writers:
                 writers.append(pq.ParquetWriter(temporary, table.schema, compression="lz4", use_dictionary=["support"]))
             writers[0].write_table(table)
 
+        def append(log: int, chunk: Chunk) -> None:
+            """Write while the next chunk is worked out; one chunk waits at most."""
+            for earlier in pending:
+                earlier.result()
+            pending[:] = [background.submit(write, log, chunk)]
+
         try:
             yield append
+            for last in pending:
+                last.result()
         finally:
+            background.shutdown()
             for writer in writers:
                 writer.close()
 
