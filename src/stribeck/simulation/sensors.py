@@ -84,8 +84,9 @@ class Sensors:
 
     def orientation(self, k: Samples, exact: Array) -> Array:
         """Return quaternions xyzw, shape (..., 4): the exact ones, turned by the error about the IMU's own axes."""
-        ax, ay, az, aw = np.moveaxis(exact, -1, 0)
-        bx, by, bz, bw = np.moveaxis(self._turn[k], -1, 0)
+        turn = self._turn[k]
+        ax, ay, az, aw = (exact[..., i] for i in range(4))
+        bx, by, bz, bw = (turn[..., i] for i in range(4))
         product = [
             aw * bx + bw * ax + ay * bz - az * by,
             aw * by + bw * ay + az * bx - ax * bz,

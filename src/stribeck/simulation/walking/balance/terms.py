@@ -75,7 +75,8 @@ class Dynamics:
         self.gravity = np.array(self.model.gravity.linear)
         self.weight = -self.mass * float(self.gravity[2])
         self._rest = np.zeros(self.model.nv)
-        self._upper = np.triu(np.ones((self.model.nv, self.model.nv)), 1) + 0.5 * np.eye(self.model.nv)
+        ones = np.ones((self.model.nv, self.model.nv), order="F")  # as Pinocchio's matrices
+        self._upper = np.asfortranarray(np.triu(ones) - 0.5 * np.eye(self.model.nv))
 
     def at(self, configuration: Array, velocity: Array) -> Terms:
         """Return the terms at a state as Pinocchio has it."""
