@@ -105,7 +105,7 @@ def friction_torque(
     guesses = [
         k for k, each in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
     ]
-    support_of_row, block_of_row = _label_rows(used, supports, len(log.time), round(settings.block / period))
+    support_of_row, block_of_row = _label_rows(used, supports, len(log.time), max(1, round(settings.block / period)))
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
