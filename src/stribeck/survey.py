@@ -203,12 +203,11 @@ def _clear_stretch(prepared: PreparedLog, robot: Robot, samples: Samples) -> Sam
     bins = ((samples.time - samples.time[0]) / STRETCH).astype(int)
     begin = samples.time[0] + STRETCH * int(np.argmax(np.bincount(bins, busy)))
     low, high = np.searchsorted(log.time, [begin, begin + STRETCH])
-    clipped = [
+    clipped = tuple(
         replace(phase, first=max(phase.first, int(low)), last=min(phase.last, int(high)))
         for phase in prepared.support.phases
-    ]
-    near = tuple(phase for phase in clipped if phase.last > phase.first)
-    return join([chunk.samples for chunk in prepared.chunks(robot, near)])
+    )
+    return join([chunk.samples for chunk in prepared.chunks(robot, clipped)])
 
 
 def stops_reached(log: RobotLog, robot: Robot) -> list[str]:
