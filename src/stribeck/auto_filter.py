@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from stribeck.contact import SupportPhase
@@ -47,9 +45,8 @@ def cutoff_from_log(
     positions: list[Array] = []
     heard = 0
     for chunk in friction_torque(robot, log, segments, phases, motion_filter, period, settings):
-        breaks = np.flatnonzero((np.diff(chunk.rows) > 1) | (np.diff(chunk.samples.support) != 0)) + 1
-        for start, stop in pairwise([0, *breaks, len(chunk.rows)]):
-            run = slice(int(start), min(int(stop), int(start) + LISTEN - heard))
+        for whole in chunk.runs():
+            run = slice(whole.start, min(whole.stop, whole.start + LISTEN - heard))
             position = log.position[chunk.rows[run]]
             accelerations.append(_model_acceleration(robot, chunk, run, position))
             positions.append(position[:, robot.torque_controlled])

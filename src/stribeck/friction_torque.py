@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,12 @@ class Chunk:
     samples: Samples
     wrench: Array
     guessed: NDArray[np.bool_]
+
+    def runs(self) -> Iterator[slice]:
+        """Yield the samples that follow one another without a break on the same support."""
+        breaks = np.flatnonzero((np.diff(self.rows) > 1) | (np.diff(self.samples.support) != 0)) + 1
+        for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
+            yield slice(start, stop)
 
 
 def support_name(phase: SupportPhase) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -160,9 +159,7 @@ def _runs(prepared: PreparedLog, robot: Robot) -> Iterator[_Run]:
     """Yield stretches of one support phase each, up to `LISTEN` samples."""
     heard = 0
     for chunk in prepared.chunks(robot):
-        breaks = np.flatnonzero((np.diff(chunk.rows) > 1) | (np.diff(chunk.samples.support) != 0)) + 1
-        for start, stop in pairwise([0, *breaks, len(chunk.rows)]):
-            rows = slice(int(start), int(stop))
+        for rows in chunk.runs():
             torque = prepared.log.torque[chunk.rows[rows]][:, robot.torque_controlled]
             yield _Run(torque, torque - chunk.samples.friction_torque[rows], chunk.samples.velocity[rows])
             heard += rows.stop - rows.start
