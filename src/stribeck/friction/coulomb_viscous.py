@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.friction.parameters import COULOMB, OFFSET, VISCOUS
 from stribeck.log import Array
 
 
@@ -23,9 +24,9 @@ class CoulombViscous(FrictionLaw):
     name: ClassVar[str] = "coulomb-viscous"
     title: ClassVar[str] = "Coulomb and viscous"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="viscous", symbol="Fv", unit="N m s/rad"),
-        Parameter(name="coulomb", symbol="Fc", unit="N m"),
-        Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
+        VISCOUS,
+        COULOMB,
+        OFFSET,
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (2,)
     jumps: ClassVar[bool] = True

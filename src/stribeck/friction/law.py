@@ -52,7 +52,7 @@ class FrictionLaw(abc.ABC):
 
     1. Write `friction/<name>.py` with a subclass; its docstring has the equation, when to use it, and the source.
     2. Give `name` (as typed after `--law`), `title` and `parameters`. Every parameter is positive where it
-       dissipates; an `offset` may have either sign. Keep to the names that the other laws use.
+       dissipates; an `offset` may have either sign. Those that several laws share are in `parameters.py`.
     3. Write `torque` and its derivatives `jacobian` (same order as `parameters`); both finite within the bounds at
        any finite velocity.
     4. Write `basis` and `from_linear`: with the nonlinear parameters (those with `starts`) fixed, the law is

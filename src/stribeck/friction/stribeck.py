@@ -8,10 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.log import Array
-
-MAX_GAIN = 10.0
-"""Largest Stribeck gain S [1]: breakaway at eleven times Coulomb; beyond, Coulomb is zero to any log."""
 
 
 def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:
@@ -34,20 +32,11 @@ class Stribeck(FrictionLaw):
     name: ClassVar[str] = "stribeck"
     title: ClassVar[str] = "Smooth Stribeck"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="viscous", symbol="Fv", unit="N m s/rad"),
-        Parameter(name="coulomb", symbol="Fc", unit="N m"),
-        Parameter(name="stribeck_gain", symbol="S", unit="1", upper=MAX_GAIN),
-        Parameter(
-            name="stribeck_velocity",
-            symbol="vs",
-            unit="rad/s",
-            lower=1e-4,
-            upper=1e2,
-            starts=(0.03, 0.1, 0.3, 0.7),
-            start_speed_power=1,
-            logarithmic=True,
-        ),
-        Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
+        VISCOUS,
+        COULOMB,
+        STRIBECK_GAIN,
+        STRIBECK_VELOCITY,
+        OFFSET,
         Parameter(
             name="slope",
             symbol="a",

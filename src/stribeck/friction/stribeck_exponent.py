@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
-from stribeck.friction.stribeck import MAX_GAIN, split_stribeck
+from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
+from stribeck.friction.stribeck import split_stribeck
 from stribeck.log import Array
 
 
@@ -25,23 +26,14 @@ class StribeckExponent(FrictionLaw):
     name: ClassVar[str] = "stribeck-exponent"
     title: ClassVar[str] = "Stribeck with a free exponent"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="viscous", symbol="Fv", unit="N m s/rad"),
-        Parameter(name="coulomb", symbol="Fc", unit="N m"),
-        Parameter(name="stribeck_gain", symbol="S", unit="1", upper=MAX_GAIN),
-        Parameter(
-            name="stribeck_velocity",
-            symbol="vs",
-            unit="rad/s",
-            lower=1e-4,
-            upper=1e2,
-            starts=(0.03, 0.1, 0.3, 0.7),
-            start_speed_power=1,
-            logarithmic=True,
-        ),
+        VISCOUS,
+        COULOMB,
+        STRIBECK_GAIN,
+        STRIBECK_VELOCITY,
         Parameter(
             name="exponent", symbol="delta", unit="1", lower=0.2, upper=8.0, starts=(0.7, 1.3, 2.5), logarithmic=True
         ),
-        Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf),
+        OFFSET,
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
     jumps: ClassVar[bool] = True

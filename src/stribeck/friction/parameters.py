@@ -1,0 +1,25 @@
+"""Parameters that several laws share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.friction.law import Parameter
+
+MAX_GAIN = 10.0
+"""Largest Stribeck gain S [1]: breakaway at eleven times Coulomb; beyond, Coulomb is zero to any log."""
+
+VISCOUS = Parameter(name="viscous", symbol="Fv", unit="N m s/rad")
+COULOMB = Parameter(name="coulomb", symbol="Fc", unit="N m")
+OFFSET = Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf)
+STRIBECK_GAIN = Parameter(name="stribeck_gain", symbol="S", unit="1", upper=MAX_GAIN)
+STRIBECK_VELOCITY = Parameter(
+    name="stribeck_velocity",
+    symbol="vs",
+    unit="rad/s",
+    lower=1e-4,
+    upper=1e2,
+    starts=(0.03, 0.1, 0.3, 0.7),
+    start_speed_power=1,
+    logarithmic=True,
+)
