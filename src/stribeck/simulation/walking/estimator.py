@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.log import Array
+from stribeck.simulation.walking.attitude import AttitudeFilter
 from stribeck.simulation.walking.balance.terms import Dynamics
 
 LOADED = (0.05, 0.35)
@@ -65,17 +66,21 @@ class StateEstimator:
         self._local = np.zeros(len(configuration))
         self._rates = np.zeros(dynamics.model.nv)
         self._base_velocity = np.zeros(3)
-        places, _ = self._feet(configuration[7:], self.velocity[6:])
+        places, _, turns = self._feet(configuration[7:], self.velocity[6:])
         rotation = pin.Quaternion(configuration[3:7]).toRotationMatrix()
+        headings = np.arctan2(*(rotation @ turns)[:, 1::-1, 0].T)
+        self._attitude = AttitudeFilter(rotation, headings, period)
         self._footholds = configuration[:3] + places @ rotation.T
 
     def update(self, measured: Measurement) -> tuple[Array, Array]:
         """Return configuration and velocity, as Pinocchio has them, after one more period."""
         gains, h = self.gains, self.period
         joints, rates = self._follow_joints(measured.position)
-        rotation = pin.Quaternion(measured.orientation).toRotationMatrix()
         spin = measured.angular_velocity
-        places, motions = self._feet(joints, rates)
+        places, motions, turns = self._feet(joints, rates)
+        low, high = LOADED
+        load = np.minimum(np.maximum((measured.foot_force / self.dynamics.weight - low) / (high - low), 0.0), 1.0)
+        rotation = self._attitude.update(measured.orientation, spin, turns, load)
         # Both feet's r and w x r + r', turned into the world at once.
         turned = np.concatenate([places, places @ _skew(spin) + motions]) @ rotation.T
         arms, swings = turned[: len(places)], turned[len(places) :]
@@ -83,8 +88,6 @@ class StateEstimator:
         force = rotation @ measured.specific_force + self.dynamics.gravity
         position = self.configuration[:3] + h * self._base_velocity + h * h / 2 * force
         velocity = self._base_velocity + h * force
-        low, high = LOADED
-        load = np.minimum(np.maximum((measured.foot_force / self.dynamics.weight - low) / (high - low), 0.0), 1.0)
         trust = load / max(float(load.sum()), 1.0)
         share = float(trust.sum())
         position += gains.base_position * (trust @ (self._footholds - arms) - share * position)
@@ -92,7 +95,7 @@ class StateEstimator:
         self._footholds += (gains.foothold * (1 - load))[:, None] * (position + arms - self._footholds)
         self._footholds[:, 2] *= 1 - gains.ground
 
-        self.configuration = np.concatenate([position, measured.orientation, joints])
+        self.configuration = np.concatenate([position, pin.Quaternion(rotation).coeffs(), joints])
         self._base_velocity = velocity
         self.velocity = np.concatenate([velocity @ rotation, spin, rates])
         return self.configuration, self.velocity
@@ -103,16 +106,18 @@ class StateEstimator:
         error = measured - expected
         return expected + gains.joint_position * error, self.velocity[6:] + gains.joint_velocity / h * error
 
-    def _feet(self, joints: Array, rates: Array) -> tuple[Array, Array]:
-        """Return the places and velocities of the soles' centres in the base, shape (feet, 3) each."""
+    def _feet(self, joints: Array, rates: Array) -> tuple[Array, Array, Array]:
+        """Return the places and velocities of the soles' centres in the base, shape (feet, 3), and their rotations."""
         model, data = self.dynamics.model, self._data
         self._local[6], self._local[7:], self._rates[6:] = 1.0, joints, rates
         pin.forwardKinematics(model, data, self._local, self._rates)
         places, motions = np.empty((2, len(self.dynamics.frames), 3))
+        turns = np.empty((len(places), 3, 3))
         for k, frame in enumerate(self.dynamics.frames):
-            places[k] = pin.updateFramePlacement(model, data, frame).translation
+            pose = pin.updateFramePlacement(model, data, frame)
+            places[k], turns[k] = pose.translation, pose.rotation
             motions[k] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-        return places, motions
+        return places, motions, turns
 
 
 def _skew(vector: Array) -> Array:

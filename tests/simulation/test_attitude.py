@@ -1,0 +1,65 @@
+"""The base's orientation from gyroscope, standing feet and IMU."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from stribeck.simulation.walking.attitude import FLAT, AttitudeFilter, AttitudeGains
+
+PERIOD = 1e-3
+STANDING, SWINGING = np.ones(1), np.zeros(1)
+
+
+def filter_at(rotation: np.ndarray) -> AttitudeFilter:
+    return AttitudeFilter(rotation, np.zeros(1), PERIOD)
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    return np.asarray(pin.Quaternion(rotation).coeffs())
+
+
+def followed(attitude: AttitudeFilter, measured: np.ndarray, feet: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """Return the estimate's error [rad] after ten seconds at rest, the truth being level, shape (3,)."""
+    for _ in range(10_000):
+        attitude.update(quaternion(measured), np.zeros(3), feet, load)
+    return np.asarray(pin.log3(attitude.rotation))
+
+
+def test_it_turns_with_the_gyroscope_when_the_imu_agrees() -> None:
+    spin, rotation = np.array([0.3, -0.2, 0.5]), np.asarray(pin.exp3(np.array([0.1, 0.2, 0.0])))
+    attitude = filter_at(rotation)
+    for _ in range(2_000):
+        rotation = rotation @ pin.exp3(PERIOD * spin)
+        attitude.update(quaternion(rotation), spin, np.eye(3)[None], SWINGING)
+    np.testing.assert_allclose(attitude.rotation, rotation, atol=1e-9)
+
+
+def test_a_standing_foot_outweighs_a_wrong_imu() -> None:
+    wrong = np.array([0.03, -0.02, 0.04])
+    error = followed(filter_at(np.eye(3)), np.asarray(pin.exp3(wrong)), np.eye(3)[None], STANDING)
+    gains = AttitudeGains()
+    np.testing.assert_allclose(error, gains.imu / (gains.imu + gains.foot) * wrong, rtol=0.1)
+
+
+def test_a_foot_in_the_air_says_nothing() -> None:
+    tilted = np.asarray(pin.exp3(np.array([0.02, 0.0, 0.0])))
+    error = followed(filter_at(np.eye(3)), np.eye(3), tilted[None], SWINGING)
+    np.testing.assert_allclose(error, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_nor_does_a_foot_that_tips(axis: int) -> None:
+    angle = np.zeros(3)
+    angle[axis] = 1.1 * FLAT
+    error = followed(filter_at(np.eye(3)), np.eye(3), np.asarray(pin.exp3(angle))[None], STANDING)
+    np.testing.assert_allclose(error, 0.0, atol=1e-12)
+
+
+def test_a_foot_keeps_the_heading_it_landed_with() -> None:
+    turned = np.asarray(pin.exp3(np.array([0.0, 0.0, 0.3])))
+    attitude = filter_at(np.eye(3))
+    attitude.update(quaternion(np.eye(3)), np.zeros(3), turned[None], SWINGING)
+    error = followed(attitude, np.eye(3), turned[None], STANDING)
+    np.testing.assert_allclose(error, 0.0, atol=1e-9)
