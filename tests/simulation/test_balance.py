@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from qpsolvers import solve_qp
 from tests.models import make_robot
 from tests.simulation.walkers import POSTURE, SOLES, walker
 
@@ -14,6 +15,7 @@ from stribeck.simulation.biped import MODELS
 from stribeck.simulation.mujoco_model import compile_body
 from stribeck.simulation.sole import Sole
 from stribeck.simulation.walking.balance.controller import WalkingController
+from stribeck.simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve
 from stribeck.simulation.walking.balance.swing import PRESS, swing_at
 from stribeck.simulation.walking.balance.tasks import Gains
 from stribeck.simulation.walking.balance.terms import Dynamics
@@ -124,6 +126,48 @@ def test_the_watched_limits_give_the_whole_programs_solution(tmp_path: Path) -> 
         np.testing.assert_allclose(torque, whole.torque(sample, configuration, velocity), atol=1e-4)
         cut += bool(np.any(np.abs(torque) > limit - 1e-6))
     assert cut > 2
+
+
+@pytest.mark.parametrize("feet", [(1,), (0, 1)])
+def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...], tmp_path: Path) -> None:
+    """The program of all accelerations and wrenches, with the equation of motion as a constraint, says the same."""
+    robot = walker("toro", tmp_path)
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, POSTURE["toro"])
+    generator = np.random.default_rng(6)
+    nv, n = dynamics.model.nv, dynamics.model.nv - 6
+    configuration, velocity = start.configuration.copy(), 0.2 * generator.normal(size=nv)
+    configuration[7:] += 0.05 * generator.normal(size=n)
+    terms, cone = dynamics.at(configuration, velocity), wrench_cone(SOLE, 0.6)
+    standing = [terms.feet[foot] for foot in feet]
+    tasks = [Task(generator.normal(size=(3, nv)), generator.normal(size=3)) for _ in range(3)]
+    wishes = Wishes(generator.normal(size=n), 300 * generator.random((len(feet), 6)))
+    weight = generator.random(9), generator.random(n), 1e-4 * generator.random((len(feet), 6))
+    weights = Weights(np.concatenate([weight[0], weight[2][0]]), np.concatenate([weight[1], *weight[2][1:]]))
+    limit, watched = np.full(n, 30.0), np.arange(n) % 2 == 0
+    program = build(terms, standing, [cone] * len(feet), tasks, wishes, weights)
+    torque = solve(program, terms, standing, limit, watched)
+
+    jacobian = np.concatenate([foot.jacobian for foot in standing])
+    motion = np.hstack([terms.inertia, -jacobian.T])
+    wide = np.concatenate([task.jacobian for task in tasks])
+    own = np.concatenate([np.zeros(6), weight[1], weight[2].ravel()])
+    P = np.diag(own)
+    P[:nv, :nv] += wide.T @ (weight[0][:, None] * wide)
+    q = -own * np.concatenate([np.zeros(6), wishes.joints, wishes.wrenches.ravel()])
+    q[:nv] -= wide.T @ (weight[0] * np.concatenate([task.wanted for task in tasks]))
+    held = np.hstack([jacobian, np.zeros((len(jacobian), len(jacobian)))])
+    still = np.concatenate([-foot.drift - STANCE_DAMPING * foot.velocity for foot in standing])
+    A, b = np.concatenate([motion[:6], held]), np.concatenate([-terms.bias[:6], still])
+    joints, bias, most = motion[6:][watched], terms.bias[6:][watched], limit[watched]
+    cones = np.hstack([np.zeros((16 * len(feet), nv)), np.kron(np.eye(len(feet)), cone)])
+    G, h = np.concatenate([cones, joints, -joints]), np.concatenate([np.zeros(len(cones)), most - bias, most + bias])
+    whole = solve_qp(P, q, G, h, A, b, solver="daqp")
+    assert whole is not None
+    assert torque is not None
+    np.testing.assert_allclose(torque, motion[6:] @ whole + terms.bias[6:], atol=1e-4)
+    assert (np.abs(torque[watched]) > 30 - 1e-4).any()
 
 
 def test_a_robot_on_point_feet_is_refused() -> None:

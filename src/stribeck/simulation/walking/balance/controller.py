@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.errors import StribeckError
 from stribeck.log import Array
 from stribeck.robot import Robot
 from stribeck.simulation.sole import Sole
-from stribeck.simulation.walking.balance.qp import BASE, Limits, Task, Wishes, build, solve
+from stribeck.simulation.walking.balance.qp import BASE, Task, Weights, Wishes, build, solve
 from stribeck.simulation.walking.balance.swing import Swing, swing_at
 from stribeck.simulation.walking.balance.tasks import Gains, base_task, com_task, swing_task
 from stribeck.simulation.walking.balance.terms import Dynamics, FootState, Terms
@@ -23,8 +24,6 @@ NEAR = 0.7
 """A torque above this share of its limit may reach it in the next period."""
 SLACK = 1e-6
 """A torque may exceed its limit by this [N m]."""
-EASE = 1e-6
-"""Weight of the base's acceleration, which nothing else may ask for; it keeps the program convex."""
 
 
 class BalanceError(StribeckError):
@@ -78,9 +77,7 @@ class WalkingController:
         held = np.array([name in robot.position_controlled for name in list(robot.tree.model.names)[2:]])
         self._stiffness = np.where(held, gains.held, gains.posture)
         self._damping = 2 * np.sqrt(self._stiffness)
-        joints = np.where(held, gains.held_weight, gains.posture_weight)
-        wrench = [gains.force_weight] * 3 + [gains.moment_weight] * 3
-        self._weight = np.concatenate([np.full(BASE, EASE), joints, wrench, wrench])
+        self._weights = {swings: _weights(gains, held, swings) for swings in (False, True)}
         self._everyone, self._nobody = np.isfinite(limit), np.zeros(len(limit), dtype=bool)
         self._lift_off: _LiftOff | None = None
         self._torque = np.zeros(len(limit))
@@ -122,9 +119,9 @@ class WalkingController:
         """
         standing, cones = [terms.feet[foot] for foot in stand], [self._cones[foot] for foot in stand]
         near = np.abs(self._torque) > NEAR * self.limit
+        program = build(terms, standing, cones, tasks, wishes, self._weights[len(stand) == 1])
         for watched in (near, self._everyone, self._nobody):
-            problem = build(terms, standing, cones, tasks, wishes, Limits(self.limit, watched))
-            torque = solve(problem, terms, standing)
+            torque = solve(program, terms, standing, self.limit, watched)
             if torque is None:
                 continue
             if watched is self._nobody or not np.any(np.abs(torque) > self.limit + SLACK):
@@ -145,10 +142,15 @@ class WalkingController:
 
     def _wishes(self, sample: int, stand: list[int], configuration: Array, velocity: Array) -> Wishes:
         """Keep near the posture, and share the weight between the feet as planned."""
-        nv = len(velocity)
-        size = nv + BASE * len(stand)
-        wanted = np.zeros(size)
-        wanted[BASE:nv] = self._stiffness * (self.start.posture - configuration[7:]) - self._damping * velocity[6:]
-        for k, foot in enumerate(stand):
-            wanted[nv + BASE * k + 2] = self.dynamics.weight * self.plan.share[sample, foot]
-        return Wishes(wanted, self._weight[:size])
+        joints = self._stiffness * (self.start.posture - configuration[7:]) - self._damping * velocity[6:]
+        wrenches = np.zeros((len(stand), BASE))
+        wrenches[:, 2] = self.dynamics.weight * self.plan.share[sample, stand]
+        return Wishes(joints, wrenches)
+
+
+def _weights(gains: Gains, held: NDArray[np.bool_], swings: bool) -> Weights:
+    """Return the weights while a foot swings, or while both stand."""
+    joints = np.where(held, gains.held_weight, gains.posture_weight)
+    wrench = np.repeat([gains.force_weight, gains.moment_weight], 3)
+    tasks = np.repeat([gains.com_weight, gains.base_weight, gains.foot_weight], [3, 3, BASE if swings else 0])
+    return Weights(np.concatenate([tasks, wrench]), np.concatenate([joints, wrench[: 0 if swings else BASE]]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import cos, sin, sqrt
 
 import numpy as np
@@ -53,21 +54,32 @@ def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: flo
     gains
         Feedback and weight.
     """
-    error = terms.com[:2] + terms.com_velocity[:2] / pulsation - dcm
-    pressure = zmp + (1 + gains.dcm / pulsation) * error
-    wanted = np.empty(3)
-    wanted[:2] = pulsation**2 * (terms.com[:2] - pressure)
-    wanted[2] = gains.height * (height - terms.com[2]) - 2 * sqrt(gains.height) * terms.com_velocity[2]
-    return Task(terms.com_jacobian, wanted - terms.com_drift, np.full(3, gains.com_weight))
+    rate = gains.dcm / pulsation
+    x, y, z = terms.com.tolist()
+    vx, vy, vz = terms.com_velocity.tolist()
+    (dcm_x, dcm_y), (zmp_x, zmp_y) = dcm.tolist(), zmp.tolist()
+    pressure_x = zmp_x + (1 + rate) * (x + vx / pulsation - dcm_x)
+    pressure_y = zmp_y + (1 + rate) * (y + vy / pulsation - dcm_y)
+    wanted = np.array(
+        [
+            pulsation**2 * (x - pressure_x),
+            pulsation**2 * (y - pressure_y),
+            gains.height * (height - z) - 2 * sqrt(gains.height) * vz,
+        ]
+    )
+    return Task(terms.com_jacobian, wanted - terms.com_drift)
 
 
 def base_task(terms: Terms, spin: Array, yaw: float, yaw_rate: float, gains: Gains) -> Task:
     """Keep the base upright, with a heading [rad] that changes [rad/s]; `spin` is its angular velocity in itself."""
     error = pin.log3(terms.base_rotation.T @ upright(yaw))
     wanted = gains.base * error + 2 * sqrt(gains.base) * (terms.base_rotation[2] * yaw_rate - spin)
-    jacobian = np.zeros((3, len(terms.bias)))
-    jacobian[0, 3] = jacobian[1, 4] = jacobian[2, 5] = 1.0
-    return Task(jacobian, wanted, np.full(3, gains.base_weight))
+    return Task(_turn_of_base(len(terms.bias)), wanted)
+
+
+@cache
+def _turn_of_base(nv: int) -> Array:
+    return np.eye(3, nv, 3)
 
 
 def swing_task(foot: FootState, swing: Swing, gains: Gains) -> Task:
@@ -81,7 +93,7 @@ def swing_task(foot: FootState, swing: Swing, gains: Gains) -> Task:
     wanted[:3] = move @ turn - 2 * sqrt(gains.foot) * linear - pin.skew(spin) @ linear
     tilt = pin.log3(turn.T @ upright(swing.yaw))
     wanted[3:] = gains.foot_tilt * tilt + 2 * sqrt(gains.foot_tilt) * (turn[2] * swing.yaw_rate - spin)
-    return Task(foot.jacobian, wanted - foot.drift, np.full(6, gains.foot_weight))
+    return Task(foot.jacobian, wanted - foot.drift)
 
 
 def upright(yaw: float) -> Array:

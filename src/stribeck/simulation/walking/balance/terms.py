@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,8 +12,7 @@ from stribeck.robot import Robot
 from stribeck.simulation.sole import Sole
 
 
-@dataclass(frozen=True, eq=False)
-class FootState:
+class FootState(NamedTuple):
     """A sole's motion.
 
     Attributes
@@ -24,6 +23,8 @@ class FootState:
         To the velocity in the sole's own coordinates, linear then angular, shape (6, nv).
     velocity, drift
         The velocity there, and the spatial acceleration without joint acceleration, shape (6,).
+    to_base
+        Turns spatial velocities in the sole's coordinates into the base's, shape (6, 6).
     """
 
     rotation: Array
@@ -31,10 +32,10 @@ class FootState:
     jacobian: Array
     velocity: Array
     drift: Array
+    to_base: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Terms:
+class Terms(NamedTuple):
     """The robot at one state.
 
     Attributes
@@ -108,4 +109,5 @@ class Dynamics:
             pin.getFrameJacobian(model, data, frame, pin.LOCAL),
             pin.getFrameVelocity(model, data, frame, pin.LOCAL).vector,
             pin.getFrameAcceleration(model, data, frame, pin.LOCAL).vector,
+            data.oMi[1].actInv(pose).toActionMatrix(),
         )
