@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint bench coverage clean
+.PHONY: demo test lint bench coverage paper clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -24,5 +24,8 @@ lint: .venv/.dev
 test: lint
 	$(BIN)/python -m pytest
 
+paper: .venv/.dev
+	$(BIN)/python -m studies.paper
+
 clean:
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv build .pytest_cache .mypy_cache .ruff_cache

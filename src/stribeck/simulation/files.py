@@ -46,6 +46,13 @@ def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
     return beside
 
 
+def read_truth(log: Path) -> Truth:
+    """Return the truth that `write_simulated` put beside a log."""
+    with np.load(log.with_name(f"{log.stem}.truth.npz"), allow_pickle=False) as file:
+        arrays = {field.name: file[field.name] for field in fields(Truth) if field.name in file.files}
+        return Truth(**arrays | {"parameters": json.loads(str(file["parameters"]))})
+
+
 def write_truth(law: str, parameters: Mapping[str, Mapping[str, float]], path: Path) -> None:
     """Write the friction parameters that a log was made with, as JSON: the law, then joints, then parameters."""
     text = json.dumps({"law": law, "joints": {joint: dict(values) for joint, values in parameters.items()}}, indent=2)

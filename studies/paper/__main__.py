@@ -1,0 +1,50 @@
+"""Runs the studies: numbers to JSON, figures to SVG, both into the pages."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+
+from studies.paper import pages
+from studies.paper.jobs import make_walk, run_study
+from studies.paper.study import find_studies
+
+PROCESSES = 2
+
+
+def main(words: list[str]) -> None:
+    studies = find_studies()
+    parser = argparse.ArgumentParser(prog="python -m studies.paper", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="STUDY", help=", ".join(studies))
+    parser.add_argument("--quick", action="store_true", help="short walks; everything is written under build/")
+    arguments = parser.parse_args(words)
+    if unknown := [name for name in arguments.names if name not in studies]:
+        parser.error(f"there is no study '{unknown[0]}'; there are {', '.join(studies)}")
+    chosen = arguments.names or list(studies)
+    os.environ["OMP_NUM_THREADS"] = "1"  # the two processes are the parallelism
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+        needed = dict.fromkeys(walk for name in chosen for walk in studies[name].WALKS)
+        _do(pool, make_walk, needed, arguments.quick, "walk")
+        _do(pool, run_study, chosen, arguments.quick, "study")
+    if not arguments.quick:
+        pages.fill_pages()
+
+
+def _do(
+    pool: ProcessPoolExecutor, task: Callable[[str, bool], None], names: Iterable[str], quick: bool, kind: str
+) -> None:
+    """Run a task for every name, two at a time, and say when each is done; the first error ends it all."""
+    begun = time.perf_counter()
+    futures = {pool.submit(task, name, quick): name for name in names}
+    for future in as_completed(futures):
+        future.result()
+        print(f"{time.perf_counter() - begun:6.1f} s  {kind} {futures[future]}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

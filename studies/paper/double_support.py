@@ -1,0 +1,159 @@
+"""Fig. 6.1: friction in the right knee alone, five steps in the ideal simulator, exact accelerations.
+
+On one foot (5.13) gives every joint's friction exactly. On two feet M_mod^-1 is singular, and (6.1) picks one of the
+many frictions that explain the same accelerations. Its weights say which one, so they are varied. In the paper's own
+simulator feet stay as they land; in ours they are turned level within 0.3 s, and so do not stand quite still.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stribeck import Robot, Settings
+from stribeck.constrained_dynamics import constrained_sample, minimum_norm_friction_torque
+from stribeck.log import Array
+from stribeck.simulation.run import Simulated
+from stribeck.state import Orientation, State
+from studies.paper import figures
+from studies.paper.estimate import EXACT, UNTRIMMED, Estimate, estimate, rms
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.walks import get_walk
+
+WALKS = ("right-knee-literal", "right-knee-ideal")
+NAMES = {"right-knee-literal": "feet stay as they land", "right-knee-ideal": "feet are levelled"}
+KNEE = "right_knee"
+SHOWN = ("right_knee", "left_knee", "right_hip_pitch", "left_hip_pitch", "right_ankle_pitch", "left_ankle_pitch")
+BOTH = "left_foot+right_foot"
+STRIDE = 20
+"""One of this many samples on two feet is solved with every weighting."""
+
+
+def run(quick: bool) -> Study:
+    guessing = Settings(filter=EXACT, double_support="guess", standing_legs=True)
+    walks = {name: get_walk(name, quick) for name in WALKS}
+    found = {name: estimate(walk, guessing) for name, walk in walks.items()}
+    numbers = {
+        "phases": {name: _by_phase(each) for name, each in found.items()},
+        "weightings": {name: _vary_weights(walk) for name, walk in walks.items()},
+    }
+    untrimmed = estimate(walks[WALKS[0]], guessing.model_copy(update={"support": UNTRIMMED}))
+
+    def over_time(figure: Figure) -> None:
+        figure.set_size_inches(6.5, 3.4)
+        axes = figure.subplots()
+        time = untrimmed.samples.time
+        figures.shade(axes, time, untrimmed.standing_on(BOTH))
+        for k, joint in enumerate(SHOWN):
+            torque = untrimmed.samples.friction_torque[:, untrimmed.column(joint)]
+            axes.plot(time, torque, f"C{k}", label=joint.replace("_", " "))
+        truth = untrimmed.truth[:, untrimmed.column(KNEE)]
+        axes.plot(time, truth, color=figures.ink(), ls="--", lw=0.8, label="right knee, truth")
+        axes.set(xlabel="time [s]", ylabel="friction torque [N m]")
+        figure.legend(loc="outside upper center", ncols=4)
+
+    return Study(numbers, {"double-support": over_time})
+
+
+def _by_phase(found: Estimate) -> dict[str, dict[str, float]]:
+    """Return how far the estimate is off on one foot and on two [N m]."""
+    both, knee = found.standing_on(BOTH), found.column(KNEE)
+    others = np.arange(found.truth.shape[1]) != knee
+    return {
+        phase: {
+            "samples": int(np.sum(rows)),
+            "knee_friction_rms": rms(found.truth[rows, knee]),
+            "knee_error_rms": rms(found.error[rows, knee]),
+            "other_error_rms": rms(found.error[rows][:, others]),
+            "largest_error": float(np.nanmax(np.abs(found.error[rows]))),
+        }
+        for phase, rows in {"one foot": ~both, "two feet": both}.items()
+    }
+
+
+def _weightings(robot: Robot) -> dict[str, dict[str, float | Array]]:
+    """Return W and lambda of (6.1), by what they stand for."""
+    joints = np.array(robot.joint_names)[robot.torque_controlled]
+    left, right = np.char.startswith(joints, "left"), np.char.startswith(joints, "right")
+    knees = np.char.endswith(joints, "knee")
+    return {
+        "W = 1, λ = 1e-8": {},
+        "W of the right side 100 times larger": {"weight": np.where(right, 100.0, 1.0)},
+        "λ of the left side 100 times larger": {"penalty": np.where(left, 1e-6, 1e-8)},
+        "λ of the knees 10,000 times smaller": {"penalty": np.where(knees, 1e-12, 1e-8)},
+        "λ of the right knee 10,000 times smaller": {"penalty": np.where(knees & right, 1e-12, 1e-8)},
+        "λ = 1e-2": {"penalty": 1e-2},
+        "λ = 1": {"penalty": 1.0},
+    }
+
+
+def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
+    """Return how far (6.1) is off on two feet, and how much acceleration it leaves unexplained, by its weights."""
+    log, robot = walk.log, walk.robot
+    assert log.contact is not None
+    assert log.velocity is not None
+    assert log.acceleration is not None
+    rows = np.flatnonzero(log.contact.all(axis=1))[::STRIDE]
+    state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], _orientation(walk, rows))
+    feet, torque = log.foot_names, log.torque[rows]
+    truth, known = walk.truth.friction_torque[rows], robot.torque_controlled
+    knee = robot.joint_names.index(KNEE)
+    others = np.setdiff1d(known, knee)
+    samples = [constrained_sample(robot, feet, state, torque, k) for k in range(len(rows))]
+    found = {}
+    for label, weights in _weightings(robot).items():
+        friction = minimum_norm_friction_torque(robot, feet, state, torque, **weights)
+        error = friction - truth
+        left = [each.difference - each.mobility @ row for each, row in zip(samples, friction[:, known], strict=True)]
+        found[label] = {
+            "knee_error_rms": rms(error[:, knee]),
+            "other_error_rms": rms(error[:, others]),
+            "unexplained_rms": rms(np.array(left)),
+        }
+    return found
+
+
+def _orientation(walk: Simulated, rows: NDArray[np.int64]) -> Orientation:
+    """Return the base's exact orientation, angular velocity and acceleration at some rows of the log."""
+    truth = walk.truth
+    assert walk.log.base_orientation is not None
+    assert truth.base_velocity is not None
+    assert truth.base_acceleration is not None
+    rates, changes = truth.base_velocity[rows, 3:], truth.base_acceleration[rows, 3:]
+    return Orientation(walk.log.base_orientation[rows], rates, changes)
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return the errors by phase and by weighting."""
+    keys = ("knee_friction_rms", "knee_error_rms", "other_error_rms", "largest_error")
+    phases = [
+        (NAMES[walk], phase, row["samples"], *(f"{row[key]:.2g}" for key in keys))
+        for walk, rows in numbers["phases"].items()
+        for phase, row in rows.items()
+    ]
+    literal, levelled = (numbers["weightings"][walk] for walk in WALKS)
+    weightings = [
+        (
+            label,
+            *(f"{row[label][key]:.2g}" for row in (literal, levelled) for key in ("knee_error_rms", "other_error_rms")),
+        )
+        for label in literal
+    ]
+    one, two = (numbers["phases"][WALKS[0]][phase] for phase in ("one foot", "two feet"))
+    return {
+        "phases": markdown_table(
+            ("", "standing on", "samples", "knee: friction", "knee: error", "other joints: error", "largest error"),
+            phases,
+        ),
+        "weightings": markdown_table(
+            ("weights", "knee, as they land", "others, as they land", "knee, levelled", "others, levelled"), weightings
+        ),
+        "single": f"{one['knee_error_rms']:.1g} N m",
+        "single-levelled": f"{numbers['phases'][WALKS[1]]['one foot']['knee_error_rms']:.1g} N m",
+        "double": f"{two['knee_error_rms']:.2g} N m",
+        "double-share": f"{100 * two['knee_error_rms'] / two['knee_friction_rms']:.0f} %",
+        "double-levelled": f"{numbers['phases'][WALKS[1]]['two feet']['knee_error_rms']:.1f} N m",
+        "known": f"{literal['λ of the right knee 10,000 times smaller']['knee_error_rms']:.1g} N m",
+    }

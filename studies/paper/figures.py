@@ -1,0 +1,102 @@
+"""Figures for print and screen: one style, a light and a dark file each, the same bytes every time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from cycler import cycler
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stribeck.log import Array
+from studies.paper.study import ROOT
+
+FOLDER = ROOT / "docs" / "assets" / "paper"
+SIZE = (6.5, 2.8)
+"""Of a figure that does not set its own [inch]; the width is a printed page's."""
+LARGEST = 200_000
+"""Size that no file may have [bytes]."""
+
+_THEMES = {
+    "light": {
+        "ink": "#1f2328",
+        "grid": "#d8dee4",
+        "cycle": ["#1868b7", "#d1570a", "#0b7f5c", "#8250c4", "#b3446c", "#6e7781"],
+    },
+    "dark": {
+        "ink": "#e6edf3",
+        "grid": "#3a424c",
+        "cycle": ["#6cb2f7", "#ffa056", "#4fcfa3", "#c5a0f5", "#f08fb4", "#9aa4ae"],
+    },
+}
+_STYLE: dict[str, Any] = {
+    "svg.fonttype": "path",
+    "svg.hashsalt": "stribeck",
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 2.0,
+    "grid.linewidth": 0.6,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.25,
+}
+
+
+def ink() -> str:
+    """Return the colour of text, for curves that are the truth."""
+    return str(mpl.rcParams["text.color"])
+
+
+def save(name: str, draw: Callable[[Figure], None], folder: Path = FOLDER) -> None:
+    """Draw a figure in each theme and write `<name>-<theme>.svg`.
+
+    Raises
+    ------
+    ValueError
+        If a file is larger than `LARGEST`: too many points for a page.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for theme in _THEMES:
+        with style.context(_STYLE | _colours(theme), after_reset=True):
+            figure = Figure(figsize=SIZE, layout="constrained")
+            draw(figure)
+            path = folder / f"{name}-{theme}.svg"
+            figure.savefig(path, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        if path.stat().st_size > LARGEST:
+            raise ValueError(f"{path.name}: has {path.stat().st_size} bytes; draw fewer points")
+
+
+def _colours(theme: str) -> dict[str, Any]:
+    colours = _THEMES[theme]
+    inked = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
+    return dict.fromkeys(inked, colours["ink"]) | {
+        "grid.color": colours["grid"],
+        "axes.prop_cycle": cycler(color=colours["cycle"]),
+    }
+
+
+def plot_runs(axes: Axes, time: Array, x: Array, y: Array, *arguments: Any, **keywords: Any) -> None:
+    """Plot y over x as a line that breaks wherever samples are not neighbours in time, as between two steps."""
+    breaks = np.flatnonzero(np.diff(time) > 1.5 * np.min(np.diff(time))) + 1
+    axes.plot(np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan), *arguments, **keywords)
+
+
+def shade(axes: Axes, time: Array, rows: NDArray[np.bool_]) -> None:
+    """Shade the stretches of time that these samples are in."""
+    edges = np.flatnonzero(np.diff(rows.astype(int), prepend=0, append=0))
+    for start, stop in zip(edges[::2], edges[1::2] - 1, strict=True):
+        axes.axvspan(time[start], time[stop], color=mpl.rcParams["grid.color"], alpha=0.5, lw=0)

@@ -1,0 +1,26 @@
+"""The two kinds of work: make a walk, run a study. They run in processes of their own."""
+
+from __future__ import annotations
+
+import json
+
+from studies.paper import figures, walks
+from studies.paper.study import NUMBERS, ROOT, find_studies, plain
+
+QUICK = ROOT / "build" / "quick"
+"""Where quick runs write."""
+
+
+def run_study(name: str, quick: bool) -> None:
+    """Run a study and write its numbers and figures; those of a quick run stay under build/."""
+    study = find_studies()[name].run(quick)
+    path = (QUICK if quick else NUMBERS) / f"{name}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(plain(study.numbers), indent=1) + "\n", encoding="utf-8")
+    for figure, draw in study.figures.items():
+        figures.save(figure, draw, QUICK if quick else figures.FOLDER)
+
+
+def make_walk(name: str, quick: bool) -> None:
+    """Simulate a walk if it is not at hand."""
+    walks.get_walk(name, quick)
