@@ -6,9 +6,12 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.spatial.transform import Rotation
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck.errors import SettingsError
+from stribeck.friction import Stribeck
+from stribeck.log import Array
 from stribeck.robot import Robot
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.friction_truth import FrictionTruth
@@ -19,6 +22,20 @@ from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.start import start_standing
 
 NAMES = ("toro", "talos", "g1")
+
+
+def as_mujoco_has_it(sim: MujocoSim) -> tuple[Array, Array]:
+    """The state now with positions half a step ahead of velocities."""
+    now, ahead = sim.now(), 0.5 * float(sim.body.model.opt.timestep)
+    configuration, velocity = now.configuration, now.velocity
+    turn = pin.Quaternion(configuration[3:7])
+    linear = turn.toRotationMatrix() @ velocity[:3]
+    turn = turn * pin.Quaternion(pin.exp3(ahead * velocity[3:6]))
+    configuration[:3] += ahead * linear
+    configuration[3:7] = turn.coeffs()
+    configuration[7:] += ahead * velocity[6:]
+    velocity[:3] = turn.toRotationMatrix().T @ linear
+    return configuration, velocity
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -36,9 +53,9 @@ def test_both_engines_have_one_equation_of_motion(name: str, tmp_path: Path) -> 
     v = 0.3 * generator.normal(size=model.nv)
     rotation = pin.Quaternion(q[3:7]).toRotationMatrix()
     sim.data.qvel[:3], sim.data.qvel[3:6], sim.data.qvel[body.velocity_index] = rotation @ v[:3], v[3:6], v[6:]
-    now = sim.now()
-    np.testing.assert_allclose(now.configuration, q, atol=1e-12)
-    np.testing.assert_allclose(now.velocity, v, atol=1e-12)
+    configuration, velocity = as_mujoco_has_it(sim)
+    np.testing.assert_allclose(configuration, q, atol=1e-12)
+    np.testing.assert_allclose(velocity, v, atol=1e-12)
     # With MuJoCo's world-frame acceleration of the base, J a + J' v turns one into the other.
     a = generator.normal(size=model.nv)
     sim.data.qacc[:3] = rotation @ (a[:3] + np.cross(v[3:6], v[:3]))
@@ -69,22 +86,77 @@ def test_ground_gravity_and_friction_are_all_that_acts() -> None:
     model, data = dynamics.model, dynamics.data
     step = sim.period
     for _ in range(100):
-        before = sim.now()
+        before, velocity_before = as_mujoco_has_it(sim)
         linear = sim.data.qvel[:3].copy()
         torque, touch, _ = sim.advance(3 * generator.normal(size=model.nv - 6))
         wrenches = foot_wrenches(sim.body, touch)
-        after = sim.now()
-        turn = pin.Quaternion(before.configuration[3:7]).toRotationMatrix()
-        a = (after.velocity - before.velocity) / step
-        a[:3] = turn.T @ (sim.data.qvel[:3] - linear) / step - np.cross(before.velocity[3:6], before.velocity[:3])
-        force = pin.rnea(model, data, before.configuration, before.velocity, a)
-        force[6:] += after.friction_torque - torque
+        _, velocity_after = as_mujoco_has_it(sim)
+        resisting = sim.now().friction_torque
+        turn = pin.Quaternion(before[3:7]).toRotationMatrix()
+        a = (velocity_after - velocity_before) / step
+        a[:3] = turn.T @ (sim.data.qvel[:3] - linear) / step - np.cross(velocity_before[3:6], velocity_before[:3])
+        force = pin.rnea(model, data, before, velocity_before, a)
+        force[6:] += resisting - torque
         for name, wrench in zip(robot.contacts, wrenches, strict=True):
             frame = model.getFrameId(robot.contacts[name].frame)
-            jacobian = pin.computeFrameJacobian(model, data, before.configuration, frame, pin.LOCAL)
+            jacobian = pin.computeFrameJacobian(model, data, before, frame, pin.LOCAL)
             force -= jacobian.T @ wrench
         np.testing.assert_allclose(force, 0.0, atol=1e-8)
-    assert np.abs(after.friction_torque).max() > 0.5
+    assert np.abs(resisting).max() > 0.5
+
+
+def free_leg(step: float, control_period: float) -> tuple[MujocoSim, int]:
+    """A robot that falls freely, and the number of a knee."""
+    robot = Robot.from_file(MODELS / "toro.toml")
+    names = list(robot.tree.model.names)[2:]
+    start = pin.neutral(robot.tree.model)
+    start[2] = 100.0
+    start[7:] = [POSTURE["toro"].get(name, 0.0) for name in names]
+    sim = MujocoSim(compile_body(robot, step=step), leg_friction(robot, 1.0), start, control_period)
+    return sim, names.index("left_knee")
+
+
+def distance_from_the_law(step: float) -> float:
+    """How far the friction torque that acts is from the law at the velocity that positions show [N m], RMS."""
+    sim, knee = free_leg(step, step)
+    values = np.array([sim.friction.parameters["left_knee"][parameter.name] for parameter in Stribeck().parameters])
+    joint = sim.body.position_index[knee]
+    torque = np.zeros(27)
+    positions, frictions = [], []
+    for k in range(round(1.0 / step)):
+        torque[knee] = 0.3 + 10.0 * np.sin(2 * np.pi * 3 * k * step)
+        sim.advance(torque)
+        positions.append(sim.data.qpos[joint])
+        frictions.append(sim.now().friction_torque[knee])
+    shown = (np.array(positions[2:]) - positions[:-2]) / (2 * step)  # friction of a step acts at the position before it
+    return float(np.sqrt(np.mean((np.array(frictions[2:]) - Stribeck().torque(shown, values)) ** 2)))
+
+
+def test_friction_is_the_law_s_at_the_velocity_that_positions_show() -> None:
+    """The error falls with the square of the physics step: it is no friction that depends on the acceleration."""
+    coarse, fine = distance_from_the_law(0.0005), distance_from_the_law(0.00025)
+    assert fine < 2e-3
+    assert 3.0 < coarse / fine < 5.0
+
+
+def test_positions_and_velocities_are_of_one_instant() -> None:
+    """The velocity is the slope of the positions to second order, joints and base alike."""
+    sim, knee = free_leg(0.00025, 1e-3)
+    snapshots = []
+    for k in range(300):
+        torque = np.zeros(27)
+        torque[knee] = 10.0 * np.sin(2 * np.pi * 3 * k * 1e-3)
+        sim.advance(torque)
+        snapshots.append(sim.now())
+    configuration = np.array([now.configuration for now in snapshots])
+    velocity = np.array([now.velocity for now in snapshots])
+    slope = (configuration[2:] - configuration[:-2]) / 2e-3
+    assert np.abs(velocity[:, 6 + knee]).max() > 1.0
+    np.testing.assert_allclose(slope[:, 7:], velocity[1:-1, 6:], atol=2e-3)
+    turns = Rotation.from_quat(configuration[:, 3:7])
+    np.testing.assert_allclose(slope[:, :3], turns[1:-1].apply(velocity[1:-1, :3]), atol=2e-3)
+    spin = (turns[:-2].inv() * turns[2:]).as_rotvec() / 2e-3
+    np.testing.assert_allclose(spin, velocity[1:-1, 3:6], atol=2e-3)
 
 
 def test_friction_stops_a_light_joint_without_chatter() -> None:

@@ -1,7 +1,9 @@
 """The contact simulator: MuJoCo steps a robot on the ground, with friction taken implicitly at every step.
 
-Friction enters each physics step as a damper that MuJoCo's implicit integrator takes at the end of the step, and an
-applied torque; see `stribeck.simulation.friction_truth`.
+Friction is that of the velocity in the middle of a physics step, `R = D (v + v_next) / 2 + c`: half of D goes to
+MuJoCo's implicit integrator as a damper, the rest is an applied torque; see `stribeck.simulation.friction_truth`. The
+secant D is that of the velocity foreseen for there. `D v_next` with the secant of v would not be R(v) but larger by a
+share of `a dt / v` while a joint speeds up, and smaller while it slows down: seen from outside, a wrong law.
 """
 
 from __future__ import annotations
@@ -42,6 +44,9 @@ class _Views:
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """The true state at one instant; joints in the tree's order.
+
+    MuJoCo moves positions by the new velocity, so that they are half a physics step ahead of it. Here they are taken
+    back to the velocity's own instant, in the middle between two steps' accelerations.
 
     Attributes
     ----------
@@ -84,6 +89,7 @@ class MujocoSim:
         self.data.qpos[body.position_index] = configuration[7:]
         self._resisting = np.zeros(len(configuration) - 7)
         self._last_velocity = np.zeros(3)
+        self._change = np.zeros(len(configuration) - 7)
         mujoco.mj_forward(body.model, self.data)
         data, root = self.data, int(body.model.body_rootid[body.feet[0]])
         self._views = _Views(
@@ -125,13 +131,15 @@ class MujocoSim:
         first = last = np.zeros((0, TOUCH))
         for k in range(self.substeps):
             position = views.position[self.body.position_index]
-            beginning = Beginning(time=data.time, step=step, position=position, velocity=velocity, torque=applied)
+            middle = velocity + 0.5 * self._change
+            beginning = Beginning(time=data.time, step=step, position=position, velocity=middle, torque=applied)
             slope, offset = self.friction.before(beginning)
-            views.damping[index] = slope
-            views.force[index] = applied - offset
+            views.damping[index] = 0.5 * slope
+            views.force[index] = applied - offset - 0.5 * slope * velocity
             mujoco.mj_step(model, data)
-            velocity = views.velocity[index]
-            self._resisting = self.friction.after(velocity)
+            end = views.velocity[index]
+            self._resisting = self.friction.after(0.5 * (velocity + end))
+            self._change, velocity = end - velocity, end
             if k == 0:
                 first = self._touch()
         last = self._touch() if self.substeps > 1 else first
@@ -140,14 +148,16 @@ class MujocoSim:
     def now(self) -> Snapshot:
         """Return the state now."""
         views = self._views
-        configuration = np.empty(7 + len(self.body.position_index))
-        configuration[:7] = views.position[_POSE]
-        configuration[7:] = views.position[self.body.position_index]
-        rotation = pin.Quaternion(configuration[3:7]).toRotationMatrix()
-        linear = views.velocity[:3]
+        linear, joints = views.velocity[:3], views.velocity[self.body.velocity_index]
+        ahead = 0.5 * float(self.body.model.opt.timestep)
+        pose = views.position[_POSE]
+        turn = pin.Quaternion(pose[3:]) * pin.Quaternion(pin.exp3(-ahead * views.velocity[3:6]))
+        configuration = np.empty(7 + len(joints))
+        configuration[:3], configuration[3:7] = pose[:3] - ahead * linear, turn.coeffs()
+        configuration[7:] = views.position[self.body.position_index] - ahead * joints
+        rotation = turn.toRotationMatrix()
         velocity = np.empty(len(configuration) - 1)
-        velocity[:3], velocity[3:6] = linear @ rotation, views.velocity[3:6]
-        velocity[6:] = views.velocity[self.body.velocity_index]
+        velocity[:3], velocity[3:6], velocity[6:] = linear @ rotation, views.velocity[3:6], joints
         force = (linear - self._last_velocity) / self.period - self._gravity
         return Snapshot(configuration, velocity, force @ rotation, self._resisting)
 

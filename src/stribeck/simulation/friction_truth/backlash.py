@@ -20,7 +20,8 @@ class Backlash:
     with y the bar's angle, q the joint's, and dz the dead zone of half the play to both sides. While the bar crosses
     the play nothing reaches the link; then the spring k closes, and R is what the bar's own damping d takes
     (Nordin and Gutman 2002, "Controlling mechanical systems with backlash: a survey"). The step is implicit: with the
-    play used up, T_next = k (d / h (y - q_next - s) + tau) / (d / h + k), s the side's half play, is linear in v_next.
+    play used up, T_next = k (d / h (y - q_next - s) + tau) / (d / h + k), s the side's half play, is linear in the
+    step's velocity.
 
     Parameters
     ----------

@@ -2,17 +2,16 @@
 
     R = D u + c
 
-with u the velocity at the end of the step, or in its middle, as the simulator integrates. Close to standstill friction
-is so steep (tanh(40 v) with 1 N m is a damper of 40 N m s/rad) that a step that adds R(v) as a force chatters on light
-links. Each step therefore takes D as implicit damping, c as an applied torque, and logs the R that has really acted,
-once u is known.
+with u the velocity in the middle of the step, which is what positions before and after it show. Close to standstill
+friction is so steep (tanh(40 v) with 1 N m is a damper of 40 N m s/rad) that a step that adds R(v) as a force chatters
+on light links. Each step therefore takes D as implicit damping, c as an applied torque, and logs the R that has really
+acted, once u is known.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,7 @@ from stribeck.log import Array
 from stribeck.simulation.parameters import Parameters
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Instant:
+class Instant(NamedTuple):
     """The beginning of a physics step.
 
     Attributes
@@ -30,7 +28,8 @@ class Instant:
     time, step
         [s]
     position, velocity, torque
-        Of all joints, shape (n,); torque is what the torque sensors feel during the step.
+        Of all joints, shape (n,); velocity is the one foreseen for the middle of the step, torque what the torque
+        sensors feel during it.
     """
 
     time: float

@@ -19,7 +19,7 @@ class LuGre:
         R = s0 z + s1 z' + Fv v + offset
 
     Sliding steadily, R = Fv v + g(v) sgn(v) + offset: the law "stribeck-exponent" with exponent 2. The step is
-    implicit in bristle deflection z and end velocity: with k = 1 / (1 + h s0 |v| / g), z_next = k (z + h v_next), so
+    implicit in bristle deflection z and velocity u: with k = 1 / (1 + h s0 |v| / g), z_next = k (z + h u), so
     D = k (s0 h + s1) + Fv and c = k (s0 + s1 / h) z - s1 z / h + offset.
 
     Parameters
@@ -62,5 +62,5 @@ class LuGre:
         return damping, self._shrink * (s0 + s1 / h) * z - s1 * z / h + offset
 
     def advance(self, velocity: Array) -> None:
-        """Bend the bristles by the velocity at the step's end."""
+        """Bend the bristles by the step's velocity."""
         self.deflection = self._shrink * (self.deflection + self._step * velocity)
