@@ -85,15 +85,14 @@ class Sensors:
     def orientation(self, k: Samples, exact: Array) -> Array:
         """Return quaternions xyzw, shape (..., 4): the exact ones, turned by the error about the IMU's own axes."""
         turn = self._turn[k]
-        ax, ay, az, aw = (exact[..., i] for i in range(4))
-        bx, by, bz, bw = (turn[..., i] for i in range(4))
+        (ax, ay, az, aw), (bx, by, bz, bw) = exact.T, turn.T
         product = [
             aw * bx + bw * ax + ay * bz - az * by,
             aw * by + bw * ay + az * bx - ax * bz,
             aw * bz + bw * az + ax * by - ay * bx,
             aw * bw - ax * bx - ay * by - az * bz,
         ]
-        return np.stack(product, axis=-1)
+        return np.array(product).T
 
     def angular_velocity(self, k: Samples, exact: Array) -> Array:
         """Return the gyroscope's output [rad/s], shape (..., 3)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, hypot, pi
 
@@ -34,42 +35,53 @@ class AttitudeFilter:
     rotation
         From the base to the world at the start, shape (3, 3).
     headings
-        Of the feet at the start [rad], shape (feet,).
+        Of the feet at the start [rad].
     period
         [s]
     gains
         How much each measurement counts.
     """
 
-    def __init__(self, rotation: Array, headings: Array, period: float, gains: AttitudeGains | None = None) -> None:
-        self.rotation, self.headings, self.period = rotation, headings, period
+    def __init__(
+        self, rotation: Array, headings: Sequence[float], period: float, gains: AttitudeGains | None = None
+    ) -> None:
+        self.rotation, self.headings, self.period = rotation, list(headings), period
         self.gains = gains or AttitudeGains()
 
-    def update(self, orientation: Array, spin: Array, feet: Array, load: Array) -> Array:
-        """Return the rotation from the base to the world after one more period, shape (3, 3).
+    def turn(self, spin: Array) -> Array:
+        """Turn by the gyroscope for one more period, and return the rotation from the base to the world, shape (3, 3).
 
         Parameters
         ----------
-        orientation, spin
-            What the IMU gives: quaternion xyzw, and angular velocity in the base [rad/s].
-        feet
-            Rotations from each sole to the base, shape (feet, 3, 3).
+        spin
+            Angular velocity in the base [rad/s].
+        """
+        self.rotation = self.rotation @ pin.exp3(self.period * spin)
+        return self.rotation
+
+    def correct(self, orientation: Array, soles: Sequence[Array], load: Sequence[float]) -> Array:
+        """Hold the estimate to what was measured, and return it.
+
+        Parameters
+        ----------
+        orientation
+            Quaternion xyzw that the IMU gives.
+        soles
+            Rotations from each sole to the world under the present estimate, shape (feet, 3, 3).
         load
             How far each foot stands, 0 to 1, shape (feet,).
         """
         gains, h = self.gains, self.period
-        rotation = self.rotation @ pin.exp3(h * spin)
-        measured = pin.Quaternion(orientation).toRotationMatrix()
-        turn = h * gains.imu * pin.log3(measured @ rotation.T)
-        soles = rotation @ feet
-        share = h * gains.foot / max(float(load.sum()), 1.0)
-        for k, (sole, bears) in enumerate(zip(soles, load.tolist(), strict=True)):
-            heading = atan2(sole[1, 0], sole[0, 0])
+        x, y, z = (h * gains.imu * pin.log3(pin.Quaternion(orientation).toRotationMatrix() @ self.rotation.T)).tolist()
+        share = h * gains.foot / max(sum(load), 1.0)
+        for k, (sole, bears) in enumerate(zip(soles, load, strict=True)):
+            (forward, _, tilt_x), (sideways, _, tilt_y), _ = sole.tolist()
+            heading = atan2(sideways, forward)
             if bears > 0.0:
-                flat = max(0.0, 1.0 - hypot(sole[0, 2], sole[1, 2]) / FLAT)
-                off = (self.headings[k] - heading + pi) % (2 * pi) - pi
-                turn += share * bears * flat * np.array([sole[1, 2], -sole[0, 2], off])
+                counts = share * bears * max(0.0, 1.0 - hypot(tilt_x, tilt_y) / FLAT)
+                x, y = x + counts * tilt_y, y - counts * tilt_x
+                z += counts * ((self.headings[k] - heading + pi) % (2 * pi) - pi)
             if bears < 1.0:
                 self.headings[k] = heading
-        self.rotation = np.asarray(pin.exp3(turn) @ rotation)
+        self.rotation = pin.exp3(np.array([x, y, z])) @ self.rotation
         return self.rotation

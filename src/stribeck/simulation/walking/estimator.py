@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import atan2
 
 import numpy as np
 import pinocchio as pin
@@ -63,41 +64,40 @@ class StateEstimator:
         self.configuration = configuration.copy()
         self.velocity = np.zeros(dynamics.model.nv)
         self._data = dynamics.model.createData()
-        self._local = np.zeros(len(configuration))
+        self._turning = np.concatenate([np.zeros(3), configuration[3:]])
         self._rates = np.zeros(dynamics.model.nv)
         self._base_velocity = np.zeros(3)
-        places, _, turns = self._feet(configuration[7:], self.velocity[6:])
+        soles, arms, _ = self._feet()
         rotation = pin.Quaternion(configuration[3:7]).toRotationMatrix()
-        headings = np.arctan2(*(rotation @ turns)[:, 1::-1, 0].T)
-        self._attitude = AttitudeFilter(rotation, headings, period)
-        self._footholds = configuration[:3] + places @ rotation.T
+        self._attitude = AttitudeFilter(rotation, [atan2(sole[1, 0], sole[0, 0]) for sole in soles], period)
+        self._footholds = configuration[:3] + arms
 
     def update(self, measured: Measurement) -> tuple[Array, Array]:
         """Return configuration and velocity, as Pinocchio has them, after one more period."""
         gains, h = self.gains, self.period
         joints, rates = self._follow_joints(measured.position)
-        spin = measured.angular_velocity
-        places, motions, turns = self._feet(joints, rates)
-        low, high = LOADED
-        load = np.minimum(np.maximum((measured.foot_force / self.dynamics.weight - low) / (high - low), 0.0), 1.0)
-        rotation = self._attitude.update(measured.orientation, spin, turns, load)
-        # Both feet's r and w x r + r', turned into the world at once.
-        turned = np.concatenate([places, places @ _skew(spin) + motions]) @ rotation.T
-        arms, swings = turned[: len(places)], turned[len(places) :]
+        self._turning[3:7] = pin.Quaternion(self._attitude.turn(measured.angular_velocity)).coeffs()
+        self._turning[7:], self._rates[3:6], self._rates[6:] = joints, measured.angular_velocity, rates
+        soles, arms, swings = self._feet()
+        low, high = (share * self.dynamics.weight for share in LOADED)
+        load = [min(max((force - low) / (high - low), 0.0), 1.0) for force in measured.foot_force.tolist()]
+        rotation = self._attitude.correct(measured.orientation, soles, load)
 
         force = rotation @ measured.specific_force + self.dynamics.gravity
         position = self.configuration[:3] + h * self._base_velocity + h * h / 2 * force
         velocity = self._base_velocity + h * force
-        trust = load / max(float(load.sum()), 1.0)
-        share = float(trust.sum())
+        bearing = sum(load)
+        trust, share = np.array(load) / max(bearing, 1.0), min(bearing, 1.0)
         position += gains.base_position * (trust @ (self._footholds - arms) - share * position)
         velocity -= gains.base_velocity * (trust @ swings + share * velocity)
-        self._footholds += (gains.foothold * (1 - load))[:, None] * (position + arms - self._footholds)
+        for k, bears in enumerate(load):
+            if bears < 1.0:
+                self._footholds[k] += gains.foothold * (1 - bears) * (position + arms[k] - self._footholds[k])
         self._footholds[:, 2] *= 1 - gains.ground
 
         self.configuration = np.concatenate([position, pin.Quaternion(rotation).coeffs(), joints])
         self._base_velocity = velocity
-        self.velocity = np.concatenate([velocity @ rotation, spin, rates])
+        self.velocity = np.concatenate([velocity @ rotation, measured.angular_velocity, rates])
         return self.configuration, self.velocity
 
     def _follow_joints(self, measured: Array) -> tuple[Array, Array]:
@@ -106,21 +106,14 @@ class StateEstimator:
         error = measured - expected
         return expected + gains.joint_position * error, self.velocity[6:] + gains.joint_velocity / h * error
 
-    def _feet(self, joints: Array, rates: Array) -> tuple[Array, Array, Array]:
-        """Return the places and velocities of the soles' centres in the base, shape (feet, 3), and their rotations."""
+    def _feet(self) -> tuple[list[Array], Array, Array]:
+        """Return, for a base that turns at the world's origin, the soles' rotations, places and velocities."""
         model, data = self.dynamics.model, self._data
-        self._local[6], self._local[7:], self._rates[6:] = 1.0, joints, rates
-        pin.forwardKinematics(model, data, self._local, self._rates)
-        places, motions = np.empty((2, len(self.dynamics.frames), 3))
-        turns = np.empty((len(places), 3, 3))
+        pin.forwardKinematics(model, data, self._turning, self._rates)
+        soles, (arms, swings) = [], np.empty((2, len(self.dynamics.frames), 3))
         for k, frame in enumerate(self.dynamics.frames):
             pose = pin.updateFramePlacement(model, data, frame)
-            places[k], turns[k] = pose.translation, pose.rotation
-            motions[k] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-        return places, motions, turns
-
-
-def _skew(vector: Array) -> Array:
-    """Return S with `r S = vector x r` for rows r."""
-    x, y, z = vector.tolist()
-    return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+            soles.append(pose.rotation)
+            arms[k] = pose.translation
+            swings[k] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        return soles, arms, swings

@@ -76,18 +76,18 @@ class Dynamics:
         self.gravity = np.array(self.model.gravity.linear)
         self.weight = -self.mass * float(self.gravity[2])
         self._rest = np.zeros(self.model.nv)
-        ones = np.ones((self.model.nv, self.model.nv), order="F")  # as Pinocchio's matrices
-        self._upper = np.asfortranarray(np.triu(ones) - 0.5 * np.eye(self.model.nv))
+        self._upper = np.tri(self.model.nv, dtype=bool).T
 
     def at(self, configuration: Array, velocity: Array) -> Terms:
         """Return the terms at a state as Pinocchio has it."""
         model, data = self.model, self.data
-        upper = pin.crba(model, data, configuration) * self._upper  # the lower triangle is not all filled
-        inertia = upper + upper.T
+        upper = pin.crba(model, data, configuration)
+        inertia = np.where(self._upper, upper, upper.T)  # the lower triangle is not all filled
         bias = pin.nonLinearEffects(model, data, configuration, velocity)
         pin.forwardKinematics(model, data, configuration, velocity, self._rest)
         pin.computeJointJacobians(model, data)
-        rotation = data.oMi[1].rotation.copy()
+        base = data.oMi[1].copy()
+        rotation = base.rotation
         jacobian = rotation @ inertia[:3] / self.mass
         return Terms(
             inertia=inertia,
@@ -97,17 +97,17 @@ class Dynamics:
             com_velocity=jacobian @ velocity,
             com_jacobian=jacobian,
             com_drift=rotation @ bias[:3] / self.mass + self.gravity,
-            feet=tuple(self._foot(frame) for frame in self.frames),
+            feet=tuple(self._foot(frame, base) for frame in self.frames),
         )
 
-    def _foot(self, frame: int) -> FootState:
+    def _foot(self, frame: int, base: pin.SE3) -> FootState:
         model, data = self.model, self.data
-        pose = pin.updateFramePlacement(model, data, frame)
+        pose = pin.updateFramePlacement(model, data, frame).copy()
         return FootState(
-            pose.rotation.copy(),
-            pose.translation.copy(),
+            pose.rotation,
+            pose.translation,
             pin.getFrameJacobian(model, data, frame, pin.LOCAL),
             pin.getFrameVelocity(model, data, frame, pin.LOCAL).vector,
             pin.getFrameAcceleration(model, data, frame, pin.LOCAL).vector,
-            data.oMi[1].actInv(pose).toActionMatrix(),
+            base.actInv(pose).toActionMatrix(),
         )
