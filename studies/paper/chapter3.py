@@ -1,0 +1,92 @@
+"""Chapter 3: every friction law, and what smoothing the sign costs near standstill."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from studies.paper import law_figures
+from studies.paper.laws import BRISTLES, KNEE, SLOPE, STATIC, breakaway, curve
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+
+WALKS = ()
+SLOPES = (10.0, 20.0, 40.0, 100.0, 300.0, 1000.0)
+"""[s/rad]"""
+TOLERANCE = 0.05
+"""Of Coulomb friction: where the smooth law is further than this from the jump, it is called wrong [1]."""
+LOAD = 0.5
+"""Torque on a joint at rest, as a share of its Coulomb friction [1]: a jump would hold it."""
+RAMPS = (0.1, 1.0, 10.0)
+"""Accelerations from rest [rad/s^2]."""
+
+
+def smoothing(slope: float) -> dict[str, float]:
+    """Return what a slope [s/rad] makes of the jump, viscous friction left out.
+
+    `band` is the speed below which the smooth law is more than `TOLERANCE` of Fc off the jump [rad/s], `kept` the
+    share of the Stribeck excess S Fc that is left of the peak, at the speed `peak_velocity` [rad/s], and `creep` the
+    speed of a joint under `LOAD`, which ought to hold it [rad/s].
+    """
+
+    def smooth(v: float) -> float:
+        return float(curve("stribeck", np.array([v]), slope=slope, viscous=0.0)[0])
+
+    def missing(v: float) -> float:
+        return float(curve("stribeck-exponent", np.array([v]), viscous=0.0)[0]) - smooth(v)
+
+    Fc, vs = KNEE["coulomb"], KNEE["stribeck_velocity"]
+    peak = minimize_scalar(lambda v: -smooth(v), bounds=(0.0, 3 * vs), method="bounded", options={"xatol": 1e-9})
+    return {
+        "band": float(brentq(lambda v: missing(v) - TOLERANCE * Fc, 1e-6, 1e2)),
+        "creep": float(brentq(lambda v: smooth(v) - LOAD * Fc, 0.0, vs)),
+        "kept": max(-float(peak.fun) - Fc, 0.0) / (STATIC - Fc),
+        "peak_velocity": float(peak.x),
+    }
+
+
+def run(quick: bool) -> Study:  # noqa: ARG001 - it takes seconds
+    numbers: Numbers = {
+        "smoothing": {f"{slope:g}": smoothing(slope) for slope in SLOPES},
+        "lugre": {
+            "bend": STATIC / BRISTLES["bristle_stiffness"],
+            "breakaway": {f"{ramp:g}": breakaway(ramp) for ramp in RAMPS},
+        },
+    }
+    figures = {f"law-{name}": draw for name, draw in law_figures.LAW_FIGURES.items()}
+    figures |= {"laws": law_figures.overview, "law-lugre": law_figures.lugre_loops}
+    figures |= {"smoothing": partial(law_figures.near_standstill, slopes=(10.0, 40.0, 100.0, 1000.0))}
+    return Study(numbers, figures)
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    paper = numbers["smoothing"][f"{SLOPE:g}"]
+    breakaway = numbers["lugre"]["breakaway"]
+    return {
+        "smoothing": _smoothing_table(numbers),
+        "band": f"{paper['band']:.3f} rad/s",
+        "creep": f"{paper['creep']:.3f} rad/s",
+        "kept": f"{100 * paper['kept']:.0f} %",
+        "kept-least": f"{100 * numbers['smoothing']['10']['kept']:.0f} %",
+        "bend": f"{1e3 * numbers['lugre']['bend']:.0f} mrad",
+        "breakaway": " and ".join(
+            [", ".join(f"{t:.2f}" for t in list(breakaway.values())[:-1]), f"{breakaway['10']:.2f}"]
+        ),
+    }
+
+
+def _smoothing_table(numbers: Numbers) -> str:
+    header = [
+        "slope a [s/rad]",
+        f"more than {100 * TOLERANCE:.0f} % of Fc off below [rad/s]",
+        f"creeps under {100 * LOAD:.0f} % of Fc at [rad/s]",
+        "peak at [rad/s]",
+        "Stribeck excess left at the peak",
+    ]
+    rows = []
+    for slope, row in numbers["smoothing"].items():
+        velocities = [f"{row[key]:.2g}" for key in ("band", "creep", "peak_velocity")]
+        rows.append([slope, *velocities, f"{100 * row['kept']:.1f} %"])
+    return markdown_table(header, rows)

@@ -1,0 +1,136 @@
+"""Sections 3.3 and 6.1: what an integration with fixed steps makes of the smooth law, of a joint and of a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stribeck import Robot
+from stribeck.dynamics import joint_inertia
+from stribeck.log import Array
+from stribeck.simulation.run import friction_of
+from stribeck.simulation.toro import ROBOT_FILE, standing_posture
+from studies.paper.coasting import STEP, chatter, coast, least_inertia, stiffness
+from studies.paper.laws import KNEE, SLOPE
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.walks import SCENARIOS
+
+WALKS = ()
+STANCE = "left_foot"
+INERTIAS = {"foot": 0.01, "forearm": 0.1, "shank": 0.5}
+"""What a TORO-like humanoid's ankle pitch, elbow and knee move, swinging [kg m^2]."""
+SLOPES = {"10": 10.0, "20": 20.0, "40": 40.0, "100": 100.0, "300": 300.0, "1000": 1000.0, "the jump": np.inf}
+"""[s/rad]"""
+DRAWN_SLOPES = np.geomspace(5.0, 2000.0, 60)
+START = 0.5
+"""Velocity from which they do [rad/s]."""
+
+
+def integration(inertia: float, slope: float) -> dict[str, float]:
+    """Return with what amplitude of velocity [rad/s] a joint ends that friction should bring to rest.
+
+    Parameters
+    ----------
+    inertia, slope
+        [kg m^2], [s/rad]
+    """
+    duration = START * inertia / KNEE["coulomb"] + 0.5
+    run_down = partial(coast, inertia, slope, start=START, duration=duration)
+    return {name: chatter(run_down(implicit=name == "implicit")) for name in ("explicit", "implicit")}
+
+
+def accuracy(inertia: float) -> dict[str, float]:
+    """Return how far steps of 1 ms are from steps of 10 us on the way to rest [rad/s, rms], at the paper's slope."""
+    run_down = partial(coast, inertia, SLOPE, start=START, duration=START * inertia / KNEE["coulomb"])
+    fine = run_down(implicit=False, step=STEP / 100)[::100]
+    ways = {"explicit": False, "implicit": True}
+    return {name: float(np.sqrt(np.mean((run_down(implicit=way) - fine) ** 2))) for name, way in ways.items()}
+
+
+def robot_gain() -> dict[str, object]:
+    """Return how an explicit step treats the friction of Table 6.1 in a TORO-like humanoid on its left foot.
+
+    `largest` is the largest eigenvalue of h M_mod^-1 k [1], beyond 2 the explicit step chatters; `joint` has the most
+    part in its motion; `alone` is h k / I of each joint, I its effective inertia with all others free.
+    """
+    robot = Robot.from_file(ROBOT_FILE)
+    names = robot.joint_names
+    posture = np.array([[standing_posture().get(name, 0.0) for name in names]])
+    mobility = np.linalg.inv(joint_inertia(robot.rooted_at(STANCE), posture)[0])
+    k = np.zeros(len(names))
+    for joint, named in friction_of(SCENARIOS["straight"], robot).parameters.items():
+        k[names.index(joint)] = named["slope"] * named["coulomb"] * (1 + named["stribeck_gain"]) + named["viscous"]
+    root = np.sqrt(k)  # a similar, symmetric matrix has the same eigenvalues
+    eigenvalues, vectors = np.linalg.eigh(STEP * root[:, None] * mobility * root)
+    alone = STEP * k * np.diag(mobility)
+    return {
+        "largest": eigenvalues[-1],
+        "joint": names[int(np.argmax(np.abs(vectors[:, -1])))],
+        "alone": {name: gain for name, gain in zip(names, alone, strict=True) if gain > 0},
+    }
+
+
+def run(quick: bool) -> Study:  # noqa: ARG001 - it takes seconds
+    numbers: Numbers = {
+        "foot_gain": stiffness(SLOPE) * STEP / INERTIAS["foot"],
+        "least_inertia": {name: least_inertia(slope) for name, slope in SLOPES.items() if np.isfinite(slope)},
+        "integration": {
+            place: {name: integration(inertia, slope) for name, slope in SLOPES.items()}
+            for place, inertia in INERTIAS.items()
+        },
+        "accuracy": {place: accuracy(inertia) for place, inertia in INERTIAS.items()},
+        "robot": robot_gain(),
+    }
+    ends = {
+        place: np.array([chatter(coast(inertia, a, implicit=False, start=0.05, duration=0.4)) for a in DRAWN_SLOPES])
+        for place, inertia in INERTIAS.items()
+    }
+    return Study(numbers, {"explicit-steps": partial(draw_steps, ends=ends)})
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    robot, integrated = numbers["robot"], numbers["integration"]
+    jump = {place: each["the jump"]["explicit"] for place, each in integrated.items()}
+    shank = numbers["accuracy"]["shank"]
+    return {
+        "table": _table(numbers),
+        "jump": f"{jump['shank']:.4f} to {jump['foot']:.2f} rad/s",
+        "foot-gain": f"{numbers['foot_gain']:.1f}",
+        "foot-chatter": f"{integrated['foot'][f'{SLOPE:g}']['explicit']:.3f} rad/s",
+        "least-inertia": f"{numbers['least_inertia'][f'{SLOPE:g}']:.3f} kg m²",
+        "implicit-error": f"{1e3 * shank['implicit']:.1f} mrad/s",
+        "explicit-error": f"{1e3 * shank['explicit']:.1f} mrad/s",
+        "robot-gain": f"{robot['largest']:.1f}",
+        "robot-joint": str(robot["joint"]).replace("_", " "),
+    }
+
+
+def draw_steps(figure: Figure, ends: Mapping[str, Array]) -> None:
+    """Draw a foot that comes to rest in explicit and in implicit steps, and the chatter over the slope."""
+    left, right = figure.subplots(1, 2)
+    foot, steps = INERTIAS["foot"], 40
+    for style, implicit in (("C1.-", False), ("C0.-", True)):
+        velocity = coast(foot, SLOPE, implicit=implicit, start=0.3, duration=steps * STEP)
+        left.plot(np.arange(steps + 1), velocity, style, label="implicit" if implicit else "explicit")
+    left.set(xlabel="time [ms]", ylabel="velocity [rad/s]", title=f"{foot:g} kg m², a = {SLOPE:g} s/rad")
+    left.legend()
+    for place, amplitude in ends.items():
+        right.loglog(DRAWN_SLOPES, np.where(amplitude > 0, amplitude, np.nan), label=f"{INERTIAS[place]:g} kg m²")
+    right.set(xlabel="slope a [s/rad]", ylabel="chatter [rad/s]", title="explicit steps of 1 ms")
+    right.legend()
+
+
+def _table(numbers: Numbers) -> str:
+    header = ["slope a [s/rad]", "least inertia that rests [kg m²]"]
+    header += [f"{place}, {inertia:g} kg m²" for place, inertia in INERTIAS.items()]
+    rows = []
+    for slope in SLOPES:
+        least = numbers["least_inertia"].get(slope)
+        cells = [numbers["integration"][place][slope] for place in INERTIAS]
+        told = [f"{cell['explicit']:.2g} rad/s" if cell["explicit"] else "rests" for cell in cells]
+        rows.append([slope, f"{least:.2g}" if least else "none", *told])
+    return markdown_table(header, rows)

@@ -1,0 +1,151 @@
+"""Draws the laws of Chapter 3."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stribeck.friction import LAWS
+from stribeck.log import Array
+from studies.paper import figures
+from studies.paper.laws import KNEE, SLOPE, STATIC, STEP, curve, lugre, speeds
+
+VELOCITY, TORQUE = "velocity [rad/s]", "friction torque [N m]"
+POINTS = 400
+"""Of a curve of LuGre."""
+
+
+@cache
+def turns(amplitude: float, rate: float, count: float) -> tuple[Array, Array, Array]:
+    """Return position [rad], velocity [rad/s] and LuGre's torque [N m] of a joint whose velocity is a sine.
+
+    Parameters
+    ----------
+    amplitude, rate, count
+        Of the velocity [rad/s], turns a second [Hz], turns [1].
+    """
+    phase = 2 * np.pi * rate * np.arange(0.0, count / rate, STEP)
+    velocity = amplitude * np.sin(phase)
+    position = amplitude / (2 * np.pi * rate) * (1 - np.cos(phase))
+    every = slice(None, None, len(phase) // POINTS)
+    return position[every], velocity[every], lugre(velocity)[every]
+
+
+def draw_law(axes: Axes, law: str, label: str = "", style: str = "C0-", **changes: float) -> None:
+    """Draw a law with the knee's parameters, some of them changed; those that jump have a gap at standstill."""
+    x = speeds()
+    y = curve(law, x, **changes)
+    if LAWS[law].jumps:
+        x, y = np.insert(x, len(x) // 2, 0.0), np.insert(y, len(y) // 2, np.nan)
+    axes.plot(x, y, color=style[:2], ls=style[2:], label=label)
+
+
+def coulomb_viscous(figure: Figure) -> None:
+    axes = figure.subplots()
+    draw_law(axes, "coulomb-viscous", "Coulomb and viscous")
+    draw_law(axes, "coulomb-viscous", "with an offset of 0.3 N m", "C1-", offset=0.3)
+    draw_law(axes, "coulomb-viscous", "Coulomb alone (3.1)", "C2--", viscous=0.0)
+    draw_law(axes, "coulomb-viscous", "viscous alone (3.2)", "C3:", coulomb=0.0)
+    _finish(figure, axes)
+
+
+def stribeck(figure: Figure) -> None:
+    axes = figure.subplots()
+    draw_law(axes, "stribeck", f"slope a = {SLOPE:g} s/rad")
+    draw_law(axes, "stribeck", "a = 10 s/rad", "C1--", slope=10.0)
+    draw_law(axes, "stribeck", "a = 200 s/rad", "C2--", slope=200.0)
+    draw_law(axes, "coulomb-viscous", "Coulomb and viscous alone", "C5:")
+    _finish(figure, axes)
+
+
+def stribeck_exponent(figure: Figure) -> None:
+    axes = figure.subplots()
+    for style, exponent in {"C0-": 2.0, "C1--": 0.5, "C2--": 1.0, "C3--": 6.0}.items():
+        label = f"exponent delta = {exponent:g}"
+        draw_law(axes, "stribeck-exponent", label, style, exponent=exponent, stribeck_gain=1.0)
+    draw_law(axes, "coulomb-viscous", "Coulomb and viscous alone", "C5:")
+    axes.set(xlim=(-0.05, 1.05), ylim=(0.9, 2.1))
+    _finish(figure, axes)
+
+
+def asymmetric(figure: Figure) -> None:
+    axes = figure.subplots()
+    draw_law(axes, "asymmetric", "Fc- = 1.3 Fc+,  Fv- = 2 Fv+", viscous_negative=0.4, coulomb_negative=1.3)
+    draw_law(axes, "coulomb-viscous", "both directions alike", "C5:")
+    _finish(figure, axes)
+
+
+LAW_FIGURES = {
+    "coulomb-viscous": coulomb_viscous,
+    "stribeck": stribeck,
+    "stribeck-exponent": stribeck_exponent,
+    "asymmetric": asymmetric,
+}
+"""By the law's name."""
+
+
+def overview(figure: Figure) -> None:
+    """Draw the paper's laws one by one, in its order."""
+    figure.set_size_inches(6.5, 4.2)
+    grid = figure.subplots(2, 3, sharex=True, sharey=True)
+    coulomb, viscous, static, weakening, smooth, dynamic = grid.flat
+    draw_law(coulomb, "coulomb-viscous", viscous=0.0)
+    coulomb.set_title("Coulomb (3.1)")
+    draw_law(viscous, "coulomb-viscous", coulomb=0.0)
+    viscous.set_title("viscous (3.2)")
+    draw_law(static, "coulomb-viscous", viscous=0.0)
+    static.plot([0.0, 0.0], [-STATIC, STATIC], "C1", marker="_", markersize=6)
+    static.set_title("Coulomb with static")
+    draw_law(weakening, "stribeck-exponent", viscous=0.0)
+    weakening.set_title("Stribeck (3.3)")
+    draw_law(smooth, "stribeck")
+    smooth.set_title("continuous (3.5)")
+    dynamic.plot(*turns(amplitude=1.0, rate=1.0, count=2.0)[1:])
+    dynamic.set_title("LuGre, a turn a second")
+    figure.supxlabel(VELOCITY, fontsize=9)
+    figure.supylabel(TORQUE, fontsize=9)
+
+
+def lugre_loops(figure: Figure) -> None:
+    """Draw presliding over position, and hysteresis over velocity."""
+    left, right = figure.subplots(1, 2, sharey=True)
+    for turn in (0.04, 0.006):  # [rad]
+        position, _, torque = turns(amplitude=np.pi * turn, rate=1.0, count=3.0)
+        left.plot(1e3 * position, torque)
+    left.set(xlabel="position [mrad]", ylabel=TORQUE, title="to and fro by 40 and by 6 mrad")
+    for rate in (0.2, 2.0):
+        _, velocity, torque = turns(amplitude=0.5, rate=rate, count=1.5)
+        settled = slice(len(torque) // 3, None)
+        right.plot(velocity[settled], torque[settled], label=f"{rate:g} Hz")
+    x = speeds()
+    x = x[np.abs(x) <= 0.5]
+    y = curve("stribeck-exponent", x)
+    middle = len(x) // 2
+    right.plot(np.insert(x, middle, 0), np.insert(y, middle, np.nan), color=figures.ink(), ls=":", label="steady")
+    right.set(xlabel=VELOCITY, title="the same law over velocity")
+    right.legend()
+
+
+def near_standstill(figure: Figure, slopes: tuple[float, ...]) -> None:
+    """Draw the smooth law for some slopes beside the jump, close to standstill, viscous friction left out."""
+    left, right = figure.subplots(1, 2)
+    x = np.linspace(0.0, 0.3, 301)
+    fine = np.geomspace(1e-4, 1.0, 200)
+    for k, slope in enumerate(slopes):
+        left.plot(x, curve("stribeck", x, slope=slope, viscous=0.0), f"C{k}")
+        gap = curve("stribeck-exponent", fine, viscous=0.0) - curve("stribeck", fine, slope=slope, viscous=0.0)
+        right.loglog(fine, np.maximum(gap, 1e-6) / KNEE["coulomb"], f"C{k}", label=f"a = {slope:g}")
+    jump = curve("stribeck-exponent", x[1:], viscous=0.0)
+    left.plot(x, np.append(0.0, jump), color=figures.ink(), ls=":", label="the jump (3.3)")
+    left.set(xlabel=VELOCITY, ylabel=TORQUE)
+    left.legend(loc="lower right")
+    right.set(xlabel=VELOCITY, ylabel="missing, of Fc [1]", ylim=(1e-3, 2.0))
+    right.legend(loc="lower left")
+
+
+def _finish(figure: Figure, axes: Axes) -> None:
+    axes.set(xlabel=VELOCITY, ylabel=TORQUE)
+    figure.legend(loc="outside right center")
