@@ -1,0 +1,172 @@
+"""Section 5.3 and 6.1.2: M_mod is invertible on one foot and not on two, and why a standing leg is so sensitive.
+
+The diagonal of M_mod is what a joint's torque has to accelerate: a swinging leg, or the whole robot on a standing one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stribeck import Settings
+from stribeck.constrained_dynamics import constrained_sample
+from stribeck.dynamics import joint_inertia
+from stribeck.log import Array
+from stribeck.settings import FilterSettings
+from stribeck.simulation.run import Simulated
+from stribeck.state import State
+from studies.paper.estimate import EXACT, estimate, rms
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.walks import get_walk
+
+WALKS = ("right-knee-ideal",)
+JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
+SIDES = ("left", "right")
+STRIDE = 25
+"""One of this many samples has its matrices worked out."""
+SINGULAR = 1e-9
+"""Singular values below this share of the largest count as zero."""
+ERRORS = {"acceleration": "δa", "own": "diagonal × δa", "whole": "M_mod δa", "error": "error"}
+"""Keys of the numbers, and how the table calls them."""
+BACKWARD = FilterSettings(kind="backward", compensate_delay=False)
+
+
+def run(quick: bool) -> Study:
+    walk = get_walk("right-knee-ideal", quick)
+    legs = _legs(walk)
+    joints = {}
+    for joint in JOINTS:
+        stance, swing = legs[joint, "stance"], legs[joint, "swing"]
+        joints[joint] = {
+            "stance": stance.numbers(),
+            "swing": swing.numbers(),
+            "inertia_ratio": np.mean(stance.inertia) / np.mean(swing.inertia),
+            "largest_ratio": np.max(stance.inertia) / np.min(swing.inertia),
+        }
+
+    def inertias(figure: Figure) -> None:
+        axes = figure.subplots()
+        for k, phase in enumerate(("stance", "swing")):
+            values = [legs[joint, phase].inertia for joint in JOINTS]
+            places = np.arange(len(JOINTS)) + (k - 0.5) / 4
+            means, lows, highs = (np.array([each(v) for v in values]) for each in (np.mean, np.min, np.max))
+            axes.errorbar(
+                places, means, np.maximum([means - lows, highs - means], 0), fmt="o", ms=4, capsize=3, label=phase
+            )
+        axes.set_xticks(np.arange(len(JOINTS)), [joint.replace("_", " ") for joint in JOINTS])
+        axes.set(yscale="log", ylabel="diagonal of M_mod [kg m²]")
+        axes.grid(axis="x", visible=False)
+        figure.legend(loc="outside upper center", ncols=2)
+
+    return Study({"joints": joints, "ranks": _ranks(walk)}, {"sensitivity": inertias})
+
+
+@dataclass(frozen=True, eq=False)
+class _Leg:
+    """A joint of a leg that stands or swings, over the samples of both sides: shape (N,) each."""
+
+    inertia: Array  # diagonal of M_mod [kg m^2]
+    acceleration: Array  # error of the backward difference [rad/s^2]
+    own: Array  # what this makes of the joint's friction, by the diagonal alone [N m]
+    whole: Array  # by the joint's whole row of M_mod [N m]
+    error: Array  # error of the friction that is found [N m]
+
+    def numbers(self) -> dict[str, float]:
+        return {"inertia": float(np.mean(self.inertia))} | {
+            name: rms(getattr(self, name)) for name in ("acceleration", "own", "whole", "error")
+        }
+
+
+def _legs(walk: Simulated) -> dict[tuple[str, str], _Leg]:
+    """Return what becomes of the error of backward differences, by joint and by what its leg does."""
+    exact, late = (estimate(walk, Settings(filter=each, standing_legs=True)) for each in (EXACT, BACKWARD))
+    _, ours, theirs = np.intersect1d(exact.samples.time, late.samples.time, return_indices=True)
+    ours, theirs = ours[::STRIDE], theirs[::STRIDE]
+    rows = np.searchsorted(walk.log.time, exact.samples.time[ours] - exact.samples.period / 2)
+    change = late.samples.acceleration[theirs] - exact.samples.acceleration[ours]
+    parts: dict[tuple[str, str], list[_Leg]] = {(joint, phase): [] for joint in JOINTS for phase in ("stance", "swing")}
+    for foot in walk.robot.contacts:
+        here = exact.standing_on(foot)[ours]
+        inertia = _controlled(walk, joint_inertia(walk.robot.rooted_at(foot), walk.log.position[rows[here]]))
+        whole = -np.einsum("tij,tj->ti", inertia, change[here])
+        for side in SIDES:
+            for joint in JOINTS:
+                k = exact.column(f"{side}_{joint}")
+                own = inertia[:, k, k]
+                part = _Leg(own, change[here, k], -own * change[here, k], whole[:, k], late.error[theirs[here], k])
+                parts[joint, "stance" if foot.startswith(side) else "swing"].append(part)
+    names = _Leg.__dataclass_fields__
+    return {key: _Leg(*(np.concatenate([getattr(p, n) for p in each]) for n in names)) for key, each in parts.items()}
+
+
+def _controlled(walk: Simulated, matrix: Array) -> Array:
+    """Return the rows and columns of the torque-controlled joints of matrices, shape (T, k, k)."""
+    known = walk.robot.torque_controlled
+    return np.asarray(matrix[:, known[:, None], known])
+
+
+def _ranks(walk: Simulated) -> dict[str, dict[str, float]]:
+    """Return the ranks of M_mod^-1 and the conditions of A and M_mod^-1, by the number of standing feet."""
+    log = walk.log
+    assert log.contact is not None
+    assert log.velocity is not None
+    assert log.acceleration is not None
+    state = State(log.position, log.velocity, log.acceleration)
+    found: dict[str, dict[str, float]] = {}
+    for count in (1, 2):
+        rows: NDArray[np.int64] = np.flatnonzero(log.contact.sum(axis=1) == count)[:: 4 * STRIDE]
+        ranks, conditions = [], []
+        for k in rows:
+            feet = tuple(foot for foot, stands in zip(log.foot_names, log.contact[k], strict=True) if stands)
+            sample = constrained_sample(walk.robot, feet, state, log.torque, int(k))
+            values = np.linalg.svd(sample.mobility, compute_uv=False)
+            ranks.append(int(np.sum(values > SINGULAR * values[0])))
+            conditions.append(float(np.linalg.cond(sample.constraint_inertia)))
+        found[str(count)] = {
+            "joints": len(walk.robot.torque_controlled),
+            "lowest_rank": min(ranks),
+            "highest_rank": max(ranks),
+            "largest_condition_of_A": max(conditions),
+        }
+    return found
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return inertias and errors joint by joint, and the ranks."""
+    inertias, errors = [], []
+    for joint, row in numbers["joints"].items():
+        name, phases = joint.replace("_", " "), (row["stance"], row["swing"])
+        sizes = (*(phase["inertia"] for phase in phases), row["inertia_ratio"], row["largest_ratio"])
+        inertias.append((name, *(f"{value:.3g}" for value in sizes)))
+        errors.append((name, *(f"{phase[key]:.2g}" for key in ERRORS for phase in phases)))
+    ranks = [
+        (
+            f"{'one foot' if count == '1' else 'two feet'}",
+            row["joints"],
+            row["lowest_rank"],
+            row["highest_rank"],
+            f"{row['largest_condition_of_A']:.2g}",
+        )
+        for count, row in numbers["ranks"].items()
+    ]
+    ratios = {joint: row["inertia_ratio"] for joint, row in numbers["joints"].items()}
+    return {
+        "inertias": markdown_table(("joint", "stands [kg m²]", "swings [kg m²]", "ratio", "largest ratio"), inertias),
+        "errors": markdown_table(
+            ("joint", *(f"{label}, {phase}" for label in ERRORS.values() for phase in ("stands", "swings"))), errors
+        ),
+        "ranks": markdown_table(
+            ("standing on", "joints", "lowest rank", "highest rank", "largest condition of A"), ranks
+        ),
+        "knee": f"{ratios['knee']:.0f}",
+        "knee-diagonal": f"{numbers['joints']['knee']['stance']['own']:.2g} N m",
+        "knee-error": f"{numbers['joints']['knee']['stance']['error']:.2g} N m",
+        "rank-two-feet": f"{numbers['ranks']['2']['highest_rank']}",
+        "condition": f"{max(row['largest_condition_of_A'] for row in numbers['ranks'].values()):,.0f}",
+        "most": f"{max(ratios.values()):,.0f} ({max(ratios, key=ratios.__getitem__).replace('_', ' ')})",
+        "least": f"{min(ratios.values()):.0f} ({min(ratios, key=ratios.__getitem__).replace('_', ' ')})",
+    }
