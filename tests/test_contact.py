@@ -157,11 +157,13 @@ class TestFlags:
     def test_trimming(self):
         gait = biped()
         log = gait.log(BIPED, contact=gait.standing)
-        for phase in find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases:
-            if phase.kind == "single":
-                assert (phase.first, phase.last) == (phase.start + 20, phase.stop - 10)  # 0.10 s and 0.05 s at 200 Hz
-            else:
-                assert (phase.first, phase.last) == (phase.start, phase.stop)
+        phases = find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases
+        for phase in phases[1:-1]:
+            calm = (phase.start + 20, phase.stop - 10)  # 0.10 s and 0.05 s at 200 Hz
+            assert (phase.calm_first, phase.calm_last) == calm
+            assert (phase.first, phase.last) == (calm if phase.kind == "single" else (phase.start, phase.stop))
+        assert phases[0].calm_first == phases[0].start  # no foot lands or lifts off there
+        assert phases[-1].calm_last == phases[-1].stop
 
     def test_a_log_that_begins_in_a_swing_is_trimmed_only_where_feet_land_or_lift(self):
         gait = biped(stand=0.0)
@@ -222,6 +224,7 @@ def test_phases_partition_every_segment(pieces, cuts):
     assert set(edges) <= {0, *(phase.stop for phase in phases)}
     np.testing.assert_array_equal(standing_of(SupportPhases(phases=phases, source="flags"), feet, len(flags)), flags)
     assert all(phase.start <= phase.first <= phase.last <= phase.stop for phase in phases)
+    assert all(phase.first <= phase.calm_first <= phase.calm_last <= phase.last for phase in phases)
 
 
 def test_gaps_between_segments_belong_to_no_phase():

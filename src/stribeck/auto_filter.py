@@ -62,7 +62,7 @@ def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array)
     feet = samples.support_names[samples.support[run.start]].split("+")
     surface = next((foot for foot in feet if foot in robot.contacts and robot.contacts[foot].kind == "surface"), None)
     rooted = robot.rooted_at(surface) if surface else robot.tree
-    columns = np.flatnonzero(samples.usable[run.start])
+    columns = np.flatnonzero(samples.usable[run].any(axis=0))
     inertia = joint_inertia(rooted, position)
     diagonal = np.einsum("tii->ti", inertia)
     columns = columns[diagonal[0, robot.torque_controlled[columns]] > MASSLESS * diagonal[0].max()]

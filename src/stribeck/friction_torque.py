@@ -112,7 +112,8 @@ def friction_torque(
     guesses = [
         k for k, each in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
     ]
-    support_of_row, block_of_row = _label_rows(used, supports, len(log.time), max(1, round(settings.block / period)))
+    longest = max(1, round(settings.block / period))
+    support_of_row, block_of_row, calm = _label_rows(used, supports, len(log.time), longest)
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
@@ -138,7 +139,7 @@ def friction_torque(
                 velocity=state.velocity[:, known],
                 acceleration=state.acceleration[:, known],
                 friction_torque=friction[:, known],
-                usable=usable[:, known],
+                usable=usable[:, known] & calm[rows, None],
                 block=block_of_row[rows],
                 support=name_of[support],
                 support_names=names,
@@ -167,20 +168,21 @@ def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
 
 def _label_rows(
     used: list[tuple[SupportPhase, _Support]], supports: tuple[_Support, ...], rows: int, longest: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return which support each row of the log has, -1 where it is not used, and the block it belongs to.
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return each row's support, -1 where it is not used, the block it belongs to, and whether a fit may use it.
 
     A block is a phase, or an equal part of one that lasts longer than `longest` rows.
     """
-    support, block = np.full(rows, -1), np.zeros(rows, dtype=np.int64)
+    support, block, calm = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
     begun = 0
     for phase, here in used:
         length = phase.last - phase.first
         parts = max(1, round(length / longest))
         support[phase.first : phase.last] = supports.index(here)
         block[phase.first : phase.last] = begun + np.arange(length) * parts // length
+        calm[phase.calm_first : phase.calm_last] = True
         begun += parts
-    return support, block
+    return support, block, calm
 
 
 def _stretches(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:

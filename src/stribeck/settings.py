@@ -96,7 +96,7 @@ class FilterSettings(Table):
 class SupportSettings(Table):
     """How support phases are found and trimmed."""
 
-    trim_start: NonNegative = 0.10  # [s] left out at the beginning of each single support
+    trim_start: NonNegative = 0.10  # [s] left out at the beginning of each phase
     trim_end: NonNegative = 0.05  # [s] left out at its end
     source: Literal["auto", "flags", "forces", "kinematics"] = "auto"
     force_on: Positive = 0.15  # a foot lands when it carries more than this share of the weight

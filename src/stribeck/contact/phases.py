@@ -29,7 +29,9 @@ class SupportPhase:
     kind
         "single", "double" and "multiple" count the standing feet; "flight" has none.
     first, last
-        Rows [first, last) remain after trimming; none where `last == first`.
+        Rows [first, last) are worked through; none where `last == first`.
+    calm_first, calm_last
+        Rows [calm_first, calm_last) of these are clear of touch-downs and lift-offs: a fit may use them.
     """
 
     start: int
@@ -38,6 +40,8 @@ class SupportPhase:
     kind: Kind
     first: int
     last: int
+    calm_first: int
+    calm_last: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +56,16 @@ class SupportPhases:
 def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
     """Return the phases of a fixed base: one a segment, nothing trimmed."""
     return tuple(
-        SupportPhase(start=s.start, stop=s.stop, feet=("base",), kind="fixed", first=s.start, last=s.stop)
+        SupportPhase(
+            start=s.start,
+            stop=s.stop,
+            feet=("base",),
+            kind="fixed",
+            first=s.start,
+            last=s.stop,
+            calm_first=s.start,
+            calm_last=s.stop,
+        )
         for s in segments
         if s.stop > s.start
     )
@@ -63,10 +76,11 @@ def phases_of_segment(
 ) -> list[SupportPhase]:
     """Cut a segment into phases; together they are the whole segment.
 
-    A phase in which a limb swings loses `trim_start` after its beginning and `trim_end` before its end, because the
-    lift-off and the touch-down there are impacts. Where it begins or ends with the segment there is no such event, and
-    nothing is trimmed. A phase in which all feet stand is not trimmed. A phase shorter than `min_duration` keeps its
-    place, but nothing of it remains.
+    A phase loses `trim_start` after its beginning and `trim_end` before its end, because the lift-off and the
+    touch-down there are impacts: standing feet rock and slip a little, which the whole robot feels. Where it begins or
+    ends with the segment there is no such event, and nothing is trimmed. A phase in which all feet stand is still
+    worked through as a whole, but only what is clear of the impacts may be fitted. A phase shorter than `min_duration`
+    keeps its place, but nothing of it remains.
 
     Parameters
     ----------
@@ -85,11 +99,24 @@ def phases_of_segment(
     for start, stop in pairwise(edges):
         here = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
         swinging = len(here) < len(feet)
-        first = _row_after(time, start, settings.trim_start, period) if swinging and start > segment.start else start
-        last = _row_before(time, stop, settings.trim_end, period) if swinging and stop < segment.stop else stop
-        if last <= first or (stop - start) * period < settings.min_duration:
-            first = last = start
-        phases.append(SupportPhase(start=start, stop=stop, feet=here, kind=_kind(here), first=first, last=last))
+        calm_first = _row_after(time, start, settings.trim_start, period) if start > segment.start else start
+        calm_last = _row_before(time, stop, settings.trim_end, period) if stop < segment.stop else stop
+        too_short = (stop - start) * period < settings.min_duration
+        if calm_last <= calm_first or too_short:
+            calm_first = calm_last = start
+        first, last = (calm_first, calm_last) if swinging or too_short else (start, stop)
+        phases.append(
+            SupportPhase(
+                start=start,
+                stop=stop,
+                feet=here,
+                kind=_kind(here),
+                first=first,
+                last=last,
+                calm_first=calm_first,
+                calm_last=calm_last,
+            )
+        )
     return phases
 
 
