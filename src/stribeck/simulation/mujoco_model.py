@@ -120,6 +120,7 @@ def _set_physics(spec: mujoco.MjSpec, step: float) -> None:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one robot is one island
 
 
 def _joint_entries(robot: Robot, model: mujoco.MjModel) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -8,7 +8,7 @@ share of `a dt / v` while a joint speeds up, and smaller while it slows down: se
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -18,6 +18,7 @@ from stribeck.log import Array
 from stribeck.simulation.friction_truth import FrictionTruth
 from stribeck.simulation.friction_truth import Instant as Beginning
 from stribeck.simulation.mujoco_model import Body
+from stribeck.simulation.span import span
 
 _POSE = np.array([0, 1, 2, 4, 5, 6, 3])
 """MuJoCo's free joint has the quaternion as wxyz."""
@@ -27,8 +28,7 @@ VERTICAL_FORCE = 5
 """The one of them that is the force upwards."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Views:
+class _Views(NamedTuple):
     """Parts of MuJoCo's data that change in place; looking them up costs more than using them."""
 
     position: Array
@@ -41,8 +41,7 @@ class _Views:
     centre: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Snapshot:
+class Snapshot(NamedTuple):
     """The true state at one instant; joints in the tree's order.
 
     MuJoCo moves positions by the new velocity, so that they are half a physics step ahead of it. Here they are taken
@@ -85,6 +84,7 @@ class MujocoSim:
         self.substeps = round(control_period / body.model.opt.timestep)
         self.period = control_period
         self.data = mujoco.MjData(body.model)
+        self._positions, self._velocities = span(body.position_index), span(body.velocity_index)
         self.data.qpos[:7] = configuration[[0, 1, 2, 6, 3, 4, 5]]
         self.data.qpos[body.position_index] = configuration[7:]
         self._resisting = np.zeros(len(configuration) - 7)
@@ -122,22 +122,21 @@ class MujocoSim:
             What the ground did to the feet in the first and the last physics step, for `foot_wrenches`.
         """
         model, data, views = self.body.model, self.data, self._views
-        index, limit, step = self.body.velocity_index, self.body.torque_limit, float(model.opt.timestep)
+        index, limit, step = self._velocities, self.body.torque_limit, float(model.opt.timestep)
         applied = np.minimum(np.maximum(torque, -limit), limit)
         if push is not None:
             data.xfrc_applied[1, :3] = push
         self._last_velocity = views.velocity[:3].copy()
-        velocity = views.velocity[index]
+        velocity = views.velocity[index].copy()
         first = last = np.zeros((0, TOUCH))
         for k in range(self.substeps):
-            position = views.position[self.body.position_index]
             middle = velocity + 0.5 * self._change
-            beginning = Beginning(time=data.time, step=step, position=position, velocity=middle, torque=applied)
+            beginning = Beginning(data.time, step, views.position[self._positions], middle, applied)
             slope, offset = self.friction.before(beginning)
-            views.damping[index] = 0.5 * slope
-            views.force[index] = applied - offset - 0.5 * slope * velocity
+            half = 0.5 * slope
+            views.damping[index], views.force[index] = half, applied - offset - half * velocity
             mujoco.mj_step(model, data)
-            end = views.velocity[index]
+            end = views.velocity[index].copy()
             self._resisting = self.friction.after(0.5 * (velocity + end))
             self._change, velocity = end - velocity, end
             if k == 0:
@@ -148,13 +147,13 @@ class MujocoSim:
     def now(self) -> Snapshot:
         """Return the state now."""
         views = self._views
-        linear, joints = views.velocity[:3], views.velocity[self.body.velocity_index]
+        linear, joints = views.velocity[:3], views.velocity[self._velocities]
         ahead = 0.5 * float(self.body.model.opt.timestep)
         pose = views.position[_POSE]
         turn = pin.Quaternion(pose[3:]) * pin.Quaternion(pin.exp3(-ahead * views.velocity[3:6]))
         configuration = np.empty(7 + len(joints))
         configuration[:3], configuration[3:7] = pose[:3] - ahead * linear, turn.coeffs()
-        configuration[7:] = views.position[self.body.position_index] - ahead * joints
+        configuration[7:] = views.position[self._positions] - ahead * joints
         rotation = turn.toRotationMatrix()
         velocity = np.empty(len(configuration) - 1)
         velocity[:3], velocity[3:6], velocity[6:] = linear @ rotation, views.velocity[3:6], joints

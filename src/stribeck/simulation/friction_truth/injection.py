@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stribeck.log import Array
 from stribeck.simulation.parameters import Parameters
+from stribeck.simulation.span import span
 
 
 class Instant(NamedTuple):
@@ -75,6 +76,7 @@ class FrictionTruth:
 
     def __init__(self, joints: int, effects: Sequence[FrictionEffect] = ()) -> None:
         self._effects = tuple(effects)
+        self._columns = [span(effect.columns) for effect in self._effects]
         self.parameters: dict[str, dict[str, float]] = {}
         for effect in self._effects:
             for joint, named in effect.parameters.items():
@@ -84,14 +86,14 @@ class FrictionTruth:
     def before(self, instant: Instant) -> tuple[Array, Array]:
         """Return D [N m s/rad], to be used as implicit damping, and c [N m], to be subtracted, shape (n,) each."""
         self._damping, self._offset = np.zeros((2, len(instant.velocity)))
-        for effect in self._effects:
+        for effect, columns in zip(self._effects, self._columns, strict=True):
             damping, offset = effect.linearise(instant)
-            self._damping[effect.columns] += damping
-            self._offset[effect.columns] += offset
+            self._damping[columns] += damping
+            self._offset[columns] += offset
         return self._damping, self._offset
 
     def after(self, velocity: Array) -> Array:
         """Return the friction torque that acted [N m], shape (n,), given the step's velocity u, shape (n,)."""
-        for effect in self._effects:
-            effect.advance(velocity[effect.columns])
+        for effect, columns in zip(self._effects, self._columns, strict=True):
+            effect.advance(velocity[columns])
         return self._damping * velocity + self._offset

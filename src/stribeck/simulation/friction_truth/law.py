@@ -11,6 +11,7 @@ from stribeck.log import Array
 from stribeck.simulation.friction_truth.drift import Drift
 from stribeck.simulation.friction_truth.injection import Instant
 from stribeck.simulation.parameters import Parameters, parameter_table
+from stribeck.simulation.span import span
 
 SLOWEST = 1e-4
 """Slower joints have the secant of this velocity [rad/s or m/s]; laws that jump at standstill are steep but finite."""
@@ -44,7 +45,7 @@ class LawFriction:
     ) -> None:
         self.columns, self._values = parameter_table(joint_names, law.name, law.parameters, parameters)
         self.parameters = parameters
-        self._law, self._drift = law, drift
+        self._law, self._drift, self._read = law, drift, span(self.columns)
         self._names = [parameter.name for parameter in law.parameters]
         if drift:
             drift.require(self._names, law.name)
@@ -57,7 +58,7 @@ class LawFriction:
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
         """Return D and c of these joints, shape (k,) each."""
         values = self.values(instant.time)
-        speed = instant.velocity[self.columns]
+        speed = instant.velocity[self._read]
         speed = np.copysign(np.maximum(np.abs(speed), SLOWEST), speed)
         still = self._law.torque(np.zeros_like(speed), values) if self._drift else self._still
         return np.maximum((self._law.torque(speed, values) - still) / speed, 0.0), still
