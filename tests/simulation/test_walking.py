@@ -37,7 +37,8 @@ def test_it_goes_where_the_plan_says_and_stays_upright() -> None:
     position, orientation = walk.truth.base_position, walk.log.base_orientation
     assert position is not None
     assert orientation is not None
-    np.testing.assert_allclose(position[-1, :2] - position[0, :2], [0.4, 0.15], atol=0.03)
+    shift = 0.029  # by which it starts behind the middle of its feet, over which it ends
+    np.testing.assert_allclose(position[-1, :2] - position[0, :2], [0.4 + shift, 0.15], atol=0.02)
     assert np.abs(orientation[:, :2]).max() < 0.03
     assert np.ptp(position[:, 2]) < 0.04
 
@@ -113,11 +114,14 @@ def test_one_seed_gives_one_log_bit_for_bit() -> None:
 def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> None:
     robot = walker(name, tmp_path)
     conditions = Conditions(
-        friction=leg_friction(robot, 0.2, offset=0.1), soles=SOLES.get(name, {}), physics_step=COARSE
+        friction=leg_friction(robot, 0.2, offset=0.2), soles=SOLES.get(name, {}), physics_step=COARSE
     )
-    walk = simulate_walk(robot, [Steps(count=3, forward=0.1, single_support=0.6)], POSTURE[name], conditions)
+    steps = Steps(count=3, forward=0.1, turn=0.1, single_support=0.6)
+    walk = simulate_walk(robot, [steps], POSTURE[name], conditions)
     assert walk.truth.base_position is not None
-    assert walk.truth.base_position[-1, 0] - walk.truth.base_position[0, 0] == pytest.approx(0.2, abs=0.04)
+    assert np.linalg.norm(walk.truth.base_position[-1] - walk.truth.base_position[0]) == pytest.approx(0.2, abs=0.04)
+    trunk = ["waist" in joint or "torso" in joint for joint in walk.log.joint_names]
+    assert np.abs(walk.log.position[:, trunk]).max() < 0.35  # it is upright, and not what the walk is balanced with
 
 
 def pushed(force: float) -> np.ndarray:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.errors import StribeckError
 from stribeck.log import Array
@@ -75,9 +74,11 @@ class WalkingController:
         self.pulsation = sqrt(-dynamics.gravity[2] / start.height)
         self._cones = [wrench_cone(soles[name], gains.friction) for name in robot.contacts]
         held = np.array([name in robot.position_controlled for name in list(robot.tree.model.names)[2:]])
+        in_legs = np.isin(np.arange(2, dynamics.model.njoints), dynamics.leg_joints)
+        joints = np.where(held, gains.held_weight, np.where(in_legs, gains.leg_weight, gains.posture_weight))
         self._stiffness = np.where(held, gains.held, gains.posture)
         self._damping = 2 * np.sqrt(self._stiffness)
-        self._weights = {swings: _weights(gains, held, swings) for swings in (False, True)}
+        self._weights = {swings: _weights(gains, joints, swings) for swings in (False, True)}
         self._everyone, self._nobody = np.isfinite(limit), np.zeros(len(limit), dtype=bool)
         self._lift_off: _LiftOff | None = None
         self._torque = np.zeros(len(limit))
@@ -148,9 +149,8 @@ class WalkingController:
         return Wishes(joints, wrenches)
 
 
-def _weights(gains: Gains, held: NDArray[np.bool_], swings: bool) -> Weights:
-    """Return the weights while a foot swings, or while both stand."""
-    joints = np.where(held, gains.held_weight, gains.posture_weight)
+def _weights(gains: Gains, joints: Array, swings: bool) -> Weights:
+    """Return the weights while a foot swings, or while both stand; `joints` has those of the posture."""
     wrench = np.repeat([gains.force_weight, gains.moment_weight], 3)
     tasks = np.repeat([gains.com_weight, gains.base_weight, gains.foot_weight], [3, 3, BASE if swings else 0])
     return Weights(np.concatenate([tasks, wrench]), np.concatenate([joints, wrench[: 0 if swings else BASE]]))

@@ -30,6 +30,7 @@ class Gains:
     foot_weight: float = 10.0
     base_weight: float = 30.0
     posture_weight: float = 1e-2
+    leg_weight: float = 1e-3  # of the legs' posture: the tasks move the legs, the upper body should not make up for it
     held_weight: float = 1.0
     force_weight: float = 1e-6  # [1/N^2], towards the planned share of the weight
     moment_weight: float = 1e-4  # [1/(N m)^2], keeps the pressure near the middle of the sole

@@ -71,6 +71,8 @@ class Dynamics:
             centre = frame.placement * pin.SE3(np.eye(3), np.array(soles[name].centre))
             sole = pin.Frame(f"sole of {name}", frame.parentJoint, 0, centre, pin.FrameType.OP_FRAME)
             self.frames.append(self.model.addFrame(sole, False))
+        ends = [self.model.frames[frame].parentJoint for frame in self.frames]
+        self.leg_joints = sorted({joint for end in ends for joint in self.model.supports[end]})
         self.data = self.model.createData()
         self.mass = float(sum(inertia.mass for inertia in self.model.inertias))
         self.gravity = np.array(self.model.gravity.linear)
