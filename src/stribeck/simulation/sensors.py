@@ -102,6 +102,10 @@ class Sensors:
         """Return the accelerometer's output [m/s^2], shape (..., 3)."""
         return exact + self._force[k]
 
+    def vertical_force(self, k: Samples, exact: Array) -> Array:
+        """Return the vertical forces at the feet alone [N], shape (..., feet)."""
+        return exact + self._wrench[k][..., 2]
+
     def foot_wrench(self, k: Samples, exact: Array) -> Array:
         """Return forces [N] and moments [N m] at the feet, shape (..., feet, 6)."""
         return exact + self._wrench[k]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan2
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -16,8 +17,7 @@ LOADED = (0.05, 0.35)
 """A foot is not trusted to stand below, and fully above, these shares of the weight."""
 
 
-@dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(NamedTuple):
     """What the sensors give at one instant; joints in the tree's order.
 
     Attributes

@@ -12,6 +12,7 @@ from stribeck.rooting import BASE_FRAME
 from stribeck.simulation.exact import Truth
 from stribeck.simulation.mujoco_model import Body
 from stribeck.simulation.mujoco_sim import TOUCH, Snapshot, foot_wrenches
+from stribeck.simulation.span import span
 
 CONTACT_SHARE = 0.02
 """A foot that bears more than this share of the weight is in contact."""
@@ -22,11 +23,17 @@ class Recorder:
 
     What is held between samples jumps at a sample: the torque and the foot wrench that belong there are the means of
     both sides, as the second difference of the position is the mean of two accelerations.
+
+    Attributes
+    ----------
+    columns, rows
+        `log_order[columns]` is in the tree's order of joints, `tree_order[rows]` in the log's.
     """
 
     def __init__(self, robot: Robot, body: Body, samples: int, period: float) -> None:
         joints, feet = len(robot.joint_names), len(robot.contacts)
         self.robot, self.body, self.period, self.filled = robot, body, period, 0
+        self.columns, self.rows = span(robot.tree.columns), span(np.argsort(robot.tree.columns))
         self.configuration = np.empty((samples, joints + 7))
         self.velocity = np.empty((samples, joints + 6))
         self.specific_force = np.empty((samples, 3))
@@ -81,9 +88,7 @@ class Recorder:
         )
 
     def _joints(self, tree_order: Array) -> Array:
-        columns = np.empty_like(tree_order)
-        columns[:, self.robot.tree.columns] = tree_order
-        return columns
+        return tree_order[:, self.rows]
 
     def _base_orientation(self, position: Array) -> Array:
         """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""

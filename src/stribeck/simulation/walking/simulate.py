@@ -190,17 +190,14 @@ def _run(
 
 def _read(recorder: Recorder, sensors: Sensors, k: int) -> Measurement:
     """Return what the sensors give at a sample: the joints at once, IMU and feet a little late."""
-    columns, then = recorder.robot.tree.columns, max(k - sensors.late, 0)
-    position = np.empty(len(columns))
-    wrench = np.zeros((len(recorder.robot.contacts), 6))
-    wrench[:, 2] = recorder.touch_before[then, :, VERTICAL_FORCE]
-    position[columns] = recorder.configuration[k, 7:]
+    then = max(k - sensors.late, 0)
+    position = recorder.configuration[k, 7:][recorder.rows]
     return Measurement(
-        sensors.position(k, position)[columns],
+        sensors.position(k, position)[recorder.columns],
         sensors.orientation(k, recorder.configuration[then, 3:7]),
         sensors.angular_velocity(k, recorder.velocity[then, 3:6]),
         sensors.linear_acceleration(k, recorder.specific_force[then]),
-        sensors.foot_wrench(k, wrench)[:, 2],
+        sensors.vertical_force(k, recorder.touch_before[then, :, VERTICAL_FORCE]),
     )
 
 
