@@ -148,7 +148,7 @@ def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:
         return []
     return [
         f"friction would feed energy in at over {100 * UNPHYSICAL:.0f} % of the samples, which none can: "
-        f"{', '.join(names)}; look at signs and delays with 'stribeck inspect', and at the model's inertias"
+        f"{', '.join(names)}; they have none to speak of, or signs, delays ('stribeck inspect') or inertias are wrong"
     ]
 
 

@@ -103,6 +103,9 @@ def test_torque_without_friction_is_never_identified_and_never_crashes(make_samp
     signal = {"zero": 0.0, "constant": 3.0, "random": np.random.default_rng(2).normal(size=(2400, 1))}[torque]
     found = identified(replace(samples, friction_torque=np.zeros((2400, 1)) + signal), law)["knee"]
     assert found.verdict == "weak"
+    if torque == "random":
+        assert found.reason.startswith("no friction is told from zero: ")
+        assert "offset" not in found.reason
 
 
 def test_joints_keep_the_order_of_the_samples(make_samples, make_joint) -> None:

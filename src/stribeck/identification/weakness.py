@@ -39,11 +39,18 @@ def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic:
     """Return one sentence on the weak parameters of a joint, "" if there are none."""
     if not weak.any():
         return ""
-    named = [_describe(fit, index, prismatic) for index in np.flatnonzero(weak).tolist()]
+    resisting = _resisting(fit)
+    without = all(fit.intervals[index, 0] <= 0.0 for index in resisting)
+    named = [_describe(fit, index, prismatic) for index in (resisting if without else np.flatnonzero(weak).tolist())]
     causes = _causes(fit, weak, velocity, prismatic)
     if not causes:
         causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
-    return f"{', '.join(named)}: {'; '.join(causes)}"
+    return f"{'no friction is told from zero: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
+
+
+def _resisting(fit: JointFit) -> list[int]:
+    """Return which parameters are torques that resist motion: no offset, no inertia, no scale."""
+    return [k for k, each in enumerate(fit.parameters) if each.unit in ("N m", "N m s/rad") and each.lower == 0.0]
 
 
 def _describe(fit: JointFit, index: int, prismatic: bool) -> str:
