@@ -17,7 +17,7 @@ from stribeck.simulation.walking.balance.tasks import Gains
 from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.footsteps import Steps
 from stribeck.simulation.walking.plan import Plan, plan_walk
-from stribeck.simulation.walking.simulate import CONTROL_PERIOD, Walk
+from stribeck.simulation.walking.simulate import PERIOD, Walk
 from stribeck.simulation.walking.start import start_standing
 from stribeck.threads import one_blas_thread
 
@@ -56,10 +56,10 @@ def simulate_ideal_walk(
     BalanceError
         If no torques keep its feet on the ground.
     """
-    body = compile_body(robot, soles or {}, CONTROL_PERIOD)
+    body = compile_body(robot, soles or {}, PERIOD)
     dynamics = Dynamics(robot, body.soles)
     start = start_standing(robot, dynamics, posture)
-    plan = plan_walk(walk, start.feet, np.sqrt(-dynamics.gravity[2] / start.height), CONTROL_PERIOD)
+    plan = plan_walk(walk, start.feet, np.sqrt(-dynamics.gravity[2] / start.height), PERIOD)
     controller = WalkingController(robot, dynamics, body.soles, start, body.torque_limit, plan, Gains())
 
     def control(time: float, state: BodyState) -> Array:

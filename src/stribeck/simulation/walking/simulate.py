@@ -29,8 +29,10 @@ from stribeck.simulation.walking.recorder import Recorder
 from stribeck.simulation.walking.start import start_standing
 from stribeck.threads import one_blas_thread
 
-CONTROL_PERIOD = 1e-3
-"""[s]"""
+PERIOD = 1e-3
+"""Of sensors and log [s]."""
+HELD = 2
+"""Periods that a torque is held: the controller runs at 500 Hz, which costs a third less time than 1 kHz."""
 FALLEN = 0.6
 """A robot whose base is below this share of its first height has fallen."""
 
@@ -111,7 +113,7 @@ def simulate_walk(
     conditions: Conditions,
     progress: Callable[[float], None] = _unheard,
 ) -> Walk:
-    """Let a robot walk, torque-controlled at 1 kHz.
+    """Let a robot walk, torque-controlled at 500 Hz; its sensors are read and logged at 1 kHz.
 
     Parameters
     ----------
@@ -138,7 +140,7 @@ def simulate_walk(
     body = compile_body(robot, conditions.soles, conditions.physics_step)
     start = start_standing(robot, Dynamics(robot, body.soles), posture)
     dynamics = Dynamics(robot, body.soles, conditions.believed)
-    plan = plan_walk(walk, start.feet, np.sqrt(-dynamics.gravity[2] / start.height), CONTROL_PERIOD)
+    plan = plan_walk(walk, start.feet, np.sqrt(-dynamics.gravity[2] / start.height), PERIOD)
     controller = WalkingController(robot, dynamics, body.soles, start, body.torque_limit, plan, conditions.gains)
     estimator = StateEstimator(dynamics, start.configuration, plan.period) if conditions.state == "estimated" else None
     friction = conditions.friction or FrictionTruth(len(start.posture))
@@ -170,7 +172,7 @@ def _run(
 ) -> None:
     """Step through the plan: see, estimate, control, act."""
     plan, robot = controller.plan, recorder.robot
-    touch = np.zeros((len(robot.contacts), TOUCH))
+    touch, torque = np.zeros((len(robot.contacts), TOUCH)), np.zeros(len(robot.joint_names))
     lowest = FALLEN * controller.start.configuration[2]
     for k in range(plan.samples):
         now = sim.now()
@@ -179,7 +181,8 @@ def _run(
             configuration, velocity = now.configuration, now.velocity
         else:
             configuration, velocity = estimator.update(_read(recorder, sensors, k))
-        torque = controller.torque(k, configuration, velocity)
+        if k % HELD == 0:
+            torque = controller.torque(k, configuration, velocity)
         applied, first, touch = sim.advance(torque, _push_at(pushes, k * plan.period))
         recorder.act(applied, first)
         if not now.configuration[2] > lowest:  # false for numbers that are none, too
