@@ -1,1 +1,1 @@
-"""Speed, as ratios measured in one run: `python -m benchmarks.friction_torque`, `python -m benchmarks.identify`."""
+"""Speed, as ratios measured in one run: `python -m benchmarks.friction_torque`, `.identify`, `.walking`."""

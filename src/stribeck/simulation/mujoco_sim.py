@@ -149,14 +149,12 @@ class MujocoSim:
         views = self._views
         linear, joints = views.velocity[:3], views.velocity[self._velocities]
         ahead = 0.5 * float(self.body.model.opt.timestep)
-        pose = views.position[_POSE]
-        turn = pin.Quaternion(pose[3:]) * pin.Quaternion(pin.exp3(-ahead * views.velocity[3:6]))
-        configuration = np.empty(7 + len(joints))
-        configuration[:3], configuration[3:7] = pose[:3] - ahead * linear, turn.coeffs()
-        configuration[7:] = views.position[self._positions] - ahead * joints
+        spin, pose = views.velocity[3:6].copy(), views.position[_POSE]
+        turn = pin.Quaternion(pose[3:]) * pin.Quaternion(pin.exp3(-ahead * spin))
+        joint_positions = views.position[self._positions] - ahead * joints
+        configuration = np.concatenate([pose[:3] - ahead * linear, turn.coeffs(), joint_positions])
         rotation = turn.toRotationMatrix()
-        velocity = np.empty(len(configuration) - 1)
-        velocity[:3], velocity[3:6], velocity[6:] = linear @ rotation, views.velocity[3:6], joints
+        velocity = np.concatenate([linear @ rotation, spin, joints])
         force = (linear - self._last_velocity) / self.period - self._gravity
         return Snapshot(configuration, velocity, force @ rotation, self._resisting)
 

@@ -18,7 +18,7 @@ Parameters = Mapping[str, Mapping[str, float]]
 def parameter_table(
     joint_names: Sequence[str], law: str, expected: Sequence[Parameter], parameters: Parameters
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the columns of the k joints that have parameters, and their values, shape (p, k), in the order expected.
+    """Return the columns of the k joints that have parameters, in order, and their values, shape (p, k), in the order expected.
 
     Raises
     ------
@@ -40,6 +40,6 @@ def parameter_table(
                     f"parameters of joint '{joint}': {parameter.name} is {value}; "
                     f"expected a number from {parameter.lower:g} to {parameter.upper:g}"
                 )
-    columns = np.array([list(joint_names).index(joint) for joint in parameters], dtype=np.int64)
-    values = [[named[parameter.name] for named in parameters.values()] for parameter in expected]
-    return columns, np.array(values, dtype=float)
+    columns = [column for column, joint in enumerate(joint_names) if joint in parameters]
+    values = [[parameters[joint_names[column]][parameter.name] for column in columns] for parameter in expected]
+    return np.array(columns, dtype=np.int64), np.array(values, dtype=float)
