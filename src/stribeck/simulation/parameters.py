@@ -18,7 +18,7 @@ Parameters = Mapping[str, Mapping[str, float]]
 def parameter_table(
     joint_names: Sequence[str], law: str, expected: Sequence[Parameter], parameters: Parameters
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the columns of the k joints that have parameters, in order, and their values, shape (p, k), in the order expected.
+    """Return the sorted columns of the k joints that have parameters, and their values, shape (p, k), as expected.
 
     Raises
     ------
