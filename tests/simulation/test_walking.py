@@ -34,12 +34,13 @@ def exact_walk() -> Walk:
 
 def test_it_goes_where_the_plan_says_and_stays_upright() -> None:
     walk = exact_walk()
-    position, orientation = walk.truth.base_position, walk.log.base_orientation
+    position, orientation = walk.truth.base_position, walk.truth.base_orientation
     assert position is not None
     assert orientation is not None
     shift = 0.029  # by which it starts behind the middle of its feet, over which it ends
     np.testing.assert_allclose(position[-1, :2] - position[0, :2], [0.4 + shift, 0.15], atol=0.02)
     assert np.abs(orientation[:, :2]).max() < 0.03
+    np.testing.assert_array_equal(orientation, walk.log.base_orientation)  # the sensors are ideal
     assert np.ptp(position[:, 2]) < 0.04
 
 

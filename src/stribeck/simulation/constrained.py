@@ -219,6 +219,7 @@ def _truth(robot: Robot, rows: _Rows, friction: FrictionTruth) -> Truth:
         friction_torque=rows.friction,
         parameters=friction.parameters,
         base_position=rows.configuration[:, :3],
+        base_orientation=rows.configuration[:, 3:7],
         base_velocity=rows.velocity[:, :6],
         base_acceleration=rows.acceleration[:, :6],
     )

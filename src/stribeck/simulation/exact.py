@@ -34,8 +34,9 @@ class Truth:
         R(v), positive for positive velocity [N m], shape (T, n); zero for joints without parameters.
     parameters
         Of the friction law, by joint and name.
-    base_position
-        Of the root link in the world [m], shape (T, 3); None for a fixed base, like the next two.
+    base_position, base_orientation
+        Of the root link in the world [m], shape (T, 3), and as quaternion xyzw, shape (T, 4); None for a fixed base,
+        like the next two.
     base_velocity, base_acceleration
         Of the root link in its own coordinates, linear then angular, and its time derivative there, shape (T, 6).
     foot_wrench
@@ -45,6 +46,7 @@ class Truth:
     friction_torque: Array
     parameters: dict[str, dict[str, float]]
     base_position: Array | None = None
+    base_orientation: Array | None = None
     base_velocity: Array | None = None
     base_acceleration: Array | None = None
     foot_wrench: Array | None = None
@@ -113,6 +115,7 @@ def exact_log(
         friction_torque=friction,
         parameters=known,
         base_position=base.position,
+        base_orientation=Rotation.from_matrix(base.rotation).as_quat(),
         base_velocity=velocity,
         base_acceleration=acceleration,
     )

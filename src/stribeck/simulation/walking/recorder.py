@@ -84,6 +84,7 @@ class Recorder:
             friction_torque=self._joints(self.friction_torque[rows]),
             parameters=parameters,
             base_position=self.configuration[rows, :3].copy(),
+            base_orientation=self.configuration[rows, 3:7].copy(),
             base_velocity=self.velocity[rows, :6].copy(),
         )
 
