@@ -79,8 +79,9 @@ def phases_of_segment(
     A phase loses `trim_start` after its beginning and `trim_end` before its end, because the lift-off and the
     touch-down there are impacts: standing feet rock and slip a little, which the whole robot feels. Where it begins or
     ends with the segment there is no such event, and nothing is trimmed. A phase in which all feet stand is still
-    worked through as a whole, but only what is clear of the impacts may be fitted. A phase shorter than `min_duration`
-    keeps its place, but nothing of it remains.
+    worked through as a whole, but only what is clear of both times together at both ends may be fitted: the weight
+    shifts from foot to foot, and the one that bears little rocks. A phase shorter than `min_duration` keeps its place,
+    but nothing of it remains.
 
     Parameters
     ----------
@@ -99,8 +100,10 @@ def phases_of_segment(
     for start, stop in pairwise(edges):
         here = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
         swinging = len(here) < len(feet)
-        calm_first = _row_after(time, start, settings.trim_start, period) if start > segment.start else start
-        calm_last = _row_before(time, stop, settings.trim_end, period) if stop < segment.stop else stop
+        both = settings.trim_start + settings.trim_end
+        after, before = (settings.trim_start, settings.trim_end) if swinging else (both, both)
+        calm_first = _row_after(time, start, after, period) if start > segment.start else start
+        calm_last = _row_before(time, stop, before, period) if stop < segment.stop else stop
         too_short = (stop - start) * period < settings.min_duration
         if calm_last <= calm_first or too_short:
             calm_first = calm_last = start
