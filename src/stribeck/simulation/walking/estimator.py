@@ -41,12 +41,12 @@ class Measurement(NamedTuple):
 class EstimatorGains:
     """How far a period's measurement moves the estimate, 1 for all the way."""
 
-    joint_position: float = 0.5
-    joint_velocity: float = 0.13
-    base_position: float = 0.05
-    base_velocity: float = 0.05
-    foothold: float = 0.2  # of a foot that bears nothing
-    ground: float = 0.002  # of a foothold's height towards the flat ground
+    joint_position: float = 0.75
+    joint_velocity: float = 0.37
+    base_position: float = 0.1
+    base_velocity: float = 0.1
+    foothold: float = 0.36  # of a foot that bears nothing
+    ground: float = 0.004  # of a foothold's height towards the flat ground
 
 
 class StateEstimator:
