@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint bench coverage paper clean
+.PHONY: demo test lint bench coverage paper docs clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -27,5 +27,8 @@ test: lint
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper
 
+docs: .venv/.dev
+	$(BIN)/python -m sphinx -W --keep-going -q docs site
+
 clean:
-	rm -rf .venv build .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv build site .pytest_cache .mypy_cache .ruff_cache

@@ -1,0 +1,67 @@
+"""Settings of the documentation site: `make docs` builds it into `site/`.
+
+The pages are plain Markdown that GitHub shows as it is; `extensions/` adds what a site needs besides.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "extensions"))
+
+import matplotlib
+
+from stribeck import __version__
+
+project = "stribeck"
+author = "The stribeck authors"
+project_copyright = author
+version = release = __version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "docstrings",
+    "mathml",
+    "pages",
+]
+
+NAVIGATION = {
+    "index": {
+        "First steps": ["tour", "logs", "robot-file", "result", "verdicts"],
+        "The method": ["laws/index", "mathematics"],
+        "Evidence": ["paper/index", "simulation", "real-robots"],
+        "For developers": ["extending", "api/index"],
+    },
+    "laws/index": {"": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric"]},
+    "paper/index": {"": ["paper/chapter-3", "paper/double-support", "paper/*"]},
+}
+"""Page -> captions -> pages below it; `extensions/pages.py` puts it where the theme looks for it."""
+
+default_role = "code"  # docstrings have single backticks, as Markdown has
+myst_enable_extensions = ["attrs_inline", "dollarmath"]
+myst_fence_as_directive = ["math"]
+myst_heading_anchors = 4
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_type_aliases = {"Array": "Array"}
+autodoc_preserve_defaults = True
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True}
+napoleon_google_docstring = False
+napoleon_use_rtype = False  # what is returned has a name in the docstring and a type in the signature
+napoleon_attr_annotations = False
+napoleon_custom_sections = [("Attributes", "params_style")]  # as a list, not as objects of their own
+python_use_unqualified_type_names = True
+maximum_signature_line_length = 90
+
+html_theme = "furo"
+html_title = "stribeck"
+html_static_path = ["assets/site.css", str(Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSerif.ttf")]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {"navigation_with_keys": True}

@@ -1,0 +1,114 @@
+"""The documentation site builds without a warning, needs nothing from elsewhere, and its links lead somewhere."""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import unquote
+
+import pytest
+
+import stribeck
+from stribeck.friction import LAWS
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+pytestmark = pytest.mark.skipif(
+    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_parser", "furo")),
+    reason="Sphinx, MyST or Furo is not installed: the site is not built",
+)
+
+
+class Page(NamedTuple):
+    """What a page refers to, and what can be referred to in it."""
+
+    links: list[str]
+    resources: list[str]
+    anchors: set[str]
+
+
+class Reader(HTMLParser):
+    """Collects a page's links, resources and anchors."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.page = Page([], [], set())
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attributes}
+        self.page.anchors.update(values[name] for name in ("id", "name") if name in values)
+        if tag == "a" and "href" in values:
+            self.page.links.append(values["href"])
+        elif tag != "a":
+            self.page.resources.extend(values[name] for name in ("src", "href", "srcset") if name in values)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site")
+    strictly = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-E"]
+    built = subprocess.run([*strictly, "-d", folder / "read", DOCS, folder / "html"], capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    return folder / "html"
+
+
+@pytest.fixture(scope="module")
+def pages(site: Path) -> dict[Path, Page]:
+    found = {}
+    for path in site.rglob("*.html"):
+        reader = Reader()
+        reader.feed(path.read_text())
+        found[path] = reader.page
+    return found
+
+
+def test_every_page_is_built_and_in_the_navigation(site: Path, pages: dict[Path, Page]) -> None:
+    names = {path.relative_to(DOCS).with_suffix("") for kind in ("md", "rst") for path in DOCS.rglob(f"*.{kind}")}
+    assert {site / f"{name}.html" for name in names} <= set(pages)
+    navigation = re.search(r'<div class="sidebar-tree">(.*?)</div>', (site / "index.html").read_text(), re.DOTALL)
+    assert navigation is not None
+    assert {f"{name}.html" for name in names} - {"index.html"} <= set(re.findall(r'href="([^"#]+)"', navigation[1]))
+
+
+def test_nothing_is_loaded_from_elsewhere(pages: dict[Path, Page]) -> None:
+    for path, page in pages.items():
+        assert not [one for one in page.resources if one.startswith(("http:", "https:", "//"))], path
+
+
+def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
+    for path, page in pages.items():
+        for link in [*page.links, *page.resources]:
+            if link.startswith(("http:", "https:", "data:")):
+                continue
+            file, _, anchor = unquote(link).partition("#")
+            target = (path.parent / file.partition("?")[0]).resolve() if file else path
+            assert target.exists(), f"{path.name}: {link}"
+            if anchor and target in pages and "_modules" not in path.parts:  # Sphinx links code back by another name
+                assert anchor in pages[target].anchors, f"{path.name}: {link}"
+
+
+def test_formulae_are_drawn_by_the_browser_itself(site: Path) -> None:
+    for law in LAWS:
+        assert '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">' in (
+            (site / "laws" / f"{law}.html").read_text()
+        )
+    text = "".join(path.read_text() for path in site.rglob("*.html"))
+    assert "math-error" not in text
+    assert not re.search(r"\\(?:frac|tau|begin)\b", re.sub(r"<pre>.*?</pre>", "", text, flags=re.DOTALL))
+
+
+def test_each_law_is_shown_in_both_themes(site: Path) -> None:
+    for law in LAWS:
+        text = (site / "laws" / f"{law}.html").read_text()
+        for theme in ("light", "dark"):
+            assert re.search(rf'<img[^>]*class="only-{theme}"[^>]*law-{law}-{theme}\.svg', text)
+
+
+def test_all_public_names_are_in_the_api(pages: dict[Path, Page], site: Path) -> None:
+    public = {name for name in vars(stribeck) if not name.startswith("_")} - {"friction"}
+    callables = {f"stribeck.{name}" for name in public if callable(getattr(stribeck, name))}
+    assert len(callables) == 5
+    assert callables <= pages[site / "api/index.html"].anchors
