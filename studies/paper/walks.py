@@ -23,6 +23,8 @@ SOURCES = ("simulation", "friction", "robot.py", "rooting.py")
 """Parts of the package that a simulated log depends on."""
 QUICK_STEPS = 2
 """Of each kind, in the quick variant of a walk."""
+QUICK_STAND = 0.1
+"""How long the robot stands before each kind of steps, and after them, in the quick variant [s]."""
 
 
 def _scenario(name: str, **changes: object) -> Scenario:
@@ -52,7 +54,8 @@ def get_walk(name: str, quick: bool = False) -> Simulated:
     """Return a walk by name, simulated if it is not at hand; a quick one has only a few steps."""
     scenario = SCENARIOS[name]
     if quick:
-        short = [steps.model_copy(update={"count": min(QUICK_STEPS, steps.count)}) for steps in scenario.walk]
+        change = {"count": QUICK_STEPS, "stand": QUICK_STAND}
+        short = [steps.model_copy(update=change) for steps in scenario.walk]
         scenario = scenario.model_copy(update={"walk": short})
     label = f"{name}-quick" if quick else name
     path = FOLDER / f"{label}.{_digest(scenario)}.npz"

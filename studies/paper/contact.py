@@ -1,0 +1,190 @@
+"""Fig. 6.4 and 6.5: the contact simulator. Friction in the right knee alone, then in all leg joints.
+
+The standing leg is as sensitive as its inertia; what that costs depends on what is wrong with the log. So the same walk
+is also read with one thing wrong at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stribeck import Settings
+from stribeck.log import Array, RobotLog
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.sensor_profiles import SensorProfile, get_profile
+from stribeck.simulation.sensors import measure, sensors_for
+from studies.paper import figures
+from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.walks import get_walk
+
+WALKS = ("right-knee-contact", "legs-contact")
+KNEE = "right_knee"
+JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
+SWINGS, STANDS = "left_foot", "right_foot"
+"""Support on which the right leg swings, and stands."""
+SETTINGS = Settings(standing_legs=True)
+SENSORS = {
+    "tilt": ("orientation_bias", "orientation_noise"),
+    "encoders": ("position_resolution", "position_noise", "position_bias"),
+    "torque sensors": ("torque_noise", "torque_offset", "torque_drift"),
+    "time stamps": ("jitter",),
+}
+"""What realistic sensors get wrong, by case."""
+SEEDS = (1, 2, 3, 4)
+SHOWN = ("as simulated", "torque a sample late", "tilt")
+"""Cases that are drawn."""
+NEAR = ("0 to 0.02", "0.02 to 0.05", "0.05 to 0.10", "0.10 and more")
+"""Times after lift-off or before touch-down [s]; the next one begins where one ends."""
+EDGES = (0.0, 0.02, 0.05, 0.10, np.inf)
+
+
+def run(quick: bool) -> Study:
+    knee, legs = (get_walk(name, quick) for name in WALKS)
+    found = {
+        case: [estimate(replace(knee, log=log), SETTINGS) for log in logs]
+        for case, logs in _cases(knee.log, quick).items()
+    }
+    clean = found["as simulated"][0]
+    everywhere = estimate(legs, SETTINGS)
+    numbers = {
+        "knee": {case: _mean([_errors(each, "knee") for each in several]) for case, several in found.items()},
+        "other_joints_swing": max(_errors(clean, joint)["swing"] for joint in JOINTS if joint != "knee"),
+        "legs": {joint: _errors(everywhere, joint) for joint in JOINTS},
+        "events": _by_distance(legs),
+    }
+
+    def standing(figure: Figure) -> None:
+        panels = figure.subplots(1, len(SHOWN), sharex=True, sharey=True)
+        for axes, case in zip(panels, SHOWN, strict=True):
+            _draw(axes, found[case][0], STANDS)
+            axes.set_title(case)
+        _finish(figure)
+
+    def swinging(figure: Figure) -> None:
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        shown = {"friction in it alone": clean, "in all leg joints": everywhere}
+        for axes, (title, each) in zip(panels, shown.items(), strict=True):
+            _draw(axes, each, SWINGS)
+            axes.set_title(title)
+        _finish(figure)
+
+    return Study(numbers, {"contact-stance": standing, "contact-swing": swinging})
+
+
+def _late(log: RobotLog) -> RobotLog:
+    """Return the log with its torque a sample late."""
+    return replace(log, torque=np.concatenate([log.torque[:1], log.torque[:-1]]))
+
+
+def _sensed(log: RobotLog, errors: tuple[str, ...], seed: int) -> RobotLog:
+    """Return the log as sensors give it that have these errors of realistic ones, and no others."""
+    realistic = get_profile("realistic")
+    profile = SensorProfile(**{error: getattr(realistic, error) for error in errors})
+    return measure(log, sensors_for(log, profile, seed))
+
+
+def _cases(log: RobotLog, quick: bool) -> dict[str, list[RobotLog]]:
+    """Return the log with one thing wrong at a time; what is drawn by lot is drawn several times."""
+    seeds = SEEDS[:1] if quick else SEEDS
+    sensed = {case: [_sensed(log, errors, seed) for seed in seeds] for case, errors in SENSORS.items()}
+    return {"as simulated": [log], "torque a sample late": [_late(log)], **sensed}
+
+
+def _errors(found: Estimate, joint: str) -> dict[str, float]:
+    """Return RMS friction and error of a joint of the right leg, while it swings and stands [N m]."""
+    column, swing, stance = found.column(f"right_{joint}"), found.standing_on(SWINGS), found.standing_on(STANDS)
+    return {
+        "friction": rms(found.truth[swing, column]),
+        "swing": rms(found.error[swing, column]),
+        "stance": rms(found.error[stance, column]),
+    }
+
+
+def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
+    """Return the root mean square of each number over several runs."""
+    return {key: rms(np.array([row[key] for row in rows])) for key in rows[0]}
+
+
+def _by_distance(walk: Simulated) -> dict[str, dict[str, float]]:
+    """Return the RMS error of the swinging leg's joints by the time after lift-off and before touch-down [N m]."""
+    found = estimate(walk, SETTINGS.model_copy(update={"support": UNTRIMMED}))
+    after, before = np.full((2, len(found.error)), np.inf)
+    swing = np.zeros(found.error.shape, dtype=bool)
+    for side, foot in (("left", STANDS), ("right", SWINGS)):
+        rows = found.standing_on(foot)
+        after[rows], before[rows] = _distances(found.samples.time, rows)
+        swing[:, [found.column(f"{side}_{joint}") for joint in JOINTS]] = rows[:, None]
+    result = {}
+    for event, distance in (("lift-off", after), ("touch-down", before)):
+        other = before if event == "lift-off" else after
+        bins = [(distance >= low) & (distance < high) for low, high in pairwise(EDGES)]
+        bins[-1] &= other >= EDGES[-2]
+        result[event] = {
+            label: rms(np.where(swing, found.error, np.nan)[rows]) for label, rows in zip(NEAR, bins, strict=True)
+        }
+    return result
+
+
+def _distances(time: Array, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return the time since the first and till the last sample of the stretch that each of these samples is in [s]."""
+    stretch = np.cumsum(np.diff(rows.astype(int), prepend=0) > 0)[rows]
+    here = time[rows]
+    firsts = np.array([here[stretch == k][0] for k in np.unique(stretch)])
+    lasts = np.array([here[stretch == k][-1] for k in np.unique(stretch)])
+    return here - firsts[stretch - 1], lasts[stretch - 1] - here
+
+
+def _draw(axes: Axes, found: Estimate, support: str) -> None:
+    """Draw estimate and truth of the right knee over its velocity on a support."""
+    rows, column, samples = found.standing_on(support), found.column(KNEE), found.samples
+    velocity = samples.velocity[rows, column]
+    figures.plot_runs(axes, samples.time[rows], velocity, samples.friction_torque[rows, column], "C0", label="found")
+    order = np.argsort(velocity)
+    axes.plot(velocity[order], found.truth[rows, column][order], color=figures.ink(), ls="--", lw=0.9, label="truth")
+    axes.set_xlabel("velocity [rad/s]")
+
+
+def _finish(figure: Figure) -> None:
+    figure.axes[0].set_ylabel("friction torque [N m]")
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return errors by case, by joint, and by the distance from lift-off and touch-down."""
+    keys = ("friction", "swing", "stance")
+    cases, joints = (
+        [
+            (name.replace("_", " "), *(f"{row[key]:.2g}" for key in keys), f"{row['stance'] / row['swing']:.2g}")
+            for name, row in numbers[part].items()
+        ]
+        for part in ("knee", "legs")
+    )
+    events = [(label, *(f"{numbers['events'][event][label]:.2g}" for event in numbers["events"])) for label in NEAR]
+    knee, legs = numbers["knee"], numbers["legs"]
+    return {
+        "late": f"{knee['torque a sample late']['stance']:.2g} N m",
+        "tilt": f"{knee['tilt']['stance']:.2g} N m",
+        "encoders": f"{knee['encoders']['stance']:.2g} N m",
+        "encoders-swing": f"{knee['encoders']['swing']:.2g} N m",
+        "clean": f"{knee['as simulated']['stance']:.2g} N m",
+        "knee-alone": f"{knee['as simulated']['swing']:.2g} N m",
+        "knee-legs": f"{legs['knee']['swing']:.2g} N m",
+        "knee-legs-stance": f"{legs['knee']['stance']:.2g} N m",
+        "ankle-ratio": f"{legs['ankle_roll']['stance'] / legs['ankle_roll']['swing']:.0f}",
+        "others": f"{numbers['other_joints_swing']:.2g} N m",
+        "lift-off": f"{numbers['events']['lift-off'][NEAR[0]]:.2g} N m",
+        "inside": f"{numbers['events']['lift-off'][NEAR[-1]]:.2g} N m",
+        "trimmed-start": f"{numbers['events']['lift-off'][NEAR[2]]:.2g} N m",
+        "trimmed-end": f"{numbers['events']['touch-down'][NEAR[1]]:.2g} N m",
+        "knee": markdown_table(("log", "friction", "error, swings", "error, stands", "ratio"), cases),
+        "legs": markdown_table(("joint", "friction", "error, swings", "error, stands", "ratio"), joints),
+        "events": markdown_table(("time [s]", "after lift-off", "before touch-down"), events),
+    }

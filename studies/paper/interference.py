@@ -1,0 +1,69 @@
+"""Fig. 6.5 as a number: how much of one joint's friction is found in another.
+
+Friction is in all leg joints. What is found in each joint of the swinging leg is fitted by the truth of all six,
+
+    found_i = sum_j G_ij truth_j + constant,
+
+so that G is the unit matrix if joints do not interfere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck import Settings
+from stribeck.log import Array
+from studies.paper.estimate import estimate
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.walks import get_walk
+
+WALKS = ("legs-contact",)
+JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
+SWINGS = {"left": "right_foot", "right": "left_foot"}
+"""Side -> the foot that stands while its leg swings."""
+
+
+def run(quick: bool) -> Study:
+    found = estimate(get_walk("legs-contact", quick), Settings())
+    truths: list[Array] = []
+    torques: list[Array] = []
+    for side, foot in SWINGS.items():
+        rows = found.standing_on(foot)
+        columns = [found.column(f"{side}_{joint}") for joint in JOINTS]
+        for kept, values in ((truths, found.truth), (torques, found.samples.friction_torque)):
+            here = values[rows][:, columns]
+            kept.append(here - here.mean(axis=0))
+    truth, torque = np.concatenate(truths), np.concatenate(torques)
+    gain = np.linalg.lstsq(truth, torque, rcond=None)[0].T
+    size = truth.std(axis=0)
+    share = gain * size / size[:, None]  # of joint j in joint i, by how much their friction varies
+    crossing = np.abs(share - np.diag(np.diag(share)))
+    worst = np.unravel_index(np.argmax(crossing), crossing.shape)
+    return Study(
+        {
+            "share": {joint: dict(zip(JOINTS, row, strict=True)) for joint, row in zip(JOINTS, share, strict=True)},
+            "own_worst": np.max(np.abs(np.diag(gain) - 1)),
+            "cross_worst": crossing[worst],
+            "cross_from": JOINTS[worst[1]],
+            "cross_in": JOINTS[worst[0]],
+            "cross_mean": crossing.sum() / (crossing.size - len(JOINTS)),
+            "samples": len(truth),
+        },
+        {},
+    )
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return the matrix of shares, and its worst values."""
+    rows = [
+        (joint.replace("_", " "), *(f"{100 * value:.2f} %" for value in row.values()))
+        for joint, row in numbers["share"].items()
+    ]
+    return {
+        "matrix": markdown_table(("found in", *(f"of {joint.replace('_', ' ')}" for joint in JOINTS)), rows),
+        "own": f"{100 * numbers['own_worst']:.2f} %",
+        "cross": f"{100 * numbers['cross_worst']:.2f} %",
+        "cross-mean": f"{100 * numbers['cross_mean']:.2f} %",
+        "where": f"{numbers['cross_from'].replace('_', ' ')} in {numbers['cross_in'].replace('_', ' ')}",
+    }
