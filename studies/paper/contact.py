@@ -21,7 +21,7 @@ from stribeck.simulation.sensor_profiles import SensorProfile, get_profile
 from stribeck.simulation.sensors import measure, sensors_for
 from studies.paper import figures
 from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
-from studies.paper.markdown import markdown_table
+from studies.paper.markdown import markdown_table, short
 from studies.paper.study import Numbers, Study
 from studies.paper.walks import get_walk
 
@@ -162,7 +162,7 @@ def texts(numbers: Numbers) -> dict[str, str]:
     keys = ("friction", "swing", "stance")
     cases, joints = (
         [
-            (name.replace("_", " "), *(f"{row[key]:.2g}" for key in keys), f"{row['stance'] / row['swing']:.2g}")
+            (name.replace("_", " "), *(f"{row[key]:.2g}" for key in keys), short(row["stance"] / row["swing"]))
             for name, row in numbers[part].items()
         ]
         for part in ("knee", "legs")
@@ -178,7 +178,7 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "knee-alone": f"{knee['as simulated']['swing']:.2g} N m",
         "knee-legs": f"{legs['knee']['swing']:.2g} N m",
         "knee-legs-stance": f"{legs['knee']['stance']:.2g} N m",
-        "ankle-ratio": f"{legs['ankle_roll']['stance'] / legs['ankle_roll']['swing']:.0f}",
+        "ankle-ratio": short(legs["ankle_roll"]["stance"] / legs["ankle_roll"]["swing"]),
         "others": f"{numbers['other_joints_swing']:.2g} N m",
         "lift-off": f"{numbers['events']['lift-off'][NEAR[0]]:.2g} N m",
         "inside": f"{numbers['events']['lift-off'][NEAR[-1]]:.2g} N m",

@@ -19,7 +19,7 @@ from stribeck.settings import FilterSettings
 from stribeck.simulation.run import Simulated
 from stribeck.state import State
 from studies.paper.estimate import EXACT, estimate, rms
-from studies.paper.markdown import markdown_table
+from studies.paper.markdown import markdown_table, short
 from studies.paper.study import Numbers, Study
 from studies.paper.walks import get_walk
 
@@ -141,7 +141,7 @@ def texts(numbers: Numbers) -> dict[str, str]:
     for joint, row in numbers["joints"].items():
         name, phases = joint.replace("_", " "), (row["stance"], row["swing"])
         sizes = (*(phase["inertia"] for phase in phases), row["inertia_ratio"], row["largest_ratio"])
-        inertias.append((name, *(f"{value:.3g}" for value in sizes)))
+        inertias.append((name, *(short(value, 3) for value in sizes)))
         errors.append((name, *(f"{phase[key]:.2g}" for key in ERRORS for phase in phases)))
     ranks = [
         (
@@ -166,7 +166,7 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "knee-diagonal": f"{numbers['joints']['knee']['stance']['own']:.2g} N m",
         "knee-error": f"{numbers['joints']['knee']['stance']['error']:.2g} N m",
         "rank-two-feet": f"{numbers['ranks']['2']['highest_rank']}",
-        "condition": f"{max(row['largest_condition_of_A'] for row in numbers['ranks'].values()):,.0f}",
-        "most": f"{max(ratios.values()):,.0f} ({max(ratios, key=ratios.__getitem__).replace('_', ' ')})",
+        "condition": short(max(row["largest_condition_of_A"] for row in numbers["ranks"].values())),
+        "most": f"{short(max(ratios.values()))} ({max(ratios, key=ratios.__getitem__).replace('_', ' ')})",
         "least": f"{min(ratios.values()):.0f} ({min(ratios, key=ratios.__getitem__).replace('_', ' ')})",
     }
