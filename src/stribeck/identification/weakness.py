@@ -86,9 +86,10 @@ def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], v
     speed = values["stribeck_velocity"]
     slower = float(np.mean(np.abs(velocity) < speed))
     causes = []
-    if slower >= MOST:
+    found = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
+    if found and slower >= MOST:
         causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
-    elif slower <= FEW:
+    elif found and slower <= FEW:
         causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
     if "stribeck_gain" in open_ and fit.intervals[fit.names.index("stribeck_gain"), 0] <= 0:
         causes.append("there may be no Stribeck effect at all, and the law coulomb-viscous has no such parameters")
