@@ -13,7 +13,7 @@ from stribeck.robot import Robot
 from stribeck.simulation.sole import Sole
 from stribeck.simulation.walking.balance.qp import BASE, Task, Weights, Wishes, build, solve
 from stribeck.simulation.walking.balance.swing import Swing, swing_at
-from stribeck.simulation.walking.balance.tasks import Gains, base_task, com_task, swing_task
+from stribeck.simulation.walking.balance.tasks import Gains, base_task, com_task, swing_error, swing_task
 from stribeck.simulation.walking.balance.terms import Dynamics, FootState, Terms
 from stribeck.simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck.simulation.walking.plan import BOTH, Plan
@@ -29,13 +29,15 @@ class BalanceError(StribeckError):
     """No torques keep the robot up."""
 
 
-@dataclass(frozen=True, eq=False)
-class _LiftOff:
-    """Which step is under way, and where its foot left the ground."""
+@dataclass(eq=False)
+class _UnderWay:
+    """Which step is under way, where its foot left the ground, and how far it has been off its path since."""
 
     step: int
     place: Array
     yaw: float
+    sample: int
+    missed: Array
 
 
 class WalkingController:
@@ -80,7 +82,7 @@ class WalkingController:
         self._damping = 2 * np.sqrt(self._stiffness)
         self._weights = {swings: _weights(gains, joints, swings) for swings in (False, True)}
         self._everyone, self._nobody = np.isfinite(limit), np.zeros(len(limit), dtype=bool)
-        self._lift_off: _LiftOff | None = None
+        self._under_way: _UnderWay | None = None
         self._torque = np.zeros(len(limit))
 
     def torque(self, sample: int, configuration: Array, velocity: Array) -> Array:
@@ -107,7 +109,7 @@ class WalkingController:
             base_task(terms, velocity[3:6], plan.heading[sample], plan.heading_rate[sample], gains),
         ]
         if swing != BOTH:
-            tasks.append(swing_task(terms.feet[swing], self._swing(sample, terms.feet[swing]), gains))
+            tasks.append(self._follow(sample, terms.feet[swing]))
         wishes = self._wishes(sample, stand, configuration, velocity)
         self._torque = self._solve(terms, stand, tasks, wishes)
         return self._torque
@@ -129,17 +131,29 @@ class WalkingController:
                 return torque
         raise BalanceError("balance: no torques at all keep the feet on the ground")
 
-    def _swing(self, sample: int, foot: FootState) -> Swing:
-        """Return where the swing foot should be; its path starts where it left the ground."""
+    def _follow(self, sample: int, foot: FootState) -> Task:
+        """Return what the swing foot should do."""
+        under_way = self._step_under_way(sample, foot)
+        swing = self._swing(sample, under_way)
+        error = swing_error(foot, swing)
+        under_way.missed += (sample - under_way.sample) * self.plan.period * error
+        under_way.sample = sample
+        return swing_task(foot, swing, error, under_way.missed, self.gains)
+
+    def _step_under_way(self, sample: int, foot: FootState) -> _UnderWay:
+        """Return the step under way, which begins where its foot leaves the ground."""
         number = int(self.plan.step[sample])
         step = self.plan.steps[number]
-        if self._lift_off is None or self._lift_off.step != number:
+        if self._under_way is None or self._under_way.step != number:
             yaw = float(np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0]))
             turned = (yaw - step.start.yaw + pi) % (2 * pi) - pi
-            self._lift_off = _LiftOff(number, foot.place, step.start.yaw + turned)
-        start, kind = self._lift_off, step.kind
-        progress = float(self.plan.progress[sample])
-        return swing_at(start.place, start.yaw, step.goal, kind.height, progress, kind.single_support)
+            self._under_way = _UnderWay(number, foot.place, step.start.yaw + turned, sample, np.zeros(BASE))
+        return self._under_way
+
+    def _swing(self, sample: int, start: _UnderWay) -> Swing:
+        """Return where the swing foot should be."""
+        step, progress = self.plan.steps[start.step], float(self.plan.progress[sample])
+        return swing_at(start.place, start.yaw, step.goal, step.kind.height, progress, step.kind.single_support)
 
     def _wishes(self, sample: int, stand: list[int], configuration: Array, velocity: Array) -> Wishes:
         """Keep near the posture, and share the weight between the feet as planned."""

@@ -24,6 +24,8 @@ class Gains:
     base: float = 400.0
     foot: float = 1600.0
     foot_tilt: float = 10000.0
+    foot_time: float = 0.1  # [s], in which the swing foot makes up for what friction keeps it from
+    foot_tilt_time: float = 0.05  # of its tilt, too
     posture: float = 100.0
     held: float = 400.0  # stiffness of position-controlled joints
     com_weight: float = 1000.0  # with that of the foot, joint friction makes sideways walking fall
@@ -83,16 +85,31 @@ def _turn_of_base(nv: int) -> Array:
     return np.eye(3, nv, 3)
 
 
-def swing_task(foot: FootState, swing: Swing, gains: Gains) -> Task:
+def swing_error(foot: FootState, swing: Swing) -> Array:
+    """Return how far the sole is from where it should be: way [m] in the world, turn [rad] in itself, shape (6,)."""
+    return np.concatenate([swing.place - foot.place, pin.log3(foot.rotation.T @ upright(swing.yaw))])
+
+
+def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains: Gains) -> Task:
     """Move the swing foot to where it should be, level and heading where it goes; in the sole's coordinates.
 
     The sole's spatial acceleration, which its Jacobian gives, is the acceleration of its centre less w x v.
+
+    Parameters
+    ----------
+    foot, swing
+        Where the sole is and should be.
+    error, missed
+        From `swing_error`, and its integral since the foot left the ground, shape (6,): light feet need it, as
+        friction in the ankle is large beside the torque that moves them.
+    gains
+        Feedback.
     """
     turn, linear, spin = foot.rotation, foot.velocity[:3], foot.velocity[3:]
-    move = swing.acceleration + gains.foot * (swing.place - foot.place) + 2 * sqrt(gains.foot) * swing.velocity
+    way, tilt = error[:3] + missed[:3] / gains.foot_time, error[3:] + missed[3:] / gains.foot_tilt_time
+    move = swing.acceleration + gains.foot * way + 2 * sqrt(gains.foot) * swing.velocity
     wanted = np.empty(6)
     wanted[:3] = move @ turn - 2 * sqrt(gains.foot) * linear - pin.skew(spin) @ linear
-    tilt = pin.log3(turn.T @ upright(swing.yaw))
     wanted[3:] = gains.foot_tilt * tilt + 2 * sqrt(gains.foot_tilt) * (turn[2] * swing.yaw_rate - spin)
     return Task(foot.jacobian, wanted - foot.drift)
 
