@@ -70,7 +70,7 @@ class Scenario(Table):
 
     robot: str = "toro"  # packaged: "toro", "biped", "quadruped", "arm"; else the path of a robot file
     simulator: Literal["mujoco", "constrained", "constrained-paper", "exact"] = "mujoco"
-    sensors: Literal["ideal", "realistic", "harsh"] = "ideal"
+    sensors: Literal["ideal", "calibrated", "realistic", "harsh"] = "ideal"
     state: Literal["estimated", "true"] = "estimated"  # what the controller knows (mujoco)
     seed: int = Field(default=0, ge=0)
     model_error: Share = 0.0  # of the masses that the controller believes in (mujoco)

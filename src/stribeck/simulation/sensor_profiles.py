@@ -15,7 +15,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,28 +74,44 @@ class SensorProfile:
     jitter: float = 0.0
 
 
+REALISTIC = SensorProfile(
+    position_resolution=2 * np.pi / 2**20,  # AksIM
+    position_noise=1e-5,  # assumed: two steps
+    position_bias=0.01 * DEGREE,  # DLR
+    torque_noise=0.1,  # assumed: 0.1 % of 100 N m
+    torque_offset=0.5,  # Kinova, median
+    torque_drift=0.05,  # assumed: a tenth of the offset a minute
+    orientation_bias=0.2 * DEGREE,  # MTi, repeatability
+    orientation_noise=0.1 * DEGREE,  # assumed: half of it
+    gyroscope_noise=0.007 * DEGREE,  # MTi-1
+    gyroscope_bias=10 * DEGREE / 3600,  # MTi-1
+    accelerometer_noise=0.12 * MILLI_G,  # MTi-1
+    accelerometer_bias=2 * MILLI_G,  # assumed: what levelling to 0.1 deg leaves
+    force_noise=0.9,  # assumed: 0.1 % of Axia's range
+    force_bias=4.5,  # assumed: 0.5 %
+    moment_noise=0.02,  # assumed: 0.1 %
+    moment_bias=0.1,  # assumed: 0.5 %
+    delay=0.001,  # assumed: one cycle of a 1 kHz bus
+    jitter=0.022e-3,  # Cassie
+)
+
 PROFILES = {
     "ideal": SensorProfile(),
-    "realistic": SensorProfile(
-        position_resolution=2 * np.pi / 2**20,  # AksIM
-        position_noise=1e-5,  # assumed: two steps
-        position_bias=0.01 * DEGREE,  # DLR
-        torque_noise=0.1,  # assumed: 0.1 % of 100 N m
-        torque_offset=0.5,  # Kinova, median
-        torque_drift=0.05,  # assumed: a tenth of the offset a minute
-        orientation_bias=0.2 * DEGREE,  # MTi, repeatability
-        orientation_noise=0.1 * DEGREE,  # assumed: half of it
-        gyroscope_noise=0.007 * DEGREE,  # MTi-1
-        gyroscope_bias=10 * DEGREE / 3600,  # MTi-1
-        accelerometer_noise=0.12 * MILLI_G,  # MTi-1
-        accelerometer_bias=2 * MILLI_G,  # assumed: what levelling to 0.1 deg leaves
-        force_noise=0.9,  # assumed: 0.1 % of Axia's range
-        force_bias=4.5,  # assumed: 0.5 %
-        moment_noise=0.02,  # assumed: 0.1 %
-        moment_bias=0.1,  # assumed: 0.5 %
-        delay=0.001,  # assumed: one cycle of a 1 kHz bus
-        jitter=0.022e-3,  # Cassie
+    "calibrated": replace(  # all that a calibration finds has been found; what remains is noise
+        REALISTIC,
+        position_bias=0.0,
+        torque_offset=0.0,
+        torque_drift=0.0,
+        orientation_bias=0.0,
+        orientation_noise=0.0,
+        gyroscope_bias=0.0,
+        accelerometer_bias=0.0,
+        force_bias=0.0,
+        moment_bias=0.0,
+        delay=0.0,
+        jitter=0.0,
     ),
+    "realistic": REALISTIC,
     "harsh": SensorProfile(
         position_resolution=2 * np.pi / 2**16,  # assumed: 16 bits a turn
         position_noise=1e-4,  # assumed: one step
