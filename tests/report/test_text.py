@@ -41,6 +41,7 @@ def test_a_value_keeps_the_digits_that_its_error_leaves(value: float, error: flo
         (percent(1.0), f"100{THIN}%"),
         (percent(0.0), f"0{THIN}%"),
         (percent(-0.034), f"{MINUS}3{THIN}%"),
+        (percent(-0.0003), f"0{THIN}%"),
         (count(600000), f"600{THIN}000"),
         (duration(604.0), "10 min 4 s"),
         (duration(7380.0), "2 h 3 min"),

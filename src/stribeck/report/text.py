@@ -48,7 +48,7 @@ def percent(share: float) -> str:
     value = 100 * share
     if 0 < value < 0.05:
         return f"<{THIN}0.1{THIN}%"
-    shown = f"{min(value, 99.9):.1f}" if 99 < value < 100 or 0 < value < 1 else f"{value:.0f}"
+    shown = f"{min(value, 99.9):.1f}" if 99 < value < 100 or 0 < value < 1 else f"{round(value)}"
     return f"{shown}{THIN}%".replace("-", MINUS)
 
 
