@@ -20,11 +20,15 @@ from stribeck.walk import Footprint, Picture, Pose, WalkPicture
 
 POSES = 8
 """In the strip: those of one stride."""
+SAME_STRIDE = 0.1
+"""Strides that differ by less are of one length [m]."""
 COM_PERIOD = 0.02
 """Time between two points of the way of the centre of mass [s]."""
 MOST_COM_POINTS = 2000
 SHORTEST_STANCE = 0.05
 """A foot that stands for less time has only touched the ground [s]."""
+SHORTEST_SWING = 0.1
+"""A foot that is in the air for less time has only bounced [s]."""
 
 Stance = tuple[int, int, int]
 """First and last sample, and number of the foot."""
@@ -58,7 +62,7 @@ def walk_picture(
             f"{robot.name}: a walk cannot be drawn; expected a floating base, base_orientation and contact"
         )
     found = stances(log.time, log.contact)
-    pose_rows, com_rows = _pose_rows(found, len(log.time)), _com_rows(log.time)
+    pose_rows, com_rows = _pose_rows(found, base_position), _com_rows(log.time)
     figure = stick_figure(robot, soles)
     poses = _poses(robot, figure, log.time[pose_rows], _configurations(robot, log, base_position, pose_rows), rendered)
     model, data = robot.tree.model, robot.tree.model.createData()
@@ -96,22 +100,31 @@ def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
     found = []
     for foot, flags in enumerate(contact.T):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-        for start, end in edges.reshape(-1, 2) - [0, 1]:
-            if time[end] - time[start] >= SHORTEST_STANCE:
-                found.append((int(start), int(end), foot))
+        spans = edges.reshape(-1, 2) - [0, 1]
+        spans = spans[time[spans[:, 1]] - time[spans[:, 0]] >= SHORTEST_STANCE]
+        lifted = np.flatnonzero(time[spans[1:, 0]] - time[spans[:-1, 1]] >= SHORTEST_SWING) + 1
+        found += [(int(run[0, 0]), int(run[-1, 1]), foot) for run in np.split(spans, lifted) if len(run)]
     return sorted(found)
 
 
-def _pose_rows(found: list[Stance], samples: int) -> NDArray[np.int64]:
-    """Return rows of one stride, from a foot's touchdown to its next, in the middle; of all the time if it stands."""
-    middle = samples // 2
+def _pose_rows(found: list[Stance], base_position: Array) -> NDArray[np.int64]:
+    """Return rows of one stride, from a foot's touchdown to its next: of the longest ones that in the middle.
+
+    Of all the time, if the robot stands.
+    """
+    middle = len(base_position) // 2
     touchdowns = [(start, foot) for start, _, foot in found if start > 0]
     strides = [
         (start, next_start)
         for k, (start, foot) in enumerate(touchdowns)
         if (next_start := next((later for later, other in touchdowns[k + 1 :] if other == foot), None)) is not None
     ]
-    start, end = min(strides, key=lambda stride: abs(sum(stride) / 2 - middle), default=(0, samples - 1))
+
+    def rank(stride: tuple[int, int]) -> tuple[int, float]:
+        way = np.linalg.norm(base_position[stride[1], :2] - base_position[stride[0], :2])
+        return -round(float(way) / SAME_STRIDE), abs(sum(stride) / 2 - middle)
+
+    start, end = min(strides, key=rank, default=(0, len(base_position) - 1))
     return np.linspace(start, end, POSES).round().astype(np.int64)
 
 
