@@ -21,9 +21,9 @@ import numpy as np
 from stribeck import Robot, identify
 from stribeck.friction import get_law
 from stribeck.simulation.biped import MODELS
-from stribeck.simulation.demo import demo_posture
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.gait import Gait
+from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors import with_noise
 
 DURATION = 30.0
@@ -57,7 +57,9 @@ class Case:
 CASES = {
     "arm (UR5)": Case(f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'),
     "humanoid (packaged biped)": Case(
-        (MODELS / "robot.toml").read_text().replace("biped.urdf", str(MODELS / "biped.urdf")), "walk", demo_posture()
+        (MODELS / "robot.toml").read_text().replace("biped.urdf", str(MODELS / "biped.urdf")),
+        "walk",
+        dict(POSTURES["biped"]),
     ),
     "quadruped (Go2), one leg at a time": Case(
         f'[robot]\nmodel = "{EXAMPLES}/go2_description/urdf/go2.urdf"\n'

@@ -144,15 +144,14 @@ def demo(
         "demo"
     ),
 ) -> None:
-    """Make a log of a simulated humanoid, find its friction, and compare it with the truth."""
+    """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
     from stribeck.simulation.demo import make_demo
     from stribeck.simulation.truth import with_truth
 
     with staged_folder(output) as staging, progress_bar() as progress:
-        progress("simulating", 0.1)
-        example = make_demo(staging)
+        example = make_demo(staging, lambda share: progress("simulating a walk", share))
         machine = Robot.from_file(example.robot_file)
         result = run([example.log], machine, table=staging / TABLE, progress=progress)
         result = _moved(result, str(staging), str(output))
@@ -160,7 +159,7 @@ def demo(
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(with_truth(result, example.law, example.parameters, example.walk), staging / REPORT)
     console.print_truth(result, example.parameters)
-    console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+    console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 
 
 def _moved(result: Result, staging: str, output: str) -> Result:

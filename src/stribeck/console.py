@@ -73,25 +73,34 @@ def _with_error(found: ParameterEstimate) -> str:
 
 
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
-    """Print the truth beside what was found, joint by joint and parameter by parameter."""
+    """Print the truth beside what was found, joint by joint and parameter by parameter, then how many agree."""
     table = Table(title=f"{result.robot}: truth and found, law '{result.law}'")
     for heading in ("joint", "parameter", "truth", "found", "95 % interval", "verdict"):
         table.add_column(heading, justify="right" if heading in ("truth", "found", "95 % interval") else "left")
+    known = identified = held = 0
     for joint, found in result.joints.items():
-        if not found.parameters:
-            table.add_row(joint, "", "", "", "", f"[dim]{found.verdict}: {found.reason}[/]")
-        for k, (name, value) in enumerate(found.parameters.items()):
+        true = truth.get(joint, {})
+        compared = {name: value for name, value in found.parameters.items() if name in true}
+        if not compared:
+            said = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
+            table.add_row(joint, "", "" if true else "none", "", "", f"[dim]{said}[/]", end_section=True)
+        for k, (name, value) in enumerate(compared.items()):
             low, high = value.interval_95
+            known += 1
+            identified += value.verdict == "identified"
+            held += low <= true[name] <= high
             table.add_row(
                 joint if k == 0 else "",
                 escape(f"{name} [{value.unit}]"),
-                number(truth[joint][name]),
+                number(true[name]),
                 number(value.value),
                 f"{number(low)} ... {number(high)}",
                 f"[{STYLES[value.verdict]}]{value.verdict}[/]",
-                end_section=k == len(found.parameters) - 1,
+                end_section=k == len(compared) - 1,
             )
-    _console().print(table)
+    console = _console()
+    console.print(table)
+    console.print(f"{known} parameters: {identified} identified, {held} with the truth in their 95 % interval")
 
 
 def print_inspection(found: Inspection) -> None:

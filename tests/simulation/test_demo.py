@@ -1,51 +1,133 @@
-"""The demonstration's files are what a user would have: a log of sensors, a robot file, and the truth apart."""
+"""The demonstration leaves what a user would have, and finds the friction that was put in."""
 
 from __future__ import annotations
 
-import json
+import re
+from contextlib import redirect_stdout
+from functools import partial
+from io import StringIO
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from tests.test_cli import run
 
-from stribeck.friction import Stribeck
-from stribeck.readers import read_log
-from stribeck.robot import Robot
-from stribeck.simulation.demo import ENCODER_NOISE, TORQUE_NOISE, demo_parameters, demo_posture, make_demo
-from stribeck.simulation.exact import exact_log
+from stribeck import Robot, identify, read_log
+from stribeck.result import read_result
+from stribeck.simulation import demo
+from stribeck.simulation.files import read_truth
+from stribeck.simulation.run import friction_of
+from stribeck.simulation.scenario import read_scenario
+from stribeck.simulation.sensor_profiles import PROFILES
+
+SHORT = """
+sensors = "calibrated"
+physics_step = 0.0005
+
+[[walk]]
+count = 14
+width = 0.16
+single_support = 0.5
+double_support = 0.1
+stand = 0.1
+
+[friction.common]
+viscous = 0.2
+stribeck_gain = 0.2
+stribeck_velocity = 0.2
+slope = 40.0
+
+[friction.joints]
+"*_hip_pitch" = { coulomb = 0.75, offset = 0.75 }
+"*_knee" = { coulomb = 1.0, offset = 1.0 }
+"""
+
+
+class Made(NamedTuple):
+    """Where the demonstration wrote to, and what it printed."""
+
+    folder: Path
+    printed: str
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("demo")
-    return make_demo(folder, duration=3.0, seed=5)
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """The demonstration with a shorter walk."""
+    place = tmp_path_factory.mktemp("demo")
+    (place / "short.toml").write_text(SHORT)
+    printed = StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
+        patch.setattr(demo, "make_demo", partial(demo.make_demo, scenario=place / "short.toml"))
+        assert run("demo", "-o", place / "out") == 0
+    return Made(place / "out", printed.getvalue())
 
 
-def test_its_log_is_read_without_settings_and_is_noisy_as_said(made):
-    robot = Robot.from_file(made.robot_file)
-    log = read_log(made.log, robot)
-    assert log.joint_names == robot.joint_names
-    assert log.foot_names == ("left_foot", "right_foot")
+def test_the_packaged_walk_has_the_friction_of_the_paper_in_all_leg_joints() -> None:
+    scenario = read_scenario(demo.SCENARIO)
+    robot = Robot.from_file(demo.ROBOT_FILE)
+    friction = friction_of(scenario, robot).parameters
+    assert set(friction) == {name for name in robot.joint_names if re.search("hip|knee|ankle", name)}
+    levels = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
+    for name, values in friction.items():
+        assert values["coulomb"] == values["offset"] == levels[name.partition("_")[2]]
+    assert (scenario.state, scenario.simulator) == ("estimated", "mujoco")
+    assert all(steps.count >= 6 for steps in scenario.walk)
+
+
+def test_its_folder_has_all_that_identify_needs(made: Made) -> None:
+    names = {path.name for path in made.folder.iterdir()}
+    assert names == {
+        "scenario.toml",
+        "robot.toml",
+        "toro.xml",
+        "log.npz",
+        "log.truth.npz",
+        "result.json",
+        "report.html",
+        "friction_torque.parquet",
+    }
+    assert (made.folder / "scenario.toml").read_text() == SHORT
+    shown = read_result(made.folder / "result.json")
+    assert shown.log.path == str(made.folder / "log.npz")
+    again = identify(made.folder / "log.npz", Robot.from_file(made.folder / "robot.toml"))
+    assert again.to_json() == (made.folder / "result.json").read_text()
+
+
+def test_its_log_is_what_sensors_give_and_its_truth_lies_beside_it(made: Made) -> None:
+    robot = Robot.from_file(made.folder / "robot.toml")
+    log, truth = read_log(made.folder / "log.npz", robot), read_truth(made.folder / "log.npz")
     assert log.velocity is None
     assert log.acceleration is None
-    assert set(log.contact.sum(axis=1)) == {1, 2}
-    exact, truth = exact_log(robot, Stribeck(), demo_parameters(), duration=3.0, seed=5, posture=demo_posture())
-    assert np.std(log.position - exact.position) == pytest.approx(ENCODER_NOISE, rel=0.02)
-    assert np.std(log.torque - exact.torque) == pytest.approx(TORQUE_NOISE, rel=0.02)
-    np.testing.assert_array_equal(log.base_orientation, exact.base_orientation)
-    np.testing.assert_array_equal(log.foot_wrench, exact.foot_wrench)
-    assert truth.friction_torque.any()
+    steps = log.position / PROFILES["calibrated"].position_resolution
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+    assert truth.parameters == friction_of(read_scenario(made.folder / "scenario.toml"), robot).parameters
+    rubbing = np.ptp(truth.friction_torque, axis=0) > 0
+    assert {name for name, rubs in zip(robot.joint_names, rubbing, strict=True) if rubs} == set(truth.parameters)
 
 
-def test_truth_lies_beside_the_log(made):
-    truth = json.loads((made.log.parent / "truth.json").read_text())
-    assert truth == {"law": "stribeck", "joints": made.parameters}
-    robot = Robot.from_file(made.robot_file)
-    assert set(made.parameters) == set(robot.joint_names) - set(robot.position_controlled)
-    assert made.parameters["left_knee"]["coulomb"] == 1.0
-    assert made.parameters["right_hip_yaw"]["offset"] == 0.75
-    assert sorted(path.name for path in made.log.parent.iterdir()) == [
-        "biped.urdf",
-        "log.npz",
-        "robot.toml",
-        "truth.json",
-    ]
+def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:
+    result, truth = read_result(made.folder / "result.json"), read_truth(made.folder / "log.npz").parameters
+    for joint, true in truth.items():
+        found = result.joints[joint].parameters
+        assert found["offset"].value == pytest.approx(true["offset"], rel=0.05)
+        low, high = found["coulomb"].interval_95
+        assert abs(found["coulomb"].value - true["coulomb"]) < high - low  # twice as far as 19 in 20 go
+    for knee in ("left_knee", "right_knee"):  # the fastest of the quick, low steps
+        assert result.joints[knee].parameters["coulomb"].value == pytest.approx(truth[knee]["coulomb"], rel=0.1)
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in made.printed.splitlines() if "│" in line]
+    (knee,) = (k for k, row in enumerate(rows) if row[0] == "left_knee")
+    printed = {row[1].partition(" ")[0]: row for row in rows[knee : knee + len(truth["left_knee"])]}
+    for name, true in truth["left_knee"].items():
+        found = result.joints["left_knee"].parameters[name]
+        assert printed[name][2:4] == [f"{true:.4g}", f"{found.value:.4g}"]
+        assert printed[name][5] == found.verdict
+    assert re.search(r"^24 parameters: \d+ identified, \d+ with the truth", made.printed, re.MULTILINE)
+    assert made.printed.endswith(f"{made.folder / 'report.html'}\n")
+
+
+def test_the_report_shows_the_walk_and_the_truth(made: Made) -> None:
+    page = (made.folder / "report.html").read_text()
+    assert "The robot from" in page
+    assert "Footprints and centre of mass" in page
+    assert "truth" in page

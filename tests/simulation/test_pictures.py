@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.models import SIDES, example_robot
+from tests.models import SIDES, STRIBECK, example_robot
 from tests.report.conftest import TRUTH, build_result
 
 from stribeck.errors import SettingsError
@@ -19,12 +19,18 @@ from stribeck.report.walk_figures import seen_from_the_side
 from stribeck.robot import Robot
 from stribeck.simulation import render
 from stribeck.simulation.biped import MODELS
-from stribeck.simulation.demo import demo_parameters, demo_posture, demo_soles
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.pictures import POSES, stances, walk_picture
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sole import Sole
 from stribeck.simulation.stick_figure import stick_figure
 from stribeck.simulation.truth import with_truth
 from stribeck.walk import Pose, WalkPicture
+
+SOLES = {f"{side}_foot": Sole((0.0, 0.0, 0.0), 0.11, 0.05) for side in SIDES}
+"""Of the packaged biped."""
+KNEES = {f"{side}_knee": STRIBECK for side in SIDES}
+"""Where there is friction, which no picture shows."""
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +41,13 @@ def biped() -> Robot:
 @pytest.fixture(scope="module")
 def walked(biped):
     """Six steps of the packaged biped, and where its base was."""
-    log, truth = exact_log(biped, Stribeck(), demo_parameters(), duration=7.0, rate=200.0, posture=demo_posture())
+    log, truth = exact_log(biped, Stribeck(), KNEES, duration=7.0, rate=200.0, posture=POSTURES["biped"])
     return log, truth.base_position
 
 
 @pytest.fixture(scope="module")
 def picture(biped, walked):
-    return walk_picture(biped, *walked, demo_soles())
+    return walk_picture(biped, *walked, SOLES)
 
 
 def exchanged(name: str) -> str:
@@ -87,8 +93,8 @@ def test_footprints_lie_where_the_feet_stand(biped, walked, picture):
 
 
 def test_a_sole_beside_its_frame_moves_the_print_alone(biped, walked, picture):
-    ahead_of_it = replace(demo_soles()["left_foot"], centre=(0.1, 0.0, 0.0))
-    moved = walk_picture(biped, *walked, demo_soles() | {"left_foot": ahead_of_it})
+    ahead_of_it = replace(SOLES["left_foot"], centre=(0.1, 0.0, 0.0))
+    moved = walk_picture(biped, *walked, SOLES | {"left_foot": ahead_of_it})
     for before, after in zip(picture.footprints, moved.footprints, strict=True):
         ahead = 0.1 * np.array([np.cos(before.yaw), np.sin(before.yaw)]) * (before.foot == "left_foot")
         np.testing.assert_allclose(after.place, before.place + ahead, atol=1e-9)
@@ -105,7 +111,7 @@ def test_links_are_rigid(picture):
 
 
 def test_a_mirrored_walk_is_a_mirrored_picture(biped, walked, picture):
-    mirrored = walk_picture(biped, *mirror(biped, *walked), demo_soles())
+    mirrored = walk_picture(biped, *mirror(biped, *walked), SOLES)
     lines = {pose.time: by_name(picture, pose) for pose in picture.poses}
     shared = [pose for pose in mirrored.poses if pose.time in lines]
     assert len(shared) > 3
@@ -121,7 +127,7 @@ def test_the_orientation_may_be_that_of_another_frame(biped, walked, picture):
     other = replace(biped, base_frame="left_sole_link")
     turn, _ = frame_pose(biped.tree, biped.tree.model.getFrameId("left_sole_link"), log.position)
     orientation = (Rotation.from_quat(log.base_orientation) * Rotation.from_matrix(turn)).as_quat()
-    seen = walk_picture(other, replace(log, base_orientation=orientation), base_position, demo_soles())
+    seen = walk_picture(other, replace(log, base_orientation=orientation), base_position, SOLES)
     np.testing.assert_allclose(seen.com, picture.com, atol=1e-12)
     for one, same in zip(seen.poses, picture.poses, strict=True):
         np.testing.assert_allclose(one.segments, same.segments, atol=1e-12)
@@ -137,22 +143,23 @@ def test_the_poses_are_one_stride(picture):
 
 
 def test_a_robot_that_stands_is_shown_all_the_time(biped):
-    log, truth = exact_log(
-        biped, Stribeck(), demo_parameters(), duration=2.0, rate=200.0, gait="stand", posture=demo_posture()
-    )
-    standing = walk_picture(biped, log, truth.base_position, demo_soles())
+    log, truth = exact_log(biped, Stribeck(), KNEES, duration=2.0, rate=200.0, gait="stand", posture=POSTURES["biped"])
+    standing = walk_picture(biped, log, truth.base_position, SOLES)
     assert [one.foot for one in standing.footprints] == ["left_foot", "right_foot"]
     np.testing.assert_allclose(
         [pose.time for pose in standing.poses], np.linspace(*log.time[[0, -1]], POSES), atol=3e-3
     )
 
 
-def test_a_touch_is_no_stance():
+def test_a_touch_is_no_stance_and_a_bounce_no_swing():
     time = 0.01 * np.arange(100)
     contact = np.zeros((100, 2), dtype=bool)
     contact[:40, 0] = contact[60:, 0] = contact[30:70, 1] = True
     contact[[45, 46, 90], [0, 0, 1]] = True
     assert stances(time, contact) == [(0, 39, 0), (30, 69, 1), (60, 99, 0)]
+    contact[[20, 21, 80, 50], [0, 0, 0, 1]] = False
+    assert stances(time, contact) == [(0, 39, 0), (30, 69, 1), (60, 99, 0)]
+    assert stances(time, np.zeros_like(contact)) == []
 
 
 def test_point_feet_are_points():
@@ -193,7 +200,7 @@ def test_truth_beside_the_result_is_the_law():
 
 def test_a_rendered_robot_covers_its_stick_figure(biped, walked, picture):
     """Ankles and elbows of the stick figure lie within what is seen of the body, feet on the ground at z = 0."""
-    rendered = walk_picture(biped, *walked, demo_soles(), rendered=True)
+    rendered = walk_picture(biped, *walked, SOLES, rendered=True)
     if rendered.poses[0].picture is None:
         pytest.skip("MuJoCo cannot draw without a screen here")
     ends = [picture.segment_names.index(f"{side}_{joint}") for side in SIDES for joint in ("ankle_pitch", "elbow")]
@@ -212,5 +219,5 @@ def test_a_rendered_robot_covers_its_stick_figure(biped, walked, picture):
 @pytest.mark.parametrize("backends", [(), ("no such way",)])
 def test_without_a_way_to_draw_there_is_the_stick_figure_and_silence(biped, walked, backends, monkeypatch, capfd):
     monkeypatch.setattr(render, "BACKENDS", backends)
-    assert walk_picture(biped, *walked, demo_soles(), rendered=True).poses[0].picture is None
+    assert walk_picture(biped, *walked, SOLES, rendered=True).poses[0].picture is None
     assert capfd.readouterr() == ("", "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 
@@ -51,10 +50,3 @@ def read_truth(log: Path) -> Truth:
     with np.load(log.with_name(f"{log.stem}.truth.npz"), allow_pickle=False) as file:
         arrays = {field.name: file[field.name] for field in fields(Truth) if field.name in file.files}
         return Truth(**arrays | {"parameters": json.loads(str(file["parameters"]))})
-
-
-def write_truth(law: str, parameters: Mapping[str, Mapping[str, float]], path: Path) -> None:
-    """Write the friction parameters that a log was made with, as JSON: the law, then joints, then parameters."""
-    text = json.dumps({"law": law, "joints": {joint: dict(values) for joint, values in parameters.items()}}, indent=2)
-    with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
