@@ -47,7 +47,6 @@ myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autodoc_type_aliases = {"Array": "Array"}
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}

@@ -5,10 +5,19 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from pydantic import BaseModel
 from sphinx.application import Sphinx
 
 CODE = re.compile(r"(`[^`]*`)")
 """What stands between backticks is taken as it is."""
+
+ARRAY = re.compile(r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[~?numpy\.(\w+)\]\]")
+"""What NumPy's NDArray stands for."""
+
+
+def short_types(text: str) -> str:
+    """Return a signature with the names of array types that the source has."""
+    return ARRAY.sub(lambda found: "Array" if found[1] == "float64" else f"NDArray[{found[1]}]", text)
 
 
 def escape(line: str) -> str:
@@ -23,11 +32,16 @@ def escape_all(_app: Sphinx, _what: str, _name: str, _thing: Any, _options: Any,
     lines[:] = [escape(line) for line in lines]
 
 
-def short_defaults(
-    _app: Sphinx, _what: str, _name: str, _thing: Any, _options: Any, signature: str | None, returned: str | None
+def short_signature(
+    _app: Sphinx, _what: str, _name: str, thing: Any, _options: Any, signature: str | None, returned: str | None
 ) -> tuple[str | None, str | None]:
-    """Write three dots for defaults that dataclasses make, which are no Python."""
-    return signature and signature.replace("<factory>", "..."), returned
+    """Write settings as their source has them, and three dots for defaults that dataclasses make."""
+    if isinstance(thing, type) and issubclass(thing, BaseModel):
+        kinds = thing.__annotations__
+        keys = (f"{key}: {kinds[key]} = {field.default!r}" for key, field in thing.model_fields.items())
+        return f"(*, {', '.join(keys)})", None
+    short = signature and short_types(signature.replace("<factory>", "..."))
+    return short, returned and short_types(returned)
 
 
 def leave_out(_app: Sphinx, what: str, name: str, _thing: Any, skip: bool, _options: Any) -> bool:
@@ -38,6 +52,6 @@ def leave_out(_app: Sphinx, what: str, name: str, _thing: Any, skip: bool, _opti
 def setup(app: Sphinx) -> dict[str, bool]:
     """Listen before napoleon, which turns sections into fields."""
     app.connect("autodoc-process-docstring", escape_all, priority=100)
-    app.connect("autodoc-process-signature", short_defaults)
+    app.connect("autodoc-process-signature", short_signature)
     app.connect("autodoc-skip-member", leave_out)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -61,7 +61,8 @@ class FrictionLaw(abc.ABC):
        R jumps at standstill: samples at rest are then left out of its fits.
     5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it:
        dissipation, derivatives, the linear form, recovery from wrong starts.
-    6. Add a page to `docs/laws/`.
+    6. Draw it in `studies/paper/law_figures.py` (`python -m studies.paper chapter3`), and add a page to `docs/laws/`
+       and to the navigation in `docs/conf.py`.
     """
 
     name: ClassVar[str]
