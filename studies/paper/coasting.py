@@ -1,9 +1,9 @@
 """A joint that friction alone brings to rest, in steps of fixed length.
 
-Near standstill the law (3.5) is a damper of k = a Fc (1 + S) + Fv. An explicit step of length h multiplies a small
-velocity by 1 - k h / I: beyond k h / I = 1 it turns the joint round, and beyond 2 it makes it faster, until tanh
-bends. The joint then never rests, and its friction torque has another sign every step. An implicit step divides by
-1 + k h / I.
+Near standstill the law (3.5) is a damper of k = a Fc (1 + S) + Fv. With x = k h / I, an explicit step of length h
+multiplies a small velocity by 1 - x: beyond x = 1 it turns the joint round, and beyond 2 it makes it faster, until tanh
+bends. The joint then never rests, and its friction torque has another sign every step. A step with the friction of its
+middle, which is yet to be found, multiplies by (1 - x / 2) / (1 + x / 2), which is never larger than 1.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from stribeck.friction import get_law
 from stribeck.log import Array
+from stribeck.simulation.constrained import ITERATIONS
 from stribeck.simulation.friction_truth import FrictionTruth, Instant, LawFriction
 from studies.paper.laws import KNEE, STATIC
 
@@ -34,7 +35,7 @@ def coast(inertia: float, slope: float, *, implicit: bool, start: float, duratio
     slope
         Of the law, a [s/rad]; infinite for the law that jumps (3.3).
     implicit
-        Whether friction is that of the step's end, as the simulators of this package have it, or of its beginning.
+        Whether friction is that of the step's middle, as in the simulators of this package, or of its beginning.
     start, duration, step
         [rad/s], [s], [s]
     """
@@ -46,19 +47,22 @@ def coast(inertia: float, slope: float, *, implicit: bool, start: float, duratio
     velocity[0] = start
     nothing = np.zeros(1)
     for k, now in enumerate(velocity[:-1]):
-        if implicit:
-            moment = Instant(time=k * step, step=step, position=nothing, velocity=now, torque=nothing)
-            damping, constant = truth.before(moment)
-            velocity[k + 1] = (inertia * now - step * constant) / (inertia + step * damping)
-        else:
+        if not implicit:
             velocity[k + 1] = now - step / inertia * law.torque(now, values)
+            continue
+        middle = now
+        for _ in range(ITERATIONS):
+            moment = Instant(time=k * step, step=step, position=nothing, velocity=middle, torque=nothing)
+            damping, constant = truth.before(moment)
+            middle = (inertia * now - step / 2 * constant) / (inertia + step / 2 * damping)
+        velocity[k + 1] = 2 * middle - now
     return velocity[:, 0]
 
 
 def chatter(velocity: Array, samples: int = 50) -> float:
     """Return the amplitude [rad/s] with which the last samples go to and fro; 0 for a joint that rests or crawls."""
     swing = float(np.abs(np.diff(velocity[-samples:])).max()) / 2
-    return swing if np.any(velocity[-samples:-1] * velocity[1 - samples :] < 0) and swing > 1e-9 else 0.0
+    return swing if np.any(velocity[-samples:-1] * velocity[1 - samples :] < 0) and swing > 1e-6 else 0.0
 
 
 def least_inertia(slope: float, step: float = STEP) -> float:
