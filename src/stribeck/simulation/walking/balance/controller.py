@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, sqrt
 
 import numpy as np
@@ -12,6 +12,7 @@ from stribeck.log import Array
 from stribeck.robot import Robot
 from stribeck.simulation.sole import Sole
 from stribeck.simulation.walking.balance.qp import BASE, Task, Weights, Wishes, build, solve
+from stribeck.simulation.walking.balance.step_adjustment import StepAdjuster
 from stribeck.simulation.walking.balance.swing import Swing, swing_at
 from stribeck.simulation.walking.balance.tasks import Gains, base_task, com_task, swing_error, swing_task
 from stribeck.simulation.walking.balance.terms import Dynamics, FootState, Terms
@@ -82,6 +83,7 @@ class WalkingController:
         self._damping = 2 * np.sqrt(self._stiffness)
         self._weights = {swings: _weights(gains, joints, swings) for swings in (False, True)}
         self._everyone, self._nobody = np.isfinite(limit), np.zeros(len(limit), dtype=bool)
+        self._adjuster = StepAdjuster(plan, [soles[name] for name in robot.contacts], self.pulsation)
         self._under_way: _UnderWay | None = None
         self._torque = np.zeros(len(limit))
 
@@ -104,12 +106,14 @@ class WalkingController:
         terms = self.dynamics.at(configuration, velocity)
         swing = int(plan.swing[sample])
         stand = [foot for foot in (0, 1) if foot != swing]
+        shift = self._adjuster.shift(sample, terms.com[:2] + terms.com_velocity[:2] / self.pulsation)
+        dcm, zmp = plan.dcm[sample] + shift.dcm, plan.zmp[sample] + shift.zmp
         tasks = [
-            com_task(terms, plan.dcm[sample], plan.zmp[sample], self.start.height, self.pulsation, gains),
+            com_task(terms, dcm, zmp, self.start.height, self.pulsation, gains),
             base_task(terms, velocity[3:6], plan.heading[sample], plan.heading_rate[sample], gains),
         ]
         if swing != BOTH:
-            tasks.append(self._follow(sample, terms.feet[swing]))
+            tasks.append(self._follow(sample, terms.feet[swing], shift.goal))
         wishes = self._wishes(sample, stand, configuration, velocity)
         self._torque = self._solve(terms, stand, tasks, wishes)
         return self._torque
@@ -131,10 +135,10 @@ class WalkingController:
                 return torque
         raise BalanceError("balance: no torques at all keep the feet on the ground")
 
-    def _follow(self, sample: int, foot: FootState) -> Task:
+    def _follow(self, sample: int, foot: FootState, shift: Array) -> Task:
         """Return what the swing foot should do."""
         under_way = self._step_under_way(sample, foot)
-        swing = self._swing(sample, under_way)
+        swing = self._swing(sample, under_way, shift)
         error = swing_error(foot, swing)
         under_way.missed += (sample - under_way.sample) * self.plan.period * error
         under_way.sample = sample
@@ -150,10 +154,11 @@ class WalkingController:
             self._under_way = _UnderWay(number, foot.place, step.start.yaw + turned, sample, np.zeros(BASE))
         return self._under_way
 
-    def _swing(self, sample: int, start: _UnderWay) -> Swing:
+    def _swing(self, sample: int, start: _UnderWay, shift: Array) -> Swing:
         """Return where the swing foot should be."""
         step, progress = self.plan.steps[start.step], float(self.plan.progress[sample])
-        return swing_at(start.place, start.yaw, step.goal, step.kind.height, progress, step.kind.single_support)
+        goal = replace(step.goal, x=step.goal.x + shift[0], y=step.goal.y + shift[1])
+        return swing_at(start.place, start.yaw, goal, step.kind.height, progress, step.kind.single_support)
 
     def _wishes(self, sample: int, stand: list[int], configuration: Array, velocity: Array) -> Wishes:
         """Keep near the posture, and share the weight between the feet as planned."""
