@@ -37,7 +37,9 @@ NAVIGATION = {
         "For developers": ["extending", "api/index"],
     },
     "laws/index": {"": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric"]},
-    "paper/index": {"": ["paper/chapter-3", "paper/double-support", "paper/derivatives", "paper/sensitivity", "paper/*"]},
+    "paper/index": {
+        "": ["paper/chapter-3", "paper/double-support", "paper/derivatives", "paper/sensitivity", "paper/*"]
+    },
 }
 """Page -> captions -> pages below it; `extensions/pages.py` puts it where the theme looks for it."""
 
