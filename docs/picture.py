@@ -50,7 +50,7 @@ def draw_walk(axes: Axes, walk: WalkPicture) -> None:
             axes.imshow(seen.pixels, extent=extent, zorder=2)
             axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=8)
     axes.set_xlim(-APART, len(walk.poses) * APART)
-    axes.set_ylim(-0.2, 1.8)
+    axes.set_ylim(-0.2, 1.9)
     axes.set_aspect("equal")
     axes.axis("off")
 
