@@ -98,7 +98,7 @@ def _all_ways(forward: float, sideways: float, width: float | None = None) -> li
 
 
 def _pushed(x: float, y: float) -> Case:
-    """Return a straight walk that is pushed in the first half of its fourth swing and, the other foot's, its seventh."""
+    """Return a straight walk that is pushed early in its fourth swing and, of the other foot, its seventh."""
     pushes = [Push(start, PUSHED_FOR, (PUSH * x, PUSH * y, 0.0)) for start in (4.0, 7.0)]
     return Case(walk=[Steps(count=10, forward=0.3)], pushes=pushes)
 
