@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_closing
 from scipy.spatial.transform import Rotation
 
 from stribeck.kinematics import frame_pose
@@ -16,6 +18,8 @@ from stribeck.simulation.span import span
 
 CONTACT_SHARE = 0.02
 """A foot that bears more than this share of the weight is in contact."""
+BOUNCE = 0.1
+"""A foot that leaves the ground for less time [s] has bounced as it landed; its contact goes on."""
 
 
 class Recorder:
@@ -72,7 +76,7 @@ class Recorder:
             angular_velocity=self.velocity[rows, 3:6].copy(),
             linear_acceleration=self.specific_force[rows].copy(),
             foot_names=tuple(self.robot.contacts),
-            contact=wrench[:, :, 2] > CONTACT_SHARE * weight,
+            contact=without_bounces(wrench[:, :, 2] > CONTACT_SHARE * weight, round(BOUNCE / self.period)),
             foot_wrench=wrench,
             torque_source=self.robot.torque_source,
         )
@@ -99,3 +103,10 @@ class Recorder:
         frame = self.robot.tree.model.getFrameId(self.robot.base_frame)
         turn, _ = frame_pose(self.robot.tree, frame, position)
         return np.asarray((Rotation.from_quat(root) * Rotation.from_matrix(turn)).as_quat())
+
+
+def without_bounces(touching: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Return contact flags without gaps of fewer samples than `shortest` [1], shape (T, feet)."""
+    around = ((shortest, shortest), (0, 0))
+    closed = binary_closing(np.pad(touching, around, mode="edge"), np.ones((shortest, 1)))
+    return np.asarray(closed[shortest:-shortest])
