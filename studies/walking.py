@@ -1,6 +1,6 @@
 """How well simulated humanoids walk: falls, tilt, slip and error of the DCM, case by case.
 
-    python studies/walking.py --save studies/walking.json
+    python -m studies.walking --save studies/walking.json
 
 Every run walks on the estimated state, with friction in all leg joints. Tilt, slip and error are true ones, of which
 the controller knows nothing. Runs that the file holds already are not repeated; at the end the table of

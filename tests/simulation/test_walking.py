@@ -154,6 +154,19 @@ def test_a_push_moves_it() -> None:
     assert 0.005 < np.abs(pushed(80.0)[:, 1]).max() < 0.1
 
 
+def test_a_push_that_one_foot_cannot_bear_is_met_by_a_step_aside() -> None:
+    walk = [Steps(count=4, forward=0.2)]
+    conditions = Conditions(
+        profile=PROFILES["realistic"], pushes=[Push(2.0, 0.1, (0.0, -200.0, 0.0))], physics_step=COARSE
+    )
+    found = simulate_walk(toro(), walk, POSTURE["toro"], conditions)  # the right foot swings then
+    position, orientation = found.truth.base_position, found.truth.base_orientation
+    assert position is not None
+    assert orientation is not None
+    assert -0.35 < position[-1, 1] - position[0, 1] < -0.1
+    assert np.abs(orientation[:, :2]).max() < 0.03
+
+
 def test_a_fall_ends_the_run_with_a_sentence() -> None:
     with pytest.raises(FellError, match=r"^TORO-like humanoid fell [0-9.]+ s after the start, standing$") as caught:
         pushed(3000.0)
