@@ -17,6 +17,7 @@ from time import process_time
 from typing import TypedDict
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from stribeck import Robot
 from stribeck.friction import Stribeck
@@ -33,7 +34,9 @@ from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, si
 from studies.walking_cases import CASES, WALKERS, Case
 
 EVERY = 10
-"""Control periods from one look at the robot to the next."""
+"""Samples from one look at the robot to the next."""
+SMOOTHED = 31
+"""Samples over which a velocity is found, for the encoders are noisy."""
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
 """Of the friction in every leg joint."""
 
@@ -102,7 +105,7 @@ def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> tuple[float
     assert truth.base_velocity is not None
     base = np.column_stack([truth.base_position, truth.base_orientation])
     joints = walk.log.position[:, robot.tree.columns]
-    rates = np.gradient(joints, plan.period, axis=0)
+    rates = savgol_filter(joints, SMOOTHED, 2, deriv=1, delta=plan.period, axis=0)
     dynamics = Dynamics(robot, soles)
     pulsation = np.sqrt(-dynamics.gravity[2] / _height(dynamics, base[0], joints[0]))
     tilt = 2 * np.degrees(np.arcsin(np.hypot(base[:, 3], base[:, 4]).max()))
