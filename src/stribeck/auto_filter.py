@@ -40,7 +40,8 @@ def cutoff_from_log(
     """
     motion_filter = make_filter(SHORTEST, period)
     # The torque is kept raw and the velocity differentiated, whatever the log itself holds.
-    settings = settings.model_copy(update={"filter": SHORTEST, "filter_torque": False, "double_support": "skip"})
+    raw = {"filter": SHORTEST, "filter_torque": False, "averaged_law": False, "double_support": "skip"}
+    settings = settings.model_copy(update=raw)
     accelerations: list[Array] = []
     positions: list[Array] = []
     heard = 0

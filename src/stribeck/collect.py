@@ -25,6 +25,7 @@ def thin(chunk: Chunk, stride: int) -> Samples:
         stride=stride,
         **{name: getattr(samples, name)[kept] for name in ("time", "velocity", "acceleration", "friction_torque")},
         **{name: getattr(samples, name)[kept] for name in ("usable", "block", "support")},
+        **{name: value[kept] for name in ("jerk", "snap") if (value := getattr(samples, name)) is not None},
     )
 
 
@@ -60,6 +61,8 @@ def join(parts: Sequence[Samples]) -> Samples:
         velocity=stacked("velocity"),
         acceleration=stacked("acceleration"),
         friction_torque=stacked("friction_torque"),
+        jerk=None if parts[0].jerk is None else stacked("jerk"),
+        snap=None if parts[0].snap is None else stacked("snap"),
         usable=np.concatenate([part.usable for part in parts]),
         block=np.concatenate([part.block for part in parts]),
         support=np.concatenate(support).astype(np.int64),

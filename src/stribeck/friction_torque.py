@@ -24,6 +24,7 @@ from stribeck.dynamics import rooted_inverse_dynamics
 from stribeck.errors import LogError
 from stribeck.log import Array, RobotLog
 from stribeck.motion import Filter, make_filter
+from stribeck.motion.averaging import average_nodes
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings
@@ -93,12 +94,14 @@ def friction_torque(
     period
         [s].
     settings
-        `tilt`, `double_support`, `standing_legs`, `filter_torque` and `block` are used.
+        `tilt`, `double_support`, `standing_legs`, `filter_torque`, `averaged_law` and `block` are used.
 
     Raises
     ------
     LogError
         If the log lacks a channel that the settings or the contacts ask for.
+    SettingsError
+        If the law shall be averaged over the window of a filter that has none.
     """
     _require_channels(log, settings)
     used = [
@@ -118,13 +121,17 @@ def friction_torque(
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
     known = robot.torque_controlled
-    for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width)):
+    nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
+    reach = nodes.reach if nodes else 0
+    for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
         kept = np.flatnonzero(support_of_row[stretch] >= 0)
         if len(kept) == 0:
             continue
-        state, torque = _differentiate(robot, log, stretch, motion_filter, turn_filter, settings)
+        wide = slice(stretch.start - reach, stretch.stop + reach)
+        state, torque = _differentiate(robot, log, wide, motion_filter, turn_filter, settings)
+        jerk, snap = _bends(state, kept + reach, reach, period, known)
         if len(kept) < len(torque):
-            state, torque = state.take(kept), torque[kept]
+            state, torque = state.take(kept + reach), torque[kept + reach]
         rows = kept + stretch.start
         support = support_of_row[rows]
         friction, usable, wrench = _by_support(robot, supports, support, state, torque, settings)
@@ -144,6 +151,9 @@ def friction_torque(
                 support=name_of[support],
                 support_names=names,
                 prismatic=tuple(robot.prismatic[c] for c in known),
+                nodes=nodes,
+                jerk=jerk,
+                snap=snap,
             ),
         )
 
@@ -218,8 +228,22 @@ def _differentiate(
         state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], orientation)
     else:
         state = State(*motion_filter.apply(log.position[wide]), orientation)
-    torque = motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
-    return state, torque
+    if settings.averaged_law:
+        return state, motion_filter.average(log.torque[wide])
+    return state, motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
+
+
+def _bends(
+    state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
+) -> tuple[Array | None, Array | None]:
+    """Return second and third derivative of the velocity, so that it is right `reach` rows before and after, (N, n)."""
+    if not reach:
+        return None, None
+    time = reach * period
+    before, now, after = (state.velocity[rows + shift][:, columns] for shift in (-reach, 0, reach))
+    jerk = (before - 2 * now + after) / time**2
+    snap = 6 * ((after - before) / (2 * time) - state.acceleration[rows][:, columns]) / time**2
+    return jerk, snap
 
 
 def _leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:

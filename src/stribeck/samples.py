@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.log import Array
+from stribeck.motion.averaging import Nodes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -36,6 +37,10 @@ class Samples:
         One of this many samples was kept.
     prismatic
         Which of the n joints slide, in m, m/s and N; empty if none does.
+    nodes
+        Instants around a sample over which the filter has averaged the friction torque; none if None.
+    jerk, snap
+        Second and third derivative of the velocity over those instants, shape (N, n); None without nodes.
     """
 
     joint_names: tuple[str, ...]
@@ -50,7 +55,18 @@ class Samples:
     support_names: tuple[str, ...]
     stride: int = 1
     prismatic: tuple[bool, ...] = ()
+    nodes: Nodes | None = None
+    jerk: Array | None = None
+    snap: Array | None = None
 
     def slides(self, column: int) -> bool:
         """Whether the joint of a column is prismatic."""
         return bool(self.prismatic) and self.prismatic[column]
+
+    def velocity_around(self, column: int, rows: NDArray[np.int64]) -> Array | None:
+        """Return a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes."""
+        if self.nodes is None or self.jerk is None or self.snap is None:
+            return None
+        s, here = self.nodes.offsets, (rows, column)
+        derivatives = np.stack([self.velocity[here], self.acceleration[here], self.jerk[here], self.snap[here]])
+        return np.asarray(derivatives.T @ np.stack([np.ones_like(s), s, s**2 / 2, s**3 / 6]))

@@ -117,6 +117,7 @@ class Settings(Table):
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
     fit_armature: bool | list[str] = False
     filter_torque: bool = False
+    averaged_law: bool = False  # torque and law are averaged over time as the filter averages the acceleration
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there
     block: Positive = 1.0  # [s], length of a block where no step limits it
     holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone

@@ -35,7 +35,7 @@ def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[floa
     Bounded linear least squares: free columns (an offset) come first, so that the triangular factor leaves a
     problem of non-negative coefficients alone.
     """
-    basis = problem.law.basis(problem.velocity, shape)
+    basis = problem.basis(shape)
     if problem.acceleration is not None:
         basis = np.column_stack([basis, problem.acceleration])
     columns = basis.shape[1]

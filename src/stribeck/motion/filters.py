@@ -11,6 +11,7 @@ import numpy as np
 from stribeck.errors import SettingsError
 from stribeck.log import Array
 from stribeck.motion import butterworth, differences
+from stribeck.motion.averaging import implied_weights
 from stribeck.motion.convolution import correlate_valid
 from stribeck.motion.cutoff import CutoffChoice
 from stribeck.motion.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
@@ -39,11 +40,14 @@ class Filter:
         Samples dropped at each end. Overlapping a log's chunks by `2 half_width` gives what the whole log gives.
     run
         `run(signal, orders)`: filtered derivatives of these orders of a signal of shape (T, n).
+    weights
+        Of second differences in the acceleration, shape (2 half_width + 1,), sum 1; None where they have no end.
     """
 
     name: str
     half_width: int
     run: Callable[[Array, tuple[int, ...]], tuple[Array, ...]]
+    weights: Array | None
 
     def apply(self, position: Array) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration, each of shape (T - 2 half_width, n), from position (T, n).
@@ -56,6 +60,31 @@ class Filter:
     def smooth(self, signal: Array) -> Array:
         """Return another signal of shape (T, n), e.g. the torque, smoothed as `apply` smooths the position."""
         return self.run(signal, (0,))[0]
+
+    def average(self, signal: Array) -> Array:
+        """Return another signal of shape (T, n), e.g. the torque, averaged as `apply` averages the acceleration.
+
+        Raises
+        ------
+        SettingsError
+            If the filter has no window.
+        """
+        return correlate_valid(signal, self.window_weights()[None], (0,))[0]
+
+    def window_weights(self) -> Array:
+        """Return the weights.
+
+        Raises
+        ------
+        SettingsError
+            If the filter has no window.
+        """
+        if self.weights is None:
+            raise SettingsError(
+                "[identify] averaged_law is true, and the filter of kind 'butterworth' has no window to average over; "
+                "set its kind to 'auto' or 'savitzky-golay', or averaged_law to false"
+            )
+        return self.weights
 
 
 def make_filter(settings: FilterSettings, period: float) -> Filter:
@@ -80,13 +109,16 @@ def make_filter(settings: FilterSettings, period: float) -> Filter:
     if settings.kind == "butterworth":
         return _butterworth(settings, period)
     if settings.kind == "central":
-        return _finite("central differences", differences.central_kernels(period))
+        kernels = differences.central_kernels(period)
+        return _finite("central differences", kernels, implied_weights(kernels[2], period))
     if settings.kind == "backward":
         delay = "compensated" if settings.compensate_delay else "left in"
         kernels = differences.backward_kernels(period, settings.compensate_delay)
-        return _finite(f"backward differences, delay {delay}", kernels)
+        # One second difference, nothing is averaged; and a delay that is left in is not for the torque to share.
+        return _finite(f"backward differences, delay {delay}", kernels, kernels[0])
     if settings.kind == "log":
-        return Filter(name="none: the log's own velocity and acceleration", half_width=0, run=_pass_through)
+        name = "none: the log's own velocity and acceleration"
+        return Filter(name=name, half_width=0, run=_pass_through, weights=np.ones(1))
     raise SettingsError("[identify.filter] kind is 'auto'; its cutoff must be chosen from a log before it can filter")
 
 
@@ -132,7 +164,7 @@ def _savitzky_golay(settings: FilterSettings, period: float) -> Filter:
     cutoff = savgol_cutoff(window, settings.order, settings.weights, rate)
     weights = "given" if isinstance(settings.weights, list) else settings.weights
     name = f"Savitzky-Golay, window {window}, order {settings.order}, {weights} weights, -3 dB at {cutoff:.3g} Hz"
-    return _finite(name, kernels)
+    return _finite(name, kernels, implied_weights(kernels[2], period))
 
 
 def _butterworth(settings: FilterSettings, period: float) -> Filter:
@@ -142,16 +174,16 @@ def _butterworth(settings: FilterSettings, period: float) -> Filter:
     half_width = butterworth.settling_length(sections) + differences.HALF_WIDTH
     run = partial(butterworth.filter_derivatives, sections=sections, period=period, half_width=half_width)
     name = f"Butterworth, order {settings.order}, forward and backward, -3 dB at {settings.cutoff:.3g} Hz"
-    return Filter(name=name, half_width=half_width, run=run)
+    return Filter(name=name, half_width=half_width, run=run, weights=None)
 
 
-def _finite(name: str, kernels: Array) -> Filter:
+def _finite(name: str, kernels: Array, weights: Array) -> Filter:
     """Return the filter of three kernels, of position, velocity and acceleration, shape (3, L)."""
 
     def run(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
         return correlate_valid(signal, np.ascontiguousarray(kernels[list(orders)]), orders)
 
-    return Filter(name=name, half_width=kernels.shape[1] // 2, run=run)
+    return Filter(name=name, half_width=kernels.shape[1] // 2, run=run, weights=weights)
 
 
 def _pass_through(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:

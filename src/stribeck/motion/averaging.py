@@ -1,0 +1,63 @@
+"""What a filter's acceleration is an average of, so that torque and friction law can be averaged alike.
+
+A filtered acceleration is a weighted mean of second differences of the position,
+
+    a_f[t] = sum_m w[m] (x[t+m+1] - 2 x[t+m] + x[t+m-1]) / dt^2
+
+When a joint turns back, friction jumps within a few samples, the acceleration with it, and the filter smears the jump
+over its window. A torque that goes through the same w is smeared alike, and what is left is the smeared friction,
+`sum_m w[m] R(v[t+m])`. Compared with R(v[t]) it is a wrong law; compared with the law through the same w it is not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from stribeck.log import Array
+
+ROUNDING = 1e-9
+"""A weight [1] smaller than this is none."""
+MOST_NODES = 31
+"""Of a law's average; the weights of longer windows are shared out among as many."""
+
+
+def implied_weights(acceleration_kernel: Array, period: float) -> Array:
+    """Return w of `kernel = w * (1, -2, 1) / dt^2`, shape (L,), sum 1.
+
+    The taps of a second derivative and their first moment sum to zero, so the double sum ends in zeros.
+    """
+    return np.roll(np.cumsum(np.cumsum(acceleration_kernel)) * period**2, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Instants, before and after a sample, at which a law is evaluated for its average over the filter's window.
+
+    Attributes
+    ----------
+    offsets
+        [s], symmetric, ascending, shape (K,).
+    weights
+        Sum 1, shape (K,).
+    reach
+        Of the last one [samples].
+    """
+
+    offsets: Array
+    weights: Array
+    reach: int
+
+
+def average_nodes(weights: Array, period: float) -> Nodes:
+    """Return the nodes that stand for a filter's weights, shape (L,); a single one if nothing is averaged."""
+    middle = len(weights) // 2
+    reach = int(np.abs(np.flatnonzero(np.abs(weights) > ROUNDING) - middle).max())
+    taps = weights[middle - reach : middle + reach + 1]
+    places = np.linspace(-reach, reach, min(len(taps), MOST_NODES))
+    if len(taps) > MOST_NODES:
+        # By interpolation between the nodes: the means of t, t^2 and t^3 stay what they are.
+        taps = taps @ CubicSpline(places, np.eye(MOST_NODES))(np.arange(-reach, reach + 1))
+    return Nodes(period * places, np.asarray(taps / taps.sum(), dtype=np.float64), reach)
