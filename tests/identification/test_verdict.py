@@ -53,6 +53,16 @@ def test_a_slow_joint_leaves_viscous_friction_open_and_says_why(make_samples, ma
     assert "of the samples are slower than the Stribeck velocity" in found.reason
 
 
+@pytest.mark.parametrize(("speed", "clears"), [(0.06, False), (0.2, True)])
+def test_what_lies_beyond_a_stribeck_velocity_that_is_not_cleared_is_weak(
+    make_samples, make_joint, speed: float, clears: bool
+) -> None:
+    found = identified(make_samples({"knee": make_joint(speed=speed, noise=1e-4)}))["knee"]
+    weak = {name for name, parameter in found.parameters.items() if parameter.verdict == "weak"}
+    assert weak == (set() if clears else {"viscous", "coulomb", "stribeck_gain"})
+    assert ("the Stribeck velocity, 0.15 rad/s" in found.reason) == (not clears)
+
+
 def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, truth) -> None:
     samples = make_samples({"knee": make_joint(truth=truth | {"stribeck_gain": 0.0})})
     found = identified(samples)["knee"]

@@ -56,7 +56,7 @@ def _not_excited(moved: Excitation) -> JointResult:
 def _judge_joint(fit: JointFit, problem: FitProblem, moved: Excitation, holdout: int, prismatic: bool) -> JointResult:
     training, unseen = hold_out(problem, holdout)
     validation = _validate(fit, training, unseen) if len(unseen.velocity) else None
-    weak = is_weak(fit)
+    weak = is_weak(fit, problem.velocity)
     reason = why_weak(fit, weak, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction and not reason:
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"

@@ -13,15 +13,23 @@ from stribeck.log import Array
 MOST, FEW = 0.9, 0.02
 """Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
 
+CLEARED = 1.5
+"""Top speed over Stribeck velocity [1] beyond which a joint clears it: a tenth of the Stribeck effect is left."""
+
+BEYOND = ("viscous", "coulomb", "stribeck_gain")
+"""Parameters of what lies beyond the Stribeck velocity; below it they make up for each other."""
+
 RISING = 2.0
 """Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
 
 
-def is_weak(fit: JointFit) -> NDArray[np.bool_]:
-    """Return which parameters are weak, shape (p,).
+def is_weak(fit: JointFit, velocity: Array) -> NDArray[np.bool_]:
+    """Return which parameters are weak, shape (p,), given the velocities of the joint's samples.
 
     Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
-    is a bound of physics, any other is where the search gave up.
+    is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
+    the joint does not clear: the interval takes the law for exact, which decides there how the torque is shared out,
+    and errors that every step repeats do not widen it.
     """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
@@ -32,7 +40,17 @@ def is_weak(fit: JointFit) -> NDArray[np.bool_]:
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    return np.asarray(fit.at_bound | cut | (high - low > reference))
+    weak = np.asarray(fit.at_bound | cut | (high - low > reference))
+    if not _clears(fit, weak, velocity):
+        weak |= np.isin(fit.names, BEYOND)
+    return weak
+
+
+def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
+    """Return whether a joint moves clearly faster than its Stribeck velocity; so does one that has no known one."""
+    if "stribeck_velocity" not in fit.names or weak[fit.names.index("stribeck_velocity")]:
+        return True
+    return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
 
 
 def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
@@ -91,6 +109,8 @@ def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], v
         causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
     elif found and slower <= FEW:
         causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+    elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
+        causes.append(f"its top speed, {top:.2g} {unit}, does not clear the Stribeck velocity, {speed:.2g} {unit}")
     if "stribeck_gain" in open_ and fit.intervals[fit.names.index("stribeck_gain"), 0] <= 0:
         causes.append("there may be no Stribeck effect at all, and the law coulomb-viscous has no such parameters")
     return causes
