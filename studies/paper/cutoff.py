@@ -1,0 +1,103 @@
+"""Which cutoff the friction of the swinging leg asks for: the paper's 10 Hz, what `auto` takes, and others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stribeck import Settings
+from stribeck.friction import get_law
+from stribeck.identification.curve_fit import fit_joint
+from stribeck.identification.problem import joint_problem
+from stribeck.settings import FilterSettings
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.sensor_profiles import get_profile
+from stribeck.simulation.sensors import measure, sensors_for
+from studies.paper import figures
+from studies.paper.estimate import estimate, rms
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.swing import JOINTS, SIDE
+from studies.paper.walks import get_walk
+
+WALKS = ("legs-contact", "harsh")
+CUTOFFS = (5, 10, 20, 30, 45, 65, 90)
+"""Of the Savitzky-Golay filter of order 4 [Hz]."""
+PAPER = 10
+SEED = 1
+ENOUGH = 4000
+"""Samples that a fit gets."""
+
+
+def run(quick: bool) -> Study:
+    exact, harsh = (get_walk(name, quick) for name in WALKS)
+    realistic = measure(exact.log, sensors_for(exact.log, get_profile("realistic"), SEED))
+    walks = {"exact": exact, "realistic": replace(exact, log=realistic), "harsh": harsh}
+    cutoffs = (PAPER, 45) if quick else CUTOFFS
+    kinds = [FilterSettings(kind="savitzky-golay", cutoff=float(cutoff)) for cutoff in cutoffs]
+    curves = {name: [_curve_errors(walk, kind) for kind in kinds] for name, walk in walks.items()}
+    auto = {name: _curve_errors(walk, FilterSettings()) for name, walk in walks.items()}
+    numbers = {
+        "cutoffs": cutoffs,
+        "curves": {name: [_over_joints(row) for row in rows] for name, rows in curves.items()},
+        "auto": {name: _over_joints(row) for name, row in auto.items()},
+        "joints_at_paper": {name: rows[cutoffs.index(PAPER)] for name, rows in curves.items()},
+        "joints_at_auto": auto,
+    }
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        for k, name in enumerate(walks):
+            axes.plot(cutoffs, [100 * _over_joints(row) for row in curves[name]], f"C{k}o-", ms=3, label=name)
+            axes.axhline(100 * _over_joints(auto[name]), color=f"C{k}", ls=":", lw=1.2)
+        axes.axhline(np.nan, color=figures.ink(), ls=":", lw=1.2, label="with the cutoff of auto")
+        axes.axvline(PAPER, color="C5", lw=1.2, label="the paper's 10 Hz")
+        axes.set(xscale="log", yscale="log", xlabel="cutoff [Hz]", ylabel="error of the curve [% of Fc]")
+        axes.set_xticks([5, 10, 20, 50, 100], ["5", "10", "20", "50", "100"])
+        axes.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20, 50], ["0.2", "0.5", "1", "2", "5", "10", "20", "50"])
+        axes.minorticks_off()
+        figure.legend(loc="outside right center")
+
+    return Study(numbers, {"cutoff": draw})
+
+
+def _curve_errors(walk: Simulated, kind: FilterSettings) -> dict[str, float]:
+    """Return the RMS difference of fitted and true law, offset left out, as a share of Fc, joint by joint."""
+    law, settings = get_law("stribeck"), Settings(filter=kind)
+    samples = estimate(walk, settings).samples
+    errors = {}
+    for joint in JOINTS:
+        problem = joint_problem(samples, f"{SIDE}_{joint}", law, settings)
+        problem = problem.take(slice(None, None, -(-len(problem.velocity) // ENOUGH)))
+        named = walk.truth.parameters[f"{SIDE}_{joint}"]
+        truth = np.array([named[parameter.name] for parameter in law.parameters])
+        fitted = fit_joint(problem).values
+        difference = law.torque(problem.velocity, fitted) - law.torque(problem.velocity, truth)
+        errors[joint] = rms(difference - difference.mean()) / named["coulomb"]
+    return errors
+
+
+def _over_joints(errors: dict[str, float]) -> float:
+    return rms(np.array([*errors.values()]))
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return the errors by cutoff, and joint by joint."""
+    cutoffs, curves, auto = numbers["cutoffs"], numbers["curves"], numbers["auto"]
+    rows = [(f"{f} Hz", *(f"{100 * each[k]:.2g} %" for each in curves.values())) for k, f in enumerate(cutoffs)]
+    rows.append(("auto", *(f"{100 * each:.2g} %" for each in auto.values())))
+    cases = [(name, key) for name in curves for key in ("joints_at_paper", "joints_at_auto")]
+    joints = [
+        (joint.replace("_", " "), *(f"{100 * numbers[key][name][joint]:.2g} %" for name, key in cases))
+        for joint in JOINTS
+    ]
+    head = [f"{name}, {'auto' if key == 'joints_at_auto' else '10 Hz'}" for name, key in cases]
+    best = {name: min(zip(each, cutoffs, strict=True)) for name, each in curves.items()}
+    return {
+        "table": markdown_table(("cutoff", *curves), rows),
+        "joints": markdown_table(("joint", *head), joints),
+        **{f"paper-{name}": f"{100 * each[cutoffs.index(PAPER)]:.0f} %" for name, each in curves.items()},
+        **{f"best-{name}": f"{100 * error:.2g} % at {f} Hz" for name, (error, f) in best.items()},
+    }

@@ -1,0 +1,138 @@
+"""Fig. 7.7 and 7.8: the paper's experiment, whose data are not public, from a simulated walk with bad sensors.
+
+Forty steps with sensors of the profile `harsh`, read with the exact model and with models whose every body is wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stribeck import Settings
+from stribeck.friction import get_law
+from stribeck.identification.curve_fit import fit_joint
+from stribeck.identification.problem import joint_problem
+from stribeck.settings import FilterSettings, SupportSettings
+from stribeck.simulation.run import Simulated
+from studies.paper import figures
+from studies.paper.estimate import Estimate, estimate
+from studies.paper.inexact import drawn, with_bodies
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.swing import JOINTS, OTHER_SIDE, SIDE, Swing, draw_truth, feeding, split, swinging
+from studies.paper.walks import get_walk
+
+WALKS = ("harsh", "legs-contact")
+SEEDS = (1, 2, 3, 4)
+"""Of models that are wrong in every body in another way."""
+SHOWN_SEED = 3
+SHOWN = {"knee": "Fig. 7.7a", "ankle_pitch": "Fig. 7.7b", "ankle_roll": "Fig. 7.8a", "hip_pitch": "Fig. 7.8b"}
+SETTINGS = Settings(
+    filter=FilterSettings(kind="savitzky-golay", window=151),  # the paper's
+    averaged_law=True,  # the torque goes through it, too
+    support=SupportSettings(trim_start=0.1, trim_end=0.1),
+)
+FIRST, SWINGS, STRIDE = 4, 3, 5
+"""Which swings are drawn and how many, and one of how many samples."""
+ENOUGH = 4000
+"""Samples that a fit gets."""
+KEYS = ("feeding", "feeding_levelled", "split")
+
+
+def run(quick: bool) -> Study:
+    walks = {name: get_walk(name, quick) for name in WALKS}
+    seeds = SEEDS[2:3] if quick else SEEDS
+    found: dict[str, dict[str, list[Estimate]]] = {}
+    for name, walk in walks.items():
+        wrong = [replace(walk, robot=with_bodies(walk.robot, drawn(seed))) for seed in seeds]
+        found[name] = {"exact": [estimate(walk, SETTINGS)], "drawn": [estimate(each, SETTINGS) for each in wrong]}
+    harsh = found["harsh"]
+    numbers = {
+        name: {
+            model: {joint: _mean([_measures(each, joint) for each in several]) for joint in JOINTS}
+            for model, several in models.items()
+        }
+        for name, models in found.items()
+    } | {"sides": {joint: _between_sides(harsh["exact"][0], joint) for joint in JOINTS}}
+    shown = {"exact model": harsh["exact"][0], "inexact model": harsh["drawn"][list(seeds).index(SHOWN_SEED)]}
+
+    def draw(figure: Figure) -> None:
+        figure.set_size_inches(6.5, 4.8)
+        panels = figure.subplots(2, 2)
+        for axes, (joint, place) in zip(panels.flat, SHOWN.items(), strict=True):
+            _draw(axes, walks["harsh"], shown, joint)
+            axes.set_title(f"{joint.replace('_', ' ')} (as {place})")
+        for axes in panels[1]:
+            axes.set_xlabel("velocity [rad/s]")
+        for axes in panels[:, 0]:
+            axes.set_ylabel("friction torque [N m]")
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+
+    return Study(numbers, {"experiment": draw})
+
+
+def _draw(axes: Axes, walk: Simulated, shown: dict[str, Estimate], joint: str) -> None:
+    for k, (label, each) in enumerate(shown.items()):
+        curve = swinging(each, joint)
+        breaks = np.flatnonzero(np.diff(curve.time) > 1.5 * each.samples.period) + 1
+        rows = slice(breaks[FIRST], breaks[FIRST + SWINGS]) if len(breaks) > FIRST + SWINGS else slice(None)
+        thin = Swing(*(values[rows] for values in curve)).thinned(STRIDE)
+        figures.plot_runs(axes, thin.time, thin.velocity, thin.torque, f"C{k}", lw=0.8, label=label)
+    draw_truth(axes, walk, joint)
+
+
+def _measures(found: Estimate, joint: str) -> dict[str, float]:
+    """Return shares with positive power, with and without the fitted offset [1], and the error's split [N m]."""
+    curve, law = swinging(found, joint), get_law("stribeck")
+    problem = joint_problem(found.samples, f"{SIDE}_{joint}", law, SETTINGS)
+    fit = fit_joint(problem.take(slice(None, None, -(-len(problem.velocity) // ENOUGH))))
+    offset = fit.values[fit.names.index("offset")]
+    return {
+        "feeding": feeding(curve.velocity, curve.torque),
+        "feeding_levelled": feeding(curve.velocity, curve.torque - offset),
+        "split": split(curve.velocity, curve.acceleration, curve.torque - curve.truth),
+    }
+
+
+def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
+    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+
+
+def _between_sides(found: Estimate, joint: str) -> float:
+    """Return how much more friction torque is found on the right than on the left than has acted, in the mean [N m]."""
+    right, left = (swinging(found, joint, side) for side in (SIDE, OTHER_SIDE))
+    return abs(float(np.mean(right.torque - right.truth) - np.mean(left.torque - left.truth)))
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return shares and splits by log, model and joint."""
+    cases = [(name, model) for name in ("legs-contact", "harsh") for model in ("exact", "drawn")]
+    label = {"legs-contact": "exact log", "harsh": "harsh log", "exact": "exact model", "drawn": "inexact model"}
+    head = ("joint", *(f"{label[name]}, {label[model]}" for name, model in cases))
+    tables = {}
+    for key in KEYS:
+        rows = [
+            (joint.replace("_", " "), *(_text(numbers[name][model][joint][key], key) for name, model in cases))
+            for joint in JOINTS
+        ]
+        tables[key.replace("_", "-")] = markdown_table(head, rows)
+    exact, wrong = numbers["harsh"]["exact"], numbers["harsh"]["drawn"]
+    ideal = numbers["legs-contact"]["drawn"]
+    return tables | {
+        "knee-exact": _text(exact["knee"]["feeding"], "feeding"),
+        "knee-wrong": _text(wrong["knee"]["feeding"], "feeding"),
+        "knee-levelled": _text(wrong["knee"]["feeding_levelled"], "feeding"),
+        "split-exact": f"{exact['knee']['split']:.2f} N m",
+        "split-wrong": f"{wrong['knee']['split']:.2f} N m",
+        "ideal-levelled": _text(max(row["feeding_levelled"] for row in ideal.values()), "feeding"),
+        "sides": f"{numbers['sides']['hip_pitch']:.1f} N m",
+        "ankle-roll-exact": f"{exact['ankle_roll']['split']:.3f} N m",
+        "ankle-roll-wrong": f"{wrong['ankle_roll']['split']:.3f} N m",
+    }
+
+
+def _text(value: float, key: str) -> str:
+    return f"{value:.2g}" if key == "split" else f"{100 * value:.0f} %"

@@ -1,0 +1,186 @@
+"""Fig. 7.5 and 7.6: what wrong inertias of the bodies make of the friction curves, and displaced masses, too.
+
+The log is exact, and all of it is read with another model. Friction torque is linear in masses, moments and displaced
+masses: twice the error of the model is twice the error of the friction, and errors add up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stribeck import Settings
+from stribeck.friction import get_law
+from stribeck.identification.curve_fit import fit_joint
+from stribeck.identification.problem import joint_problem
+from stribeck.settings import FilterSettings
+from stribeck.simulation.run import Simulated
+from studies.paper import figures
+from studies.paper.estimate import Estimate, estimate, rms
+from studies.paper.inexact import Change, displaced, scaled, with_bodies
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.swing import JOINTS, SIDE, draw_truth, split, swinging
+from studies.paper.walks import get_walk
+
+WALKS = ("legs-contact",)
+SETTINGS = Settings(filter=FilterSettings(kind="savitzky-golay", window=11))
+"""The log has no noise."""
+SHARE = 0.1
+"""By which inertias are too large."""
+OFFSET = 0.01
+"""By which centres of mass are displaced [m]."""
+CHANGES: dict[str, Change] = {
+    "inertias": scaled(1 + SHARE, 1 + SHARE),
+    "masses": scaled(mass=1 + SHARE),
+    "moments": scaled(moments=1 + SHARE),
+    "forward": displaced(np.array([OFFSET, 0.0, 0.0])),
+    "left": displaced(np.array([0.0, OFFSET, 0.0])),
+    "up": displaced(np.array([0.0, 0.0, OFFSET])),
+}
+LABELS = {
+    "inertias": "inertias +10 %",
+    "masses": "masses +10 %",
+    "moments": "moments +10 %",
+    "forward": "CoM 10 mm forward",
+    "left": "CoM 10 mm left",
+    "up": "CoM 10 mm up",
+}
+FACTORS = (0.8, 0.9, 1.1, 1.2)
+DRAWN = (
+    ("all inertias", {f"{100 * (f - 1):+.0f} %": scaled(f, f) for f in FACTORS}),
+    ("masses alone", {f"{100 * (f - 1):+.0f} %": scaled(mass=f) for f in FACTORS}),
+    ("moments alone", {f"{100 * (f - 1):+.0f} %": scaled(moments=f) for f in (0.2, 0.6, 1.4, 1.8)}),
+    (
+        "centres of mass, forward",
+        {f"{1e3 * d:+.0f} mm": displaced(np.array([d, 0.0, 0.0])) for d in (-0.01, -0.005, 0.005, 0.01)},
+    ),
+)
+"""Titles of the panels, and the changes in the order of `COLOURS`."""
+COLOURS = ("C3", "C0", "C1", "C4")
+STRIDE = 4
+"""One of this many samples is drawn."""
+PARAMETERS = ("coulomb", "viscous", "offset")
+
+
+def run(quick: bool) -> Study:
+    walk = get_walk("legs-contact", quick)
+    right = estimate(walk, SETTINGS)
+    wrong = {name: _estimate(walk, change) for name, change in CHANGES.items()}
+    fits = {name: _fit(each) for name, each in {"right": right, "inertias": wrong["inertias"]}.items()}
+    numbers = {
+        "joints": {joint: {name: _change(right, each, joint) for name, each in wrong.items()} for joint in JOINTS},
+        "fits": {joint: {name: each[joint] for name, each in fits.items()} for joint in JOINTS},
+    }
+    panels = {title: {label: _estimate(walk, each) for label, each in changes.items()} for title, changes in DRAWN}
+
+    def knee(figure: Figure) -> None:
+        figure.set_size_inches(6.5, 4.8)
+        places = figure.subplots(2, 2, sharex=True, sharey=True)
+        for axes, (title, curves) in zip(places.flat, panels.items(), strict=True):
+            for colour, (label, each) in zip(COLOURS, curves.items(), strict=True):
+                shown = swinging(each, "knee").thinned(STRIDE)
+                figures.plot_runs(axes, shown.time, shown.velocity, shown.torque, colour, lw=0.8, label=label)
+            axes.legend(loc="lower right", ncols=2, columnspacing=1.0, handlelength=1.2)
+            draw_truth(axes, walk, "knee")
+            axes.set_title(title)
+        for axes in places[1]:
+            axes.set_xlabel("velocity [rad/s]")
+        for axes in places[:, 0]:
+            axes.set_ylabel("friction torque [N m]")
+        truth = places[0, 0].get_lines()[-1]
+        figure.legend(handles=[truth], loc="outside upper center")
+
+    def joints(figure: Figure) -> None:
+        figure.set_size_inches(6.5, 4.2)
+        places = figure.subplots(2, 3)
+        for axes, joint in zip(places.flat, JOINTS, strict=True):
+            for colour, (label, each) in zip(
+                ("C1", "C0"), {"+10 %": wrong["inertias"], "exact": right}.items(), strict=True
+            ):
+                shown = swinging(each, joint).thinned(STRIDE)
+                figures.plot_runs(axes, shown.time, shown.velocity, shown.torque, colour, lw=0.8, label=label)
+            draw_truth(axes, walk, joint)
+            axes.set_title(joint.replace("_", " "))
+        for axes in places[1]:
+            axes.set_xlabel("velocity [rad/s]")
+        for axes in places[:, 0]:
+            axes.set_ylabel("friction torque [N m]")
+        figure.legend(*places[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+
+    return Study(numbers, {"inertia-knee": knee, "inertia-joints": joints})
+
+
+def _estimate(walk: Simulated, change: Change) -> Estimate:
+    return estimate(replace(walk, robot=with_bodies(walk.robot, change)), SETTINGS)
+
+
+def _change(right: Estimate, wrong: Estimate, joint: str) -> dict[str, float]:
+    """Return what a wrong model does to a joint's curve [N m], and how much of it an offset could be [1]."""
+    curve = swinging(right, joint)
+    error = swinging(wrong, joint).torque - curve.torque
+    shift = float(error.mean())
+    return {
+        "shift": shift,
+        "split": split(curve.velocity, curve.acceleration, error),
+        "rms": rms(error),
+        "offset_share": shift**2 / rms(error) ** 2,
+    }
+
+
+def _fit(found: Estimate) -> dict[str, dict[str, float]]:
+    """Return the parameters that are fitted to the right leg's joints."""
+    law, result = get_law("stribeck"), {}
+    for joint in JOINTS:
+        fit = fit_joint(joint_problem(found.samples, f"{SIDE}_{joint}", law, SETTINGS))
+        values = dict(zip(fit.names, map(float, fit.values), strict=True))
+        result[joint] = {name: values[name] for name in PARAMETERS}
+    return result
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return shift and split by joint and change, the fits, and what sentences quote."""
+    joints, fits = numbers["joints"], numbers["fits"]
+    head = ("joint", *LABELS.values())
+    tables = {
+        key: markdown_table(
+            head,
+            [(joint.replace("_", " "), *(f"{row[name][key]:.2g}" for name in LABELS)) for joint, row in joints.items()],
+        )
+        for key in ("shift", "split")
+    }
+    shares = [
+        (joint.replace("_", " "), *(f"{100 * row[name]['offset_share']:.0f} %" for name in LABELS))
+        for joint, row in joints.items()
+    ]
+    fitted = [
+        (joint.replace("_", " "), *(f"{row[name][p]:.2f}" for p in PARAMETERS for name in ("right", "inertias")))
+        for joint, row in fits.items()
+    ]
+    names = {"coulomb": "Fc [N m]", "viscous": "Fv [N m s/rad]", "offset": "offset [N m]"}
+    knee = joints["knee"]
+    return {
+        **tables,
+        "shares": markdown_table(head, shares),
+        "fits": markdown_table(
+            ("joint", *(f"{names[p]}, {m}" for p in PARAMETERS for m in ("exact", "+10 %"))), fitted
+        ),
+        "knee-shift": f"{knee['inertias']['shift']:+.2f} N m",
+        "knee-split": f"{knee['inertias']['split']:.2f} N m",
+        "hip-pitch-shift": f"{joints['hip_pitch']['inertias']['shift']:+.2f} N m",
+        "hip-pitch-split": f"{joints['hip_pitch']['inertias']['split']:.2f} N m",
+        "hip-roll-shift": f"{joints['hip_roll']['inertias']['shift']:+.2f} N m",
+        "hip-roll-split": f"{joints['hip_roll']['inertias']['split']:.2f} N m",
+        "masses-knee": f"{100 * knee['masses']['rms'] / knee['inertias']['rms']:.0f} %",
+        "moments-shift": f"{abs(knee['moments']['shift']):.4f} N m",
+        "moments-split": f"{knee['moments']['split']:.3f} N m",
+        "masses-split": f"{knee['masses']['split']:.2f} N m",
+        "moments-most": f"{100 * max(row['moments']['rms'] / row['inertias']['rms'] for row in joints.values()):.0f} %",
+        "share-knee": f"{100 * knee['inertias']['offset_share']:.0f} %",
+        "share-hip-pitch": f"{100 * joints['hip_pitch']['inertias']['offset_share']:.0f} %",
+        "share-forward": f"{100 * knee['forward']['offset_share']:.0f} %",
+        "ankle-roll-inertias": f"{joints['ankle_roll']['inertias']['rms']:.4f} N m",
+        "ankle-roll-left": f"{joints['ankle_roll']['left']['rms']:.2f} N m",
+    }

@@ -1,0 +1,146 @@
+"""Fig. 7.4: acceleration difference against velocity, and friction that feeds energy in.
+
+Friction is in all leg joints; its offset, which is no friction, is taken out of the log as a calibration would. 0.1 s
+are left out at both ends of a swing, which keeps the paper's window of 151 samples off the impacts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stribeck import Settings
+from stribeck.settings import FilterSettings
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.sensor_profiles import get_profile
+from stribeck.simulation.sensors import measure, sensors_for
+from studies.paper import figures
+from studies.paper.acceleration import AS_PAPER, UNFILTERED, Motion, calibrated, motions
+from studies.paper.estimate import estimate
+from studies.paper.inexact import drawn, scaled, with_bodies
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.swing import JOINTS, feeding, swinging
+from studies.paper.walks import get_walk
+
+WALKS = ("legs-contact",)
+SHORT = UNFILTERED.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=31)})
+FILTERS = {
+    "unfiltered": UNFILTERED,
+    "window 31": SHORT,
+    "window 151": AS_PAPER,
+    "window 151, torque too": AS_PAPER.model_copy(update={"averaged_law": True}),
+}
+MODELS = {"exact": "exact", "+10 %": "inertias +10 %", "-10 %": "inertias -10 %", "drawn": "drawn"}
+"""Keys of the numbers, and how the table calls them."""
+SEEDS = range(1, 9)
+"""Of models that are wrong in every body in another way."""
+VELOCITY_SCALE = {"knee": 1, "hip_roll": 10}
+"""Joints that are drawn, and by what their velocity is multiplied beside the acceleration."""
+
+
+def run(quick: bool) -> Study:
+    walk = calibrated(get_walk("legs-contact", quick))
+    noisy = replace(walk, log=measure(walk.log, sensors_for(walk.log, get_profile("calibrated"), 1)))
+    heavier, lighter = (replace(walk, robot=with_bodies(walk.robot, scaled(f, f))) for f in (1.1, 0.9))
+    seeds = SEEDS[:1] if quick else SEEDS
+    wrong = [replace(walk, robot=with_bodies(walk.robot, drawn(seed))) for seed in seeds]
+    models = {"exact": [walk], "+10 %": [heavier], "-10 %": [lighter], "drawn": wrong, "exact, noise": [noisy]}
+    moved = {name: motions(walk, settings) for name, settings in FILTERS.items()}
+    numbers = {
+        "torque": {
+            model: {name: _mean([_torque(each, settings) for each in several]) for name, settings in FILTERS.items()}
+            for model, several in models.items()
+        },
+        "difference": {name: _difference(each) for name, each in moved.items()},
+    }
+    shown = {
+        "exact model": [moved[name] for name in ("unfiltered", "window 151")],
+        "inertias 10 % too large": [motions(heavier, FILTERS[name]) for name in ("unfiltered", "window 151")],
+    }
+
+    def draw(figure: Figure) -> None:
+        figure.set_size_inches(6.5, 4.6)
+        panels = figure.subplots(2, 2, sharex=True, sharey="col")
+        for row, (title, (raw, smooth)) in zip(panels, shown.items(), strict=True):
+            for axes, (joint, scale) in zip(row, VELOCITY_SCALE.items(), strict=True):
+                _draw(axes, raw[joint].last_swing(), smooth[joint].last_swing(), scale)
+                axes.set_title(f"{joint.replace('_', ' ')}, {title}")
+        for axes in panels[1]:
+            axes.set_xlabel("time [s]")
+        figure.supylabel("acceleration difference [rad/s²], velocity [rad/s]", fontsize="medium")
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+
+    return Study(numbers, {"power": draw})
+
+
+def _torque(walk: Simulated, settings: Settings) -> dict[str, float]:
+    """Return the share of samples in which the friction torque that is found feeds energy in, joint by joint."""
+    found = estimate(walk, settings)
+    joints = {joint: swinging(found, joint) for joint in JOINTS}
+    return {joint: feeding(each.velocity, each.torque) for joint, each in joints.items()}
+
+
+def _difference(joints: dict[str, Motion]) -> dict[str, float]:
+    """Return the share in which acceleration difference and velocity have the same sign, joint by joint."""
+    return {joint: feeding(each.velocity, each.model - each.measured) for joint, each in joints.items()}
+
+
+def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
+    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+
+
+def _draw(axes: Axes, raw: Motion, smooth: Motion, scale: int) -> None:
+    """Draw a joint's velocity and acceleration difference, and shade where they have the same sign."""
+    difference = raw.measured - raw.model
+    figures.shade(axes, raw.time, raw.velocity * difference > 0)
+    axes.plot(raw.time, scale * raw.velocity, color=figures.ink(), lw=0.9, label="velocity")
+    axes.plot(raw.time, difference, "C0", label="acceleration difference, unfiltered")
+    axes.plot(smooth.time, smooth.measured - smooth.model, "C1", label="window 151")
+    if scale != 1:
+        axes.annotate(f"velocity × {scale}", (0.98, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return the shares of samples with positive power, joint by joint, by model and filter."""
+    torque, difference = numbers["torque"], numbers["difference"]
+    shown = [(m, f) for m in MODELS for f in FILTERS if f != "window 31"]
+    rows = [
+        (
+            f"{MODELS[m]}, {f}",
+            *(_percent(torque[m][f][joint]) for joint in JOINTS),
+            _percent(_over_joints(torque[m][f])),
+        )
+        for m, f in shown
+    ]
+    noisy = [(name, *(_percent(torque["exact, noise"][name][joint]) for joint in JOINTS)) for name in FILTERS]
+    signs = [(name, *(_percent(difference[name][joint]) for joint in JOINTS)) for name in FILTERS]
+    joints = [joint.replace("_", " ") for joint in JOINTS]
+    return {
+        "table": markdown_table(("model and filter", *joints, "mean"), rows),
+        "noise": markdown_table(("filter", *joints), noisy),
+        "signs": markdown_table(("filter", *joints), signs),
+        "sign-hip-roll": _percent(difference["unfiltered"]["hip_roll"]),
+        "sign-hip-pitch": _percent(difference["unfiltered"]["hip_pitch"]),
+        "sign-knee": _percent(difference["unfiltered"]["knee"]),
+        "exact-raw": _percent(max(torque["exact"]["unfiltered"].values())),
+        "filter-knee": _percent(torque["exact"]["window 151"]["knee"]),
+        "heavier-hip-pitch": _percent(torque["+10 %"]["unfiltered"]["hip_pitch"]),
+        "heavier-knee": _percent(torque["+10 %"]["unfiltered"]["knee"]),
+        "noise-raw": _percent(_over_joints(torque["exact, noise"]["unfiltered"])),
+        "filter-most": _percent(max(torque["exact"]["window 151"].values())),
+        "both-most": _percent(max(torque["exact"]["window 151, torque too"].values())),
+        "drawn-raw": _percent(_over_joints(torque["drawn"]["unfiltered"])),
+        "noise-31": _percent(_over_joints(torque["exact, noise"]["window 31"])),
+    }
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def _over_joints(row: dict[str, float]) -> float:
+    return sum(row.values()) / len(row)

@@ -1,0 +1,149 @@
+"""Fig. 7.1: spectra of the model's acceleration of knee and hip pitch, and the cutoff that `auto` takes from them.
+
+The measured acceleration, beside it, is the second difference of the position, which no filter has touched.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.signal import periodogram
+
+from stribeck import Settings
+from stribeck.log import Array
+from stribeck.motion.savitzky_golay import savgol_cutoff
+from stribeck.settings import FilterSettings
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.sensor_profiles import get_profile
+from stribeck.simulation.sensors import measure, sensors_for
+from stribeck.survey import prepare
+from studies.paper.acceleration import model_acceleration
+from studies.paper.estimate import estimate
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.swing import JOINTS, swinging
+from studies.paper.walks import get_walk
+
+WALKS = ("right-knee-contact", "harsh")
+SHOWN = ("knee", "hip_pitch")
+PAPER = 10.0
+"""Cutoff that the paper takes [Hz]."""
+NOISE = (200.0, 450.0)
+"""Where a spectrum holds noise alone [Hz]."""
+UNFILTERED = Settings(filter=FilterSettings(kind="savitzky-golay", window=7))
+"""The model's acceleration needs a velocity, but no acceleration."""
+BINS = np.geomspace(1.2, 500.0, 61)
+"""Edges over which a density is averaged [Hz]."""
+SEED = 1
+
+
+class Spectra(NamedTuple):
+    """Densities of the acceleration of the swinging leg's joints [(rad/s^2)^2/Hz], shape (F, 6)."""
+
+    frequency: Array  # [Hz], shape (F,)
+    model: Array
+    measured: Array
+
+
+def run(quick: bool) -> Study:
+    exact = get_walk("right-knee-contact", quick)
+    realistic = measure(exact.log, sensors_for(exact.log, get_profile("realistic"), SEED))
+    walks = {"exact": exact, "realistic": replace(exact, log=realistic), "harsh": get_walk("harsh", quick)}
+    found = {name: _spectra(walk) for name, walk in walks.items()}
+    cutoffs = {name: _cutoff(walk) for name, walk in walks.items()}
+    numbers = {
+        "logs": {name: cutoffs[name] | {"noisier": _noisier(spectra)} for name, spectra in found.items()},
+        "beyond": _beyond(found["exact"]),
+    }
+
+    def draw(figure: Figure) -> None:
+        figure.set_size_inches(6.5, 3.4)
+        panels = figure.subplots(1, len(SHOWN), sharex=True, sharey=True)
+        for axes, joint in zip(panels, SHOWN, strict=True):
+            for k, (name, spectra) in enumerate(found.items()):
+                for density, line in ((spectra.model, "-"), (spectra.measured, "--")):
+                    frequency, mean = _smooth(spectra.frequency, density[:, JOINTS.index(joint)])
+                    axes.plot(frequency, np.sqrt(mean), f"C{k}{line}", label=name if line == "-" else None)
+                axes.axvline(cutoffs[name]["cutoff"], color=f"C{k}", ls=":", lw=1.2)
+            axes.axvline(PAPER, color="C5", lw=1.2, label="the paper's 10 Hz")
+            axes.set(xscale="log", yscale="log", xlabel="frequency [Hz]", title=joint.replace("_", " "))
+            axes.set_xticks([2, 5, 10, 20, 50, 100, 200, 500], ["2", "5", "10", "20", "50", "100", "200", "500"])
+            axes.minorticks_off()
+        panels[0].set(ylabel="acceleration [rad/s² / √Hz]", ylim=(1e-3, 1e3))
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+
+    return Study(numbers, {"spectrum": draw})
+
+
+def _spectra(walk: Simulated) -> Spectra:
+    """Return the spectra over the right leg's swings, a Hann window a swing, averaged."""
+    found = estimate(walk, UNFILTERED)
+    model = model_acceleration(walk, found)
+    time, rate = swinging(found, "knee").time, 1 / found.samples.period
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(time) > 1.5 / rate) + 1, [len(time)]])
+    length = round(0.95 * float(np.median(np.diff(ends))))
+    firsts = ends[:-1][np.diff(ends) >= length]
+    here = np.searchsorted(walk.log.time, time - 0.5 / rate)
+    columns = [walk.log.joint_names.index(f"right_{joint}") for joint in JOINTS]
+    models: list[Array] = []
+    measured: list[Array] = []
+    for first in firsts:
+        rows = slice(here[first] - 1, here[first] + length + 1)
+        second = np.diff(walk.log.position[rows, columns], 2, axis=0) * rate**2
+        for kept, signal in ((models, model[first : first + length]), (measured, second)):
+            frequency, density = periodogram(signal, rate, window="hann", axis=0)
+            kept.append(density[1:])
+    return Spectra(frequency[1:], np.mean(models, axis=0), np.mean(measured, axis=0))
+
+
+def _cutoff(walk: Simulated) -> dict[str, float]:
+    """Return what `auto` takes: a window [samples] and its cutoff [Hz]."""
+    prepared = prepare(walk.log, walk.robot, Settings())
+    chosen = prepared.settings.filter.cutoff
+    window = 2 * prepared.motion_filter.half_width + 1
+    assert chosen is not None
+    return {"cutoff": savgol_cutoff(window, 4, "uniform", prepared.sampling.rate), "window": window}
+
+
+def _smooth(frequency: Array, density: Array) -> tuple[Array, Array]:
+    """Return the means of a density over `BINS`, and of the frequencies there, where there are any."""
+    place = np.digitize(frequency, BINS)
+    counts = np.bincount(place)
+    there = counts > 0
+    means = [np.bincount(place, values)[there] / counts[there] for values in (frequency, density)]
+    return means[0], means[1]
+
+
+def _noisier(spectra: Spectra) -> dict[str, float]:
+    """Return by how much the measured acceleration is noisier than the model's, joint by joint, as amplitudes."""
+    band = (spectra.frequency > NOISE[0]) & (spectra.frequency < NOISE[1])
+    ratios = np.sqrt(spectra.measured[band].mean(axis=0) / spectra.model[band].mean(axis=0))
+    return dict(zip(JOINTS, ratios.tolist(), strict=True))
+
+
+def _beyond(spectra: Spectra) -> dict[str, float]:
+    """Return the share of the power of each joint's acceleration beyond the paper's 10 Hz."""
+    shares = spectra.model[spectra.frequency > PAPER].sum(axis=0) / spectra.model.sum(axis=0)
+    return dict(zip(JOINTS, shares.tolist(), strict=True))
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return cutoffs, what lies beyond 10 Hz, and how noisy measured accelerations are."""
+    logs, beyond = numbers["logs"], numbers["beyond"]
+    noisier = {name: logs[name]["noisier"] for name in ("realistic", "harsh")}
+    rows = [
+        (joint.replace("_", " "), f"{100 * beyond[joint]:.1f} %", *(f"{each[joint]:.2g}" for each in noisier.values()))
+        for joint in JOINTS
+    ]
+    head = ("joint", "power beyond 10 Hz", "measured / model, realistic", "measured / model, harsh")
+    return {
+        "table": markdown_table(head, rows),
+        **{f"cutoff-{name}": f"{row['cutoff']:.0f} Hz" for name, row in logs.items()},
+        "beyond-knee": f"{100 * beyond['knee']:.1f} %",
+        "beyond-most": f"{100 * max(beyond.values()):.0f} % ({max(beyond, key=beyond.__getitem__).replace('_', ' ')})",
+        "noisier-knee": f"{noisier['realistic']['knee']:.0f}",
+        "noisier-least": f"{min(noisier['realistic'].values()):.1f}",
+    }

@@ -1,0 +1,89 @@
+"""The joints of a swinging leg, the right one as in the paper, and what else than parameters a friction curve has."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from stribeck.friction import get_law
+from stribeck.identification.verdict import POWER_DEAD_ZONE
+from stribeck.log import Array
+from stribeck.simulation.run import Simulated
+from studies.paper import figures
+from studies.paper.estimate import Estimate, rms
+
+JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
+SIDE = "right"
+SUPPORT = "left_foot"
+"""On which the right leg swings."""
+OTHER_SIDE, OTHER_SUPPORT = "left", "right_foot"
+BINS = 30
+"""Of velocity, in which rising and falling branch are compared."""
+FEWEST = 5
+"""Samples that a branch needs in a bin."""
+
+
+class Swing(NamedTuple):
+    """A joint's samples, shape (N,) each."""
+
+    time: Array  # [s]
+    velocity: Array  # [rad/s]
+    acceleration: Array  # [rad/s^2]
+    torque: Array  # friction torque that is found [N m]
+    truth: Array  # and that has acted [N m]
+
+    def thinned(self, stride: int) -> Swing:
+        """Return one of this many samples."""
+        return Swing(*(each[::stride] for each in self))
+
+
+def swinging(found: Estimate, joint: str, side: str = SIDE) -> Swing:
+    """Return a joint of the right leg, or of the left, while it swings."""
+    rows = found.standing_on(SUPPORT if side == SIDE else OTHER_SUPPORT)
+    column, samples = found.column(f"{side}_{joint}"), found.samples
+    return Swing(
+        samples.time[rows],
+        samples.velocity[rows, column],
+        samples.acceleration[rows, column],
+        samples.friction_torque[rows, column],
+        found.truth[rows, column],
+    )
+
+
+def split(velocity: Array, acceleration: Array, torque: Array) -> float:
+    """Return how far the branches of rising and falling velocity are apart [N m].
+
+    It is the RMS, over bins of velocity that both branches pass, of the difference of their mean torques.
+    """
+    edges = np.linspace(velocity.min(), velocity.max(), BINS + 1)
+    place = np.clip(np.digitize(velocity, edges) - 1, 0, BINS - 1)
+    counts, means = np.zeros((2, 2, BINS))
+    for k, branch in enumerate((acceleration > 0, acceleration <= 0)):
+        counts[k] = np.bincount(place[branch], minlength=BINS)
+        sums = np.bincount(place[branch], torque[branch], minlength=BINS)
+        means[k] = sums / np.maximum(counts[k], 1)
+    weight = np.where(counts.min(axis=0) >= FEWEST, counts.min(axis=0), 0)
+    if not weight.any():
+        return float("nan")
+    return float(np.sqrt(np.average((means[0] - means[1]) ** 2, weights=weight)))
+
+
+def feeding(velocity: Array, torque: Array) -> float:
+    """Return the share of samples in which a friction torque feeds energy in, against (7.9).
+
+    Less power than `POWER_DEAD_ZONE` of what is usual counts as none, as in the verdict.
+    """
+    power = velocity * torque
+    return float(np.mean(power < -POWER_DEAD_ZONE * rms(velocity) * rms(torque)))
+
+
+def draw_truth(axes: Axes, walk: Simulated, joint: str) -> None:
+    """Draw the law that a joint of the right leg has, over the velocities that the axes show."""
+    law, named = get_law("stribeck"), walk.truth.parameters[f"{SIDE}_{joint}"]
+    limits = axes.get_xlim()
+    velocity = np.linspace(*limits, 801)
+    torque = law.torque(velocity, np.array([named[parameter.name] for parameter in law.parameters]))
+    axes.plot(velocity, torque, color=figures.ink(), ls="--", lw=0.9, label="truth")
+    axes.set_xlim(limits)
