@@ -13,8 +13,8 @@ from stribeck.log import Array
 MOST, FEW = 0.9, 0.02
 """Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
 
-CLEARED = 1.5
-"""Top speed over Stribeck velocity [1] beyond which a joint clears it: a tenth of the Stribeck effect is left."""
+CLEARED = 2.0
+"""Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
 
 BEYOND = ("viscous", "coulomb", "stribeck_gain")
 """Parameters of what lies beyond the Stribeck velocity; below it they make up for each other."""
