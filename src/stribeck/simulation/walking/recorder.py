@@ -108,5 +108,5 @@ class Recorder:
 def without_bounces(touching: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
     """Return contact flags without gaps of fewer samples than `shortest` [1], shape (T, feet)."""
     around = ((shortest, shortest), (0, 0))
-    closed = binary_closing(np.pad(touching, around, mode="edge"), np.ones((shortest, 1)))
+    closed = binary_closing(np.pad(touching, around, mode="edge"), np.ones((shortest, 1), dtype=bool))
     return np.asarray(closed[shortest:-shortest])
