@@ -1,0 +1,237 @@
+"""Tables 6.1 and 6.2: all parameters of all leg joints, walking straight, and straight and sideways.
+
+The paper's logs have no noise, and neither have these; what noise costs is seen in the same walk as noisy sensors give
+it. Fits heed outliers less (`loss`) and average the law as the filter averages the acceleration (`averaged_law`): what
+each of the two is worth is shown too, and how it depends on the filter's window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stribeck import Settings
+from stribeck.identification.weakness import CLEARED
+from stribeck.settings import FilterSettings
+from stribeck.simulation.sensor_profiles import get_profile
+from stribeck.simulation.sensors import measure, sensors_for
+from studies.paper import figures
+from studies.paper.identified import JOINTS, PARAMETERS, identified, mean_and_worst, read_paper
+from studies.paper.markdown import markdown_table
+from studies.paper.study import Numbers, Study
+from studies.paper.walks import get_walk
+
+WALKS = ("straight", "straight-and-sideways")
+PLAIN = Settings()
+SETTINGS = Settings(loss="huber", averaged_law=True)
+FITS = {
+    "as `identify` comes": PLAIN,
+    "law averaged": Settings(averaged_law=True),
+    "outliers heeded less": Settings(loss="huber"),
+    "both": SETTINGS,
+}
+SENSORS = ("calibrated", "realistic")
+SEED = 1
+WINDOWS = (9, 15, 21, 31)
+"""Of the filter [samples, 1 ms each]; `auto` takes the shortest where there is no noise."""
+UNITS = ("N m s/rad", "N m", "1", "rad/s", "N m", "s/rad")
+SYMBOLS = ("Fv", "Fc", "S", "vs", "offset", "a")
+TITLES = ("viscous", "Coulomb", "Stribeck gain", "Stribeck velocity", "offset", "slope")
+BENT = (2, 3, 5)
+"""Parameters that reversals bend."""
+
+
+def run(quick: bool) -> Study:
+    both = get_walk("straight-and-sideways", quick)
+    settings = {name: _short(each, quick) for name, each in FITS.items()}
+    fits = {name: identified(both, each) for name, each in settings.items()}
+    # two steps straight hold no joint's friction
+    straight = fits["both"] if quick else identified(get_walk("straight"), settings["both"])
+    found = {"straight": straight, "straight-and-sideways": fits["both"]}
+    logs = {name: measure(both.log, sensors_for(both.log, get_profile(name), SEED)) for name in SENSORS}
+    noisy = {
+        name: {fit: identified(both, settings[fit], log) for fit in ("as `identify` comes", "both")}
+        for name, log in logs.items()
+    }
+    windows = {
+        name: [_bent(identified(both, _windowed(settings[name], window))) for window in WINDOWS[: 1 if quick else None]]
+        for name in ("outliers heeded less", "both")
+    }
+    truth = {joint: [both.truth.parameters[joint][name] for name in PARAMETERS] for joint in JOINTS}
+    numbers = {
+        "found": found,
+        "truth": truth,
+        "fits": {name: mean_and_worst(rows) for name, rows in fits.items()},
+        "noisy": {name: {fit: _noisy(rows) for fit, rows in fits.items()} for name, fits in noisy.items()},
+        "windows": windows,
+    }
+    return Study(
+        numbers,
+        {
+            "tables-errors": lambda figure: _draw_errors(figure, numbers),
+            "tables-speed": lambda figure: _draw_speeds(figure, numbers),
+            "tables-windows": lambda figure: _draw_windows(figure, numbers),
+        },
+    )
+
+
+def _short(settings: Settings, quick: bool) -> Settings:
+    """Return settings that a few steps suffice for, if it shall be quick: a step is several blocks."""
+    return settings.model_copy(update={"block": 0.1}) if quick else settings
+
+
+def _noisy(rows: dict[str, Numbers]) -> Numbers:
+    """Return errors, how many joints are identified, and the share of the intervals that hold the truth."""
+    return {
+        **mean_and_worst(rows),
+        "identified": sum(row["verdict"] == "identified" for row in rows.values()),
+        "held": np.nanmean([row["held"] for row in rows.values()]),
+    }
+
+
+def _windowed(settings: Settings, window: int) -> Settings:
+    return settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
+
+
+def _bent(rows: dict[str, Numbers]) -> list[float]:
+    """Return the mean errors of the parameters that reversals bend [%]."""
+    return [float(error) for error in mean_and_worst(rows)["mean"][list(BENT)]]
+
+
+def _draw_errors(figure: Figure, numbers: Numbers) -> None:
+    """Draw the error of each parameter in each joint of Table 6.2, the paper's and ours with its interval."""
+    figure.set_size_inches(figures.SIZE[0], 4.4)
+    panels = figure.subplots(2, 3, sharex=True).ravel()
+    paper, found = read_paper()["straight-and-sideways"], numbers["found"]["straight-and-sideways"]
+    truth, places = numbers["truth"], np.arange(len(JOINTS))
+    for k, axes in enumerate(panels):
+        true = np.array([truth[joint][k] for joint in JOINTS])
+        printed = 100 * (np.array([paper[joint]["found"][k] for joint in JOINTS]) / true - 1)
+        error, width = ([found[joint][key][k] for joint in JOINTS] for key in ("error", "half_width"))
+        axes.axhline(0, color=figures.ink(), lw=0.7)
+        axes.plot(places - 0.15, printed, "o", color="C1", mfc="none", ms=4, label="the paper")
+        bars = 100 * np.array(width) / true
+        axes.errorbar(places + 0.15, error, bars, fmt="o", color="C0", ms=3, lw=1, label="here, with 95 % interval")
+        axes.set_title(TITLES[k])
+        labels = [f"{joint[0].upper()} {joint.split('_', 1)[1].replace('_', ' ')}" for joint in JOINTS]
+        axes.set_xticks(places, labels, rotation=90, fontsize=6.5)
+    for axes in panels[::3]:
+        axes.set_ylabel("error [%]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+
+
+def _draw_speeds(figure: Figure, numbers: Numbers) -> None:
+    """Draw the error of viscous friction over how clearly a joint clears its Stribeck velocity."""
+    axes = figure.subplots()
+    for colour, (walk, rows) in zip(("C1", "C0"), numbers["found"].items(), strict=True):
+        for weak, label in (
+            (True, f"{walk.replace('-', ' ')}, weak"),
+            (False, f"{walk.replace('-', ' ')}, identified"),
+        ):
+            chosen = [joint for joint, row in rows.items() if (row["weak"][0] != 0) == weak]
+            if not chosen:
+                continue
+            ratio = [rows[joint]["top_speed"] / numbers["truth"][joint][3] for joint in chosen]
+            size = [abs(rows[joint]["error"][0]) for joint in chosen]
+            axes.loglog(ratio, size, "o", color=colour, mfc="none" if weak else colour, ms=5, label=label)
+    axes.axvline(CLEARED, color=figures.ink(), ls="--", lw=0.9)
+    axes.set_xlabel("top speed over Stribeck velocity")
+    axes.set_ylabel("error of viscous friction [%]")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=2)
+
+
+def _draw_windows(figure: Figure, numbers: Numbers) -> None:
+    """Draw the mean errors of the parameters that reversals bend over the filter's window."""
+    panels = figure.subplots(1, len(BENT), sharex=True)
+    for panel, (axes, parameter) in enumerate(zip(panels, BENT, strict=True)):
+        _draw_window(axes, numbers["windows"], panel)
+        axes.set_title(TITLES[parameter])
+        axes.set_xlabel("window [ms]")
+    panels[0].set_ylabel("mean error [%]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+
+
+def _draw_window(axes: Axes, windows: Numbers, panel: int) -> None:
+    labels = {"outliers heeded less": "law of the sample's velocity", "both": "law averaged as the acceleration is"}
+    for colour, (name, rows) in zip(("C1", "C0"), windows.items(), strict=True):
+        axes.plot(WINDOWS[: len(rows)], [row[panel] for row in rows], "o-", color=colour, ms=3, label=labels[name])
+
+
+def texts(numbers: Numbers) -> dict[str, str]:
+    """Return both tables, their means and worst errors, and the figures that the statements quote."""
+    paper = read_paper()
+    fits, noisy, straight = numbers["fits"], numbers["noisy"], numbers["found"]["straight"]
+    weak = [joint for joint, row in straight.items() if row["verdict"] != "identified"]
+    known = [row["error"][k] for row in straight.values() for k in (3, 4)]
+    bent = {name: [f"{value:.2g}" for value in numbers["windows"][name][-1]] for name in numbers["windows"]}
+    return {
+        **{f"{walk}": _table(paper[walk], numbers["found"][walk]) for walk in WALKS},
+        "reasons": markdown_table(
+            ("joint", "top speed [rad/s]", "errors of Fv, Fc, S here", "in the paper"),
+            [_reason(joint, straight[joint], paper["straight"][joint]) for joint in weak],
+        ),
+        "summary": _summary(mean_and_worst(paper["straight-and-sideways"]), fits, noisy),
+        "weak": str(len(weak)),
+        "weak-worst": f"{max(abs(straight[joint]['error'][0]) for joint in JOINTS):.0f} %",
+        "straight-known": f"{max(map(abs, known)):.1f} %",
+        "mean": _errors(fits["both"]["mean"]),
+        "paper-mean": _errors(mean_and_worst(paper["straight-and-sideways"])["mean"]),
+        "plain-slope": f"{fits['as `identify` comes']['worst'][5]:.2g} %",
+        "both-slope": f"{fits['both']['worst'][5]:.2g} %",
+        "window": str(WINDOWS[-1]),
+        "window-plain": " / ".join(bent["outliers heeded less"]) + " %",
+        "window-averaged": " / ".join(bent["both"]) + " %",
+        **{name: " and ".join(str(fit["identified"]) for fit in fits.values()) for name, fits in noisy.items()},
+        **{
+            f"{name}-held": " and ".join(f"{100 * fit['held']:.0f} %" for fit in fits.values())
+            for name, fits in noisy.items()
+        },
+    }
+
+
+def _errors(values: Iterable[float]) -> str:
+    return ", ".join(f"{symbol} {value:.2g}" for symbol, value in zip(SYMBOLS, values, strict=True)) + " %"
+
+
+def _table(paper: Numbers, found: Numbers) -> str:
+    """Return one of the paper's tables: two rows a joint, the paper's and ours."""
+    head = ("joint", "", *(f"{symbol} [{unit}]" for symbol, unit in zip(SYMBOLS, UNITS, strict=True)))
+    rows: list[tuple[str, ...]] = []
+    for joint, row in found.items():
+        name, printed = joint.replace("_", " "), paper[joint]
+        cells = [
+            f"{value:.4g} ({error:.2f} %)" for value, error in zip(printed["found"], printed["error"], strict=True)
+        ]
+        rows.append((name, "paper", *cells))
+        ours = zip(row["value"], row["half_width"], row["error"], row["weak"], strict=True)
+        rows.append((f"**{row['verdict']}**", "here", *(_cell(*each) for each in ours)))
+    return markdown_table(head, rows)
+
+
+def _cell(value: float, half_width: float, error: float, weak: float) -> str:
+    if np.isnan(value):
+        return "–"
+    text = f"{value:.4g} ± {half_width:.1g} ({abs(error):.2f} %)"
+    return f"*{text} weak*" if weak else text
+
+
+def _reason(joint: str, row: Numbers, paper: Numbers) -> tuple[str, ...]:
+    ours, printed = (" / ".join(_two(abs(error)) for error in each["error"][:3]) + " %" for each in (row, paper))
+    return joint.replace("_", " "), f"{row['top_speed']:.2f}", ours, printed
+
+
+def _two(value: float) -> str:
+    """Return a number with two digits at least."""
+    return f"{value:.2g}" if value < 100 else f"{value:,.0f}"
+
+
+def _summary(paper: Numbers, fits: Numbers, noisy: Numbers) -> str:
+    noise = {f"{fit}, `{name}` sensors": row for name, each in noisy.items() for fit, row in each.items()}
+    cells = [
+        (name, *(f"{_two(mean)} / {_two(worst)}" for mean, worst in zip(row["mean"], row["worst"], strict=True)))
+        for name, row in {"the paper": paper, **fits, **noise}.items()
+    ]
+    return markdown_table(("mean / worst error [%]", *SYMBOLS), cells)
