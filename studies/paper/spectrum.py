@@ -27,7 +27,7 @@ from studies.paper.study import Numbers, Study
 from studies.paper.swing import JOINTS, swinging
 from studies.paper.walks import get_walk
 
-WALKS = ("right-knee-contact", "harsh")
+WALKS = ("legs-contact", "harsh")
 SHOWN = ("knee", "hip_pitch")
 PAPER = 10.0
 """Cutoff that the paper takes [Hz]."""
@@ -49,7 +49,7 @@ class Spectra(NamedTuple):
 
 
 def run(quick: bool) -> Study:
-    exact = get_walk("right-knee-contact", quick)
+    exact = get_walk("legs-contact", quick)
     realistic = measure(exact.log, sensors_for(exact.log, get_profile("realistic"), SEED))
     walks = {"exact": exact, "realistic": replace(exact, log=realistic), "harsh": get_walk("harsh", quick)}
     found = {name: _spectra(walk) for name, walk in walks.items()}
