@@ -40,6 +40,8 @@ WINDOWS = (9, 15, 21, 31)
 UNITS = ("N m s/rad", "N m", "1", "rad/s", "N m", "s/rad")
 SYMBOLS = ("Fv", "Fc", "S", "vs", "offset", "a")
 TITLES = ("viscous", "Coulomb", "Stribeck gain", "Stribeck velocity", "offset", "slope")
+TURNING = ("right_hip_pitch", "right_knee", "left_hip_pitch", "left_knee")
+"""Joints that turn back quickly."""
 BENT = (2, 3, 5)
 """Parameters that reversals bend."""
 
@@ -49,8 +51,8 @@ def run(quick: bool) -> Study:
     settings = {name: _short(each, quick) for name, each in FITS.items()}
     fits = {name: identified(both, each) for name, each in settings.items()}
     # two steps straight hold no joint's friction
-    straight = fits["both"] if quick else identified(get_walk("straight"), settings["both"])
-    found = {"straight": straight, "straight-and-sideways": fits["both"]}
+    ahead = fits if quick else {name: identified(get_walk("straight"), each) for name, each in settings.items()}
+    found = {"straight": ahead["both"], "straight-and-sideways": fits["both"]}
     logs = {name: measure(both.log, sensors_for(both.log, get_profile(name), SEED)) for name in SENSORS}
     noisy = {
         name: {fit: identified(both, settings[fit], log) for fit in ("as `identify` comes", "both")}
@@ -65,6 +67,7 @@ def run(quick: bool) -> Study:
         "found": found,
         "truth": truth,
         "fits": {name: mean_and_worst(rows) for name, rows in fits.items()},
+        "straight_slopes": {name: [rows[joint]["error"][5] for joint in TURNING] for name, rows in ahead.items()},
         "noisy": {name: {fit: _noisy(rows) for fit, rows in fits.items()} for name, fits in noisy.items()},
         "windows": windows,
     }
@@ -177,6 +180,8 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "weak": str(len(weak)),
         "weak-worst": f"{max(abs(straight[joint]['error'][0]) for joint in JOINTS):.0f} %",
         "straight-known": f"{max(map(abs, known)):.1f} %",
+        **{f"straight-{label}": _span(numbers["straight_slopes"][fit]) for label, fit in SPANS.items()},
+        "paper-slopes": _span([paper["straight"][joint]["error"][5] for joint in TURNING]),
         "mean": _errors(fits["both"]["mean"]),
         "paper-mean": _errors(mean_and_worst(paper["straight-and-sideways"])["mean"]),
         "plain-slope": f"{fits['as `identify` comes']['worst'][5]:.2g} %",
@@ -190,6 +195,14 @@ def texts(numbers: Numbers) -> dict[str, str]:
             for name, fits in noisy.items()
         },
     }
+
+
+SPANS = {"plain": "as `identify` comes", "averaged": "law averaged", "heeded": "outliers heeded less", "both": "both"}
+
+
+def _span(errors: Iterable[float]) -> str:
+    sizes = [abs(error) for error in errors]
+    return f"{min(sizes):.2g} to {max(sizes):.2g} %"
 
 
 def _errors(values: Iterable[float]) -> str:
