@@ -216,7 +216,7 @@ def _table(paper: Numbers, found: Numbers) -> str:
     for joint, row in found.items():
         name, printed = joint.replace("_", " "), paper[joint]
         cells = [
-            f"{value:.4g} ({error:.2f} %)" for value, error in zip(printed["found"], printed["error"], strict=True)
+            f"{value:.4g}<br>{error:.2f} %" for value, error in zip(printed["found"], printed["error"], strict=True)
         ]
         rows.append((name, "paper", *cells))
         ours = zip(row["value"], row["half_width"], row["error"], row["weak"], strict=True)
@@ -227,8 +227,8 @@ def _table(paper: Numbers, found: Numbers) -> str:
 def _cell(value: float, half_width: float, error: float, weak: float) -> str:
     if np.isnan(value):
         return "–"
-    text = f"{value:.4g} ± {half_width:.1g} ({abs(error):.2f} %)"
-    return f"*{text} weak*" if weak else text
+    size = f"{abs(error):.2f} %"
+    return f"{value:.4g} ± {half_width:.1g}<br>{f'*{size}, weak*' if weak else size}"
 
 
 def _reason(joint: str, row: Numbers, paper: Numbers) -> tuple[str, ...]:
