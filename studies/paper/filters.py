@@ -131,11 +131,11 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "slope": "slope [s/rad]",
     }
     rows = [
-        (_name(name, numbers["equal_cutoff"]), *(f"{row[key]:.2g}" for key in columns))
+        (_name(name, numbers["equal_cutoff"]), *(_short(row[key]) for key in columns))
         for name, row in numbers["filters"].items()
     ]
     rows += [
-        (f"{_name(name, 0)}, {label}", *(f"{row[key]:.2g}" for key in columns))
+        (f"{_name(name, 0)}, {label}", *(_short(row[key]) for key in columns))
         for case, label in (("torque_too", "torque too"), ("law_averaged", "law averaged"))
         for name, row in numbers[case].items()
     ]
@@ -161,6 +161,10 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "torque-31": f"{numbers['torque_too']['31']['slow']:.2g} N m",
         "torque-151": f"{numbers['torque_too']['151']['slow']:.2g} N m",
     }
+
+
+def _short(value: float) -> str:
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
 
 
 def _name(name: str, equal: float) -> str:

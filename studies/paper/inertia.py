@@ -147,7 +147,10 @@ def texts(numbers: Numbers) -> dict[str, str]:
     tables = {
         key: markdown_table(
             head,
-            [(joint.replace("_", " "), *(f"{row[name][key]:.2g}" for name in LABELS)) for joint, row in joints.items()],
+            [
+                (joint.replace("_", " "), *(f"{round(row[name][key], 3) + 0.0:.3f}" for name in LABELS))
+                for joint, row in joints.items()
+            ],
         )
         for key in ("shift", "split")
     }
