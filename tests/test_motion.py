@@ -10,6 +10,7 @@ from stribeck.errors import LogError, SettingsError
 from stribeck.motion import choose_cutoff, make_filter, resolve_auto, savgol_cutoff, savgol_kernels, savgol_window
 from stribeck.motion.butterworth import SETTLED, butterworth_sections, filter_derivatives
 from stribeck.motion.convolution import correlate_valid
+from stribeck.motion.spectrum import average_spectra
 from stribeck.settings import FilterSettings
 
 PERIOD = 0.002
@@ -368,6 +369,19 @@ class TestChosenCutoff:
         both = choose_cutoff([np.hstack([slow, fast]) + noise], self.rate)
         assert both.window == choose_cutoff([fast + noise[:, 1:]], self.rate).window
         assert both.window < choose_cutoff([slow + noise[:, :1]], self.rate).window
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_legs_that_swing_in_turn_are_heard_in_many_parts(self, seed):
+        """Two joints, each there in two short stretches of four, as in a walk of five steps."""
+        position, acceleration = self.motion([2.0, 9.0])
+        position = position + self.noise(1e-5, seed=seed)
+        acceleration = acceleration + self.noise(5.0, seed=seed + 10)
+        whole = choose_cutoff([acceleration], self.rate, [position])
+        rows = [slice(700 * k, 700 * k + 650) for k in range(4)]
+        there = [np.where(np.arange(2) == k % 2, acceleration[run], np.nan) for k, run in enumerate(rows)]
+        places = [position[run] for run in rows]
+        assert average_spectra(there, places, self.rate).parts.min() >= 8
+        assert 0.7 < choose_cutoff(there, self.rate, places).cutoff / whole.cutoff < 3.0
 
     def test_a_joint_at_rest_has_no_say(self):
         _, acceleration = self.motion([3.0])

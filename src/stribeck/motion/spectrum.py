@@ -65,7 +65,7 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
     LogError
         If no stretch has 64 samples.
     """
-    length = _part_length([len(stretch) for stretch in first], rate)
+    length = _part_length(np.array([np.isfinite(stretch).sum(axis=0) for stretch in first]), rate)
     window = hann(length, sym=False)
     samples_per_power = 2 / (rate * np.sum(window**2))
     joints = first[0].shape[1]
@@ -93,17 +93,27 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
     )
 
 
-def _part_length(stretches: list[int], rate: float) -> int:
-    """Return a length that most of the samples can fill and that gives several parts."""
-    if max(stretches, default=0) < MIN_SAMPLES:
+def _part_length(samples: NDArray[np.int64], rate: float) -> int:
+    """Return a length that most samples of every signal can fill and that gives several parts of each.
+
+    Parameters
+    ----------
+    samples
+        Of each signal in each stretch, shape (stretches, n).
+    rate
+        [Hz]
+    """
+    longest = samples.max(axis=0)
+    if longest.max() < MIN_SAMPLES:
         raise LogError(
-            f"log: the longest usable stretch has {max(stretches, default=0)} samples; choosing a filter from the "
+            f"log: the longest usable stretch has {longest.max()} samples; choosing a filter from the "
             f"spectrum takes {MIN_SAMPLES}, so set [identify.filter] kind = 'savitzky-golay' and a window"
         )
-    ordered = np.sort(stretches)[::-1]
-    filled = np.cumsum(ordered)
-    typical = int(ordered[np.searchsorted(filled, filled[-1] / 2)])
-    return max(MIN_SAMPLES, min(typical, int(filled[-1]) // MIN_PARTS, int(MAX_PART * rate)))
+    ordered = -np.sort(-samples[:, longest >= MIN_SAMPLES], axis=0)
+    filled = ordered.cumsum(axis=0)
+    half = np.argmax(2 * filled >= filled[-1], axis=0)  # half of a signal's samples are in stretches this long
+    typical = int(np.take_along_axis(ordered, half[None], axis=0).min())
+    return max(MIN_SAMPLES, min(typical, int(filled[-1].min()) // MIN_PARTS, int(MAX_PART * rate)))
 
 
 def _transform(signal: Array, window: Array) -> tuple[NDArray[np.complex128], NDArray[np.bool_]]:
