@@ -161,8 +161,8 @@ class TestFlags:
         for phase in phases[1:-1]:
             calm = (phase.calm_first, phase.calm_last)
             if phase.kind == "single":
-                assert calm == (phase.start + 20, phase.stop - 10)  # 0.10 s and 0.05 s at 200 Hz
-                assert (phase.first, phase.last) == calm
+                assert (phase.first, phase.last) == (phase.start + 20, phase.stop - 10)  # 0.10 s and 0.05 s at 200 Hz
+                assert calm == (phase.start + 30, phase.stop - 30)  # both times at both ends
             else:  # the weight shifts all the time
                 assert calm == (phase.start, phase.start)
                 assert (phase.first, phase.last) == (phase.start, phase.stop)

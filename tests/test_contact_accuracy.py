@@ -33,7 +33,7 @@ def upper_body() -> dict[str, Row]:
 def test_arms_and_waist_get_the_verdict_that_their_numbers_deserve() -> None:
     upper = upper_body()
     assert len(upper) == 13
-    assert all(abs(row.coulomb) < 0.05 for row in upper.values() if row.verdict == "identified")
+    assert all(abs(row.coulomb) < 0.01 for row in upper.values() if row.verdict == "identified")
     still = [joint for joint, row in upper.items() if row.verdict == "not excited"]
     assert {joint.split("_", 1)[1] for joint in still} >= {"wrist_1", "wrist_2", "shoulder_3"}
 

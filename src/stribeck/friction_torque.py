@@ -121,6 +121,7 @@ def friction_torque(
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
     known = robot.torque_controlled
+    swinging = np.array([_swinging(robot, support.feet)[known] for support in supports])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
     for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
@@ -146,7 +147,7 @@ def friction_torque(
                 velocity=state.velocity[:, known],
                 acceleration=state.acceleration[:, known],
                 friction_torque=friction[:, known],
-                usable=usable[:, known] & calm[rows, None],
+                usable=usable[:, known] & (calm[rows, None] | swinging[support]),
                 block=block_of_row[rows],
                 support=name_of[support],
                 support_names=names,
@@ -179,7 +180,7 @@ def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
 def _label_rows(
     used: list[tuple[SupportPhase, _Support]], supports: tuple[_Support, ...], rows: int, longest: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return each row's support, -1 where it is not used, the block it belongs to, and whether a fit may use it.
+    """Return each row's support, -1 where it is not used, the block it belongs to, and whether it is calm.
 
     A block is a phase, or an equal part of one that lasts longer than `longest` rows.
     """
@@ -244,6 +245,12 @@ def _bends(
     jerk = (before - 2 * now + after) / time**2
     snap = 6 * ((after - before) / (2 * time) - state.acceleration[rows][:, columns]) / time**2
     return jerk, snap
+
+
+def _swinging(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+    """Return the joints of legs whose feet do not stand, shape (n,); there are none on a fixed base."""
+    legs = robot.standing(tuple(robot.contacts))
+    return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
 
 
 def _leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:

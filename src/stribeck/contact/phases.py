@@ -31,7 +31,8 @@ class SupportPhase:
     first, last
         Rows [first, last) are worked through; none where `last == first`.
     calm_first, calm_last
-        Rows [calm_first, calm_last) of these are clear of touch-downs and lift-offs: a fit may use them.
+        Rows [calm_first, calm_last) of these are so clear of touch-downs and lift-offs that the standing feet have come
+        to rest: a fit may use any joint. Of swinging legs, which hardly feel it, it may use all rows.
     """
 
     start: int
@@ -77,11 +78,10 @@ def phases_of_segment(
     """Cut a segment into phases; together they are the whole segment.
 
     A phase loses `trim_start` after its beginning and `trim_end` before its end, because the lift-off and the
-    touch-down there are impacts: standing feet rock and slip a little, which the whole robot feels. Where it begins or
-    ends with the segment there is no such event, and nothing is trimmed. A phase in which all feet stand is still
-    worked through as a whole, but only what is clear of both times together at both ends may be fitted: the weight
-    shifts from foot to foot, and the one that bears little rocks. A phase shorter than `min_duration` keeps its place,
-    but nothing of it remains.
+    touch-down there are impacts; one in which all feet stand is worked through as a whole. Standing feet rock and slip
+    a little afterwards, and while the weight shifts from foot to foot: a phase is calm where it is clear of both times
+    together at both ends. Where it begins or ends with the segment there is no such event, and nothing is trimmed. A
+    phase shorter than `min_duration` keeps its place, but nothing of it remains.
 
     Parameters
     ----------
@@ -101,13 +101,16 @@ def phases_of_segment(
         here = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
         swinging = len(here) < len(feet)
         both = settings.trim_start + settings.trim_end
-        after, before = (settings.trim_start, settings.trim_end) if swinging else (both, both)
-        calm_first = _row_after(time, start, after, period) if start > segment.start else start
-        calm_last = _row_before(time, stop, before, period) if stop < segment.stop else stop
-        too_short = (stop - start) * period < settings.min_duration
-        if calm_last <= calm_first or too_short:
-            calm_first = calm_last = start
-        first, last = (calm_first, calm_last) if swinging or too_short else (start, stop)
+        first, last = start, stop
+        calm_first = _row_after(time, start, both, period) if start > segment.start else start
+        calm_last = _row_before(time, stop, both, period) if stop < segment.stop else stop
+        if swinging:
+            first = _row_after(time, start, settings.trim_start, period) if start > segment.start else start
+            last = _row_before(time, stop, settings.trim_end, period) if stop < segment.stop else stop
+        if last <= first or (stop - start) * period < settings.min_duration:
+            first = last = start
+        if calm_last <= calm_first or last == first:
+            calm_first = calm_last = first
         phases.append(
             SupportPhase(
                 start=start,
