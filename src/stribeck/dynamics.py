@@ -103,16 +103,26 @@ def rooted_inverse_dynamics(
 def joint_inertia(rooted: RootedModel, position: Array) -> Array:
     """Return the joint-space inertia matrix of the rooted tree, shape (T, n, n), in the robot's order.
 
-    With the root a standing foot this is the paper's `M_mod` of (5.13). Pinocchio has no batched call for it.
+    With the root a standing foot this is the paper's `M_mod` of (5.13).
+    """
+    size = rooted.root_size
+    return inertia_matrix(rooted, position)[:, size:, size:]
+
+
+def inertia_matrix(rooted: RootedModel, position: Array) -> Array:
+    """Return the inertia matrix of the rooted tree, a floating root first, then the joints in the robot's order.
+
+    Shape (T, r + n, r + n) with r = 6 for a floating root, in its own coordinates, and 0 for a fixed one. Pinocchio has
+    no batched call for it.
     """
     model, size, columns = rooted.model, rooted.root_size, rooted.columns
     data = model.createData()
     configuration = pin.neutral(model)
-    upper = np.empty((len(position), len(columns), len(columns)))
+    upper = np.empty((len(position), model.nv, model.nv))
     for k, row in enumerate(position):
         configuration[model.nq - len(columns) :] = row[columns]
-        upper[k] = pin.crba(model, data, configuration)[size:, size:]
+        upper[k] = pin.crba(model, data, configuration)
     upper = np.triu(upper)
-    order = np.argsort(columns)  # of the model's joints by the robot's
+    order = np.concatenate([np.arange(size), size + np.argsort(columns)])  # of the model's joints by the robot's
     matrix = upper + np.triu(upper, 1).transpose(0, 2, 1)
     return np.asarray(matrix[:, order[:, None], order])

@@ -42,12 +42,17 @@ class RootedModel:
         Robot joint of each of the model's joints, in the model's order, shape (n,).
     floating
         Whether the root is free: configuration and velocity then start with 7 and 6 root entries.
+    axes
+        Of each of the model's joints, in the model's order.
+    bodies
+        Where the bodies of the tree that was re-rooted are: by its joint, the joint here and the pose in its frame.
     """
 
     model: pin.Model
     columns: NDArray[np.int64]
     floating: bool
     axes: tuple[Axis, ...]
+    bodies: dict[int, tuple[int, pin.SE3]]
 
     @property
     def root_size(self) -> int:
@@ -163,7 +168,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     first = rooted.nq - len(limits)
     lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
     rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
-    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes))
+    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
 
 
 def _carry_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[int, pin.SE3]], base: int) -> None:

@@ -1,0 +1,107 @@
+"""The weak form of the equation of motion over a stretch of a log, as the whole-log fit takes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stribeck.log import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Corrections:
+    """What the columns of `WeakEquations.columns` correct, in this order.
+
+    Attributes
+    ----------
+    bodies
+        Names of the bodies whose inertial parameters are corrected, ten columns each.
+    inertial_parameters
+        What the model says of them, shape (bodies, 10).
+    gains
+        Number of torque sensors whose gain is corrected [1].
+    zeros
+        Number of encoders whose zero is corrected [rad].
+    tilts
+        Number of axes of the root link about which its orientation is corrected [rad].
+    """
+
+    bodies: tuple[str, ...] = ()
+    inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
+    gains: int = 0
+    zeros: int = 0
+    tilts: int = 0
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return self.inertial_parameters.size + self.gains + self.zeros + self.tilts
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WeakEquations:
+    """K windows of one stretch of one support, m equations each, of the friction of n joints.
+
+    With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k what the contacts leave observable,
+
+        P_k^T W_k[r] = P_k^T W_k[R(v)] + (columns times corrections of the model) + error
+
+    Both sides pass the same window, so that smoothing costs no accuracy. The error's covariance between windows k and
+    l = k + j is
+
+        rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
+            + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
+
+    The levels of the last two terms are not known beforehand: how much the root accelerates that is taken to stand, or is
+    tilted otherwise than measured, and what is wrong with the model.
+
+    Attributes
+    ----------
+    time
+        Of the windows' centres [s], shape (K,).
+    residual
+        Left side [N m], shape (K, m).
+    velocity
+        At the full rate [rad/s], shape (T, n).
+    taps, step
+        Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
+        `k step ... k step + L - 1` of `velocity`.
+    projection
+        P_k^T, shape (K, m, n); None where every joint has an equation of its own.
+    encoder_response
+        G_k: what an error of a joint's acceleration does to the left side [kg m^2], shape (K, m, encoders).
+    root_response
+        B_k: what an acceleration of the root does to it [kg], [kg m], shape (K, m, 6); (K, m, 0) for a fixed base.
+    encoder_noise, torque_noise
+        Standard deviations [rad], shape (encoders,), and [N m], shape (n,).
+    acceleration_overlap, torque_overlap
+        rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to `LAGS`.
+    columns
+        Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
+    block
+        Number of the step or second the stretch belongs to.
+    """
+
+    time: Array
+    residual: Array
+    velocity: Array
+    taps: Array
+    step: int
+    projection: Array | None
+    encoder_response: Array
+    root_response: Array
+    encoder_noise: Array
+    torque_noise: Array
+    acceleration_overlap: Array
+    torque_overlap: Array
+    columns: Array | None
+    block: int
+
+    @property
+    def weights(self) -> Array:
+        """P_k^T, or the identity, shape (K, m, n)."""
+        if self.projection is not None:
+            return self.projection
+        joints = self.velocity.shape[1]
+        return np.broadcast_to(np.eye(joints), (len(self.residual), joints, joints))

@@ -1,0 +1,118 @@
+"""Friction laws of all joints as values at the nodes, and what is believed of their parameters beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.friction import FrictionLaw
+from stribeck.identification.descent import to_external, to_internal
+from stribeck.identification.whole_log.nodes import Nodes
+from stribeck.log import Array
+
+WIDE = 100.0
+"""How many times the joint's own torque or speed a parameter may be, before the log speaks [1]."""
+
+SCALE_SPREAD = 2.0
+"""Standard deviation of a scale's logarithm around the middle of its starts [1]: a factor of seven."""
+
+PURE_NUMBER_SPREAD = 3.0
+"""Standard deviation of a parameter without unit, e.g. the Stribeck gain, around zero [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """The same law for n joints with p parameters each.
+
+    Attributes
+    ----------
+    law
+        Friction law.
+    nodes
+        Velocities at which the curves are evaluated.
+    top_speed, torque
+        Scales of each joint [rad/s], [N m], shape (n,).
+    """
+
+    law: FrictionLaw
+    nodes: Nodes
+    top_speed: Array
+    torque: Array
+
+    @property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """Which parameters are fitted by their logarithm, shape (p,)."""
+        return np.array([parameter.logarithmic for parameter in self.law.parameters])
+
+    @property
+    def bounds(self) -> Array:
+        """Bounds of the internal coordinates, shape (2, p)."""
+        bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.law.parameters]).T
+        return to_internal(bounds, self.logarithmic)
+
+    def external(self, internal: Array) -> Array:
+        """Return parameter values, shape (n, p), from internal coordinates, shape (n, p)."""
+        return to_external(internal, self.logarithmic)
+
+    def torque_at_nodes(self, internal: Array) -> Array:
+        """Return the friction torque at all nodes [N m], shape (n N,)."""
+        values = self.external(internal)
+        return np.concatenate([self.law.torque(v, p) for v, p in zip(self.nodes.velocity, values, strict=True)])
+
+    def jacobians(self, internal: Array) -> Array:
+        """Return its derivatives by each joint's own internal coordinates, shape (n, N, p)."""
+        values = self.external(internal)
+        factor = np.where(self.logarithmic, values, 1.0)
+        jacobians = [self.law.jacobian(v, p) for v, p in zip(self.nodes.velocity, values, strict=True)]
+        return np.stack(jacobians) * factor[:, None, :]
+
+    def prior(self) -> tuple[Array, Array]:
+        """Return mean and standard deviation of the internal coordinates before the log speaks, shape (n, p) each."""
+        count = len(self.law.parameters)
+        mean, spread = np.zeros((2, len(self.top_speed), count))
+        units = {"N m": self.torque, "N m s/rad": self.torque / self.top_speed, "rad/s": self.top_speed}
+        for k, parameter in enumerate(self.law.parameters):
+            if parameter.logarithmic:
+                middle = float(np.mean(np.log(parameter.starts)))
+                mean[:, k] = middle + parameter.start_speed_power * np.log(self.top_speed)
+                spread[:, k] = SCALE_SPREAD
+            elif parameter.unit in units:
+                spread[:, k] = WIDE * units[parameter.unit]
+            else:
+                spread[:, k] = PURE_NUMBER_SPREAD
+        return mean, spread
+
+    def shapes(self) -> Iterator[list[dict[str, float]]]:
+        """Yield two sets of nonlinear parameters to start from, each by joint: bends at low and at higher speeds."""
+        nonlinear = [parameter for parameter in self.law.parameters if parameter.starts]
+        for place in (1 / 3, 2 / 3):
+            yield [
+                {
+                    p.name: float(np.quantile(p.starts, place, method="nearest") * speed**p.start_speed_power)
+                    for p in nonlinear
+                }
+                for speed in self.top_speed
+            ]
+
+    def linear_start(self, shapes: list[dict[str, float]], gram: Array, right: Array) -> Array:
+        """Return internal coordinates, shape (n, p), from a linear fit of all joints with given nonlinear parameters."""
+        bases = [self.law.basis(v, shape) for v, shape in zip(self.nodes.velocity, shapes, strict=True)]
+        count, size = bases[0].shape
+        joints = len(bases)
+        half = np.concatenate(
+            [gram[:, k * count : (k + 1) * count] @ basis for k, basis in enumerate(bases)], axis=1
+        )  # gram times the block-diagonal basis
+        matrix = np.concatenate([basis.T @ half[k * count : (k + 1) * count] for k, basis in enumerate(bases)])
+        vector = np.concatenate([basis.T @ right[k * count : (k + 1) * count] for k, basis in enumerate(bases)])
+        ridge = 1e-6 * np.diag(matrix) + 1e-9 * float(np.max(np.diag(matrix)))
+        coefficients = np.linalg.solve(matrix + np.diag(ridge), vector).reshape(joints, size)
+        free = list(self.law.free_coefficients)
+        bounded = [k for k in range(size) if k not in free]
+        least = 1e-2 * self.torque[:, None]
+        coefficients[:, bounded] = np.maximum(coefficients[:, bounded], least)
+        values = np.stack([self.law.from_linear(c, s) for c, s in zip(coefficients, shapes, strict=True)])
+        low, high = self.bounds
+        return np.clip(to_internal(values, self.logarithmic), low, high)

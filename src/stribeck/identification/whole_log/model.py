@@ -1,0 +1,58 @@
+"""Corrections of model and calibration in units of what is believed of them before the log speaks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.equations import Corrections
+from stribeck.identification.whole_log.bodies import Bodies, bodies_of
+from stribeck.log import Array
+from stribeck.pseudo_inertia import SIZE
+
+GAIN, ZERO, TILT = 0.01, 2e-3, 5e-3
+"""How wrong sensors are believed to be: torque gains [1], encoder zeros [rad], orientation of the IMU [rad]."""
+
+SUM_OF_GAINS = 1e-3
+"""How far the mean gain may be from 1, in units of `GAIN`: one gain common to all torques is friction's own scale."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelCorrections:
+    """Corrections x of the equations' columns as functions of c coordinates with unit prior.
+
+    Attributes
+    ----------
+    corrections
+        What there is to correct.
+    bodies
+        Where the inertias start from.
+    precision
+        Inverse covariance of the coordinates before the log speaks, shape (c, c).
+    """
+
+    corrections: Corrections
+    bodies: Bodies
+    precision: Array
+
+    def values(self, coordinates: Array) -> tuple[Array, Array]:
+        """Return x, shape (c,), and the bodies' derivatives, shape (L, 10, 10); the others' are `scales`."""
+        inertial = self.corrections.inertial_parameters.size
+        changes, slopes = self.bodies.corrections(coordinates[:inertial].reshape(-1, SIZE))
+        return np.concatenate([changes.ravel(), self.scales * coordinates[inertial:]]), slopes
+
+    @property
+    def scales(self) -> Array:
+        """Units of the calibration's coordinates."""
+        c = self.corrections
+        return np.repeat([GAIN, ZERO, TILT], [c.gains, c.zeros, c.tilts])
+
+
+def model_corrections(corrections: Corrections) -> ModelCorrections:
+    """Return the coordinates of what there is to correct, with its prior."""
+    precision = np.eye(corrections.size)
+    inertial, gains = corrections.inertial_parameters.size, corrections.gains
+    if gains:
+        precision[inertial : inertial + gains, inertial : inertial + gains] += 1 / (gains * SUM_OF_GAINS) ** 2
+    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), precision)

@@ -1,0 +1,1 @@
+"""From a log to the weak form of its equation of motion: what the whole-log fit weighs."""
