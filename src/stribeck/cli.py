@@ -51,7 +51,7 @@ def identify(
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
     law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAWS)}.")] = None,
-    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit.")] = None,
+    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
 ) -> None:

@@ -53,8 +53,8 @@ class WeakEquations:
         rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
             + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
 
-    The levels of the last two terms are not known beforehand: how much the root accelerates that is taken to stand, or is
-    tilted otherwise than measured, and what is wrong with the model.
+    The levels of the last two terms are not known beforehand: how much the root accelerates that is taken to stand, or
+    is tilted otherwise than measured, and what is wrong with the model.
 
     Attributes
     ----------
@@ -76,11 +76,10 @@ class WeakEquations:
     encoder_noise, torque_noise
         Standard deviations [rad], shape (encoders,), and [N m], shape (n,).
     acceleration_overlap, torque_overlap
-        rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to `LAGS`.
+        rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to the last
+        that they reach.
     columns
         Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
-    block
-        Number of the step or second the stretch belongs to.
     """
 
     time: Array
@@ -96,7 +95,6 @@ class WeakEquations:
     acceleration_overlap: Array
     torque_overlap: Array
     columns: Array | None
-    block: int
 
     @property
     def weights(self) -> Array:

@@ -22,6 +22,7 @@ from stribeck.settings import Settings
 from stribeck.survey import Progress, Survey, quiet, survey
 from stribeck.threads import one_blas_thread
 from stribeck.version import __version__
+from stribeck.whole_log import WholeLog, find_whole_log
 
 UNPHYSICAL = 0.4
 """Share of samples with positive friction power above which a joint's signals or model must be wrong."""
@@ -65,8 +66,13 @@ def identify(
     settings = settings or robot.settings
     law = get_law(settings.law)
     _refuse_unknown_joints(settings, robot)
+    _refuse_unused(settings)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     with one_blas_thread(), friction_table(table) if table else nullcontext(_drop) as write:
+        found = find_whole_log(sources, robot, law, settings, progress) if settings.method == "whole-log" else None
+        if found:
+            robot, sources = found.robot, list(found.logs)
+            settings = settings.model_copy(update={"standing_legs": True})
         surveys: list[Survey] = []
         for k, source in enumerate(sources):
             surveys.append(survey(source, k, len(sources), robot, settings, write, progress))
@@ -74,12 +80,12 @@ def identify(
             settings = settings.model_copy(update={"filter": surveys[0].filter_settings})
         progress("fitting", 0.0)
         samples = join_logs([part.samples for part in surveys])
-        fits = fit_law(samples, law, settings)
-        joints = judge(fits, samples, law, settings)
+        fits = found.fits if found else fit_law(samples, law, settings)
+        joints = judge(fits, samples, law, settings, found.validations if found else None)
         if all(joint.verdict == "not excited" for joint in joints.values()):
             reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
             raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
-    return _result(robot, settings, surveys, samples, fits, joints)
+    return _result(robot, settings, surveys, samples, fits, joints, found)
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
@@ -93,6 +99,18 @@ def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
         )
 
 
+def _refuse_unused(settings: Settings) -> None:
+    """Refuse settings that the method whole-log does not listen to."""
+    if settings.method != "whole-log":
+        return
+    for key in ("fit_armature", "loss", "double_support"):
+        value = getattr(settings, key)
+        if value != Settings.model_fields[key].default:
+            raise SettingsError(
+                f"[identify] {key} is {value!r}, which the method 'whole-log' does not use; leave it out"
+            )
+
+
 def _drop(*_: object) -> None:
     """Write nowhere."""
 
@@ -104,6 +122,7 @@ def _result(
     samples: Samples,
     fits: dict[str, JointFit],
     joints: dict[str, JointResult],
+    found: WholeLog | None,
 ) -> Result:
     """Put the findings together."""
     filters = tuple(dict.fromkeys(part.filter_name for part in surveys))
@@ -125,7 +144,9 @@ def _result(
             *robot.warnings,
             *(warning for part in surveys for warning in part.warnings),
             *_energy_fed_in(joints),
+            *(found.warnings if found else ()),
         ],
+        corrections=found.corrections if found else None,
         stribeck=__version__,
         evidence=Evidence(
             samples=_without_armature(samples, fits),

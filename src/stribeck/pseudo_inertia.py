@@ -1,7 +1,7 @@
 """A body's ten inertial parameters, and the 4 x 4 matrix that is positive definite for every body that can exist.
 
-The parameters are Pinocchio's: mass m [kg], first moments m c [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz [kg m^2] about the
-origin. With Sigma = tr(I)/2 - I the pseudo-inertia is (Wensing, Kim, Slotine 2018)
+The parameters are Pinocchio's: mass m [kg], first moments m c [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz [kg m^2] about
+the origin. With Sigma = tr(I)/2 - I the pseudo-inertia is (Wensing, Kim, Slotine 2018)
 
     P = [ Sigma    m c ]
         [ (m c)^T  m   ]

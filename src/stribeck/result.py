@@ -56,6 +56,36 @@ class JointResult:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BodyCorrection:
+    """What the log says about a body's inertia; before and after, in the frame of the joint that carries the body.
+
+    `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass [kg m^2]. `known` is the share of what was
+    uncertain about the body beforehand that the log has settled, from 0 to 1.
+    """
+
+    mass: tuple[float, float]
+    mass_error: float
+    centre_of_mass: tuple[tuple[float, ...], tuple[float, ...]]
+    centre_of_mass_error: tuple[float, ...]
+    inertia: tuple[tuple[float, ...], tuple[float, ...]]
+    known: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Corrections:
+    """What a whole log says beside friction.
+
+    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. Gains [1] and zeros [rad] are
+    (value, standard error), to be taken off.
+    """
+
+    chi_square: float
+    bodies: dict[str, BodyCorrection] = field(default_factory=dict)
+    torque_gain: dict[str, tuple[float, float]] = field(default_factory=dict)
+    encoder_zero: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class LogSummary:
     """Which log, and how much of it was used; for several logs `path` and `sha256` are lists."""
 
@@ -117,6 +147,7 @@ class Result:
     joints: dict[str, JointResult]
     warnings: list[str]
     stribeck: str
+    corrections: Corrections | None = None
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
 
@@ -130,6 +161,7 @@ class Result:
             "law": self.law,
             "method": self.method,
             "joints": {name: asdict(joint) for name, joint in self.joints.items()},
+            **({"corrections": asdict(self.corrections)} if self.corrections else {}),
             "warnings": self.warnings,
         }
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
@@ -157,6 +189,7 @@ def read_result(path: str | Path) -> Result:
             **{key: document[key] for key in ("schema", "stribeck", "robot", "law", "method", "warnings")},
             log=LogSummary(**document["log"]),
             joints={name: _joint_from_plain(joint) for name, joint in document["joints"].items()},
+            corrections=_corrections_from_plain(document["corrections"]) if "corrections" in document else None,
         )
     except (KeyError, TypeError) as error:
         raise SettingsError(f"{path}: key {error} is missing or unknown; expected a result.json") from error
@@ -174,6 +207,19 @@ def _joint_from_plain(plain: dict[str, Any]) -> JointResult:
         "velocity_range": tuple(plain["velocity_range"]),
     }
     return JointResult(**{**plain, **changed})
+
+
+def _corrections_from_plain(plain: dict[str, Any]) -> Corrections:
+    pairs = {key: {name: tuple(pair) for name, pair in plain[key].items()} for key in ("torque_gain", "encoder_zero")}
+    bodies = {name: BodyCorrection(**_with_tuples(body)) for name, body in plain["bodies"].items()}
+    return Corrections(**{**plain, **pairs, "bodies": bodies})
+
+
+def _with_tuples(value: Any) -> Any:
+    """Return plain JSON whose lists are tuples."""
+    if isinstance(value, dict):
+        return {key: _with_tuples(inner) for key, inner in value.items()}
+    return tuple(_with_tuples(inner) for inner in value) if isinstance(value, list) else value
 
 
 @contextmanager

@@ -108,7 +108,10 @@ class Settings(Table):
     """`[identify]`: everything that `identify` can be told."""
 
     law: str = "stribeck"
-    method: Literal["curve-fit"] = "curve-fit"
+    method: Literal["curve-fit", "whole-log"] = "curve-fit"
+    corrections: Literal["none", "inertia", "calibration"] = (
+        "inertia"  # of the model, found beside friction (whole-log)
+    )
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
     tilt: Literal["auto", "imu", "flat"] = "auto"

@@ -19,26 +19,36 @@ from stribeck.settings import Settings
 POWER_DEAD_ZONE = 1e-3
 """Share [1] of rms velocity times rms torque: less power than this, of either sign, is rounding or standstill."""
 
+NOT_FITTED = "it moves too little where the method can use the log"
+"""Of a joint that the samples show to move, but not on the supports that a fit used."""
+
 
 def judge(
-    fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
+    fits: Mapping[str, JointFit],
+    samples: Samples,
+    law: FrictionLaw,
+    settings: Settings,
+    validations: Mapping[str, Validation] | None = None,
 ) -> dict[str, JointResult]:
     """Return what the samples say about every joint, in the order of `samples.joint_names`.
 
     A joint that does not move enough gets no numbers. A parameter is weak if it sits on a bound or its 95 % interval
     is wider than its value; an offset may well be zero, so its interval is compared with Coulomb friction where that
     is larger. A joint is weak if one of its parameters is, or if its law is no better than zero friction on blocks
-    that the fit did not see.
+    that the fit did not see. `validations` are those of a fit that held out other parts of the log than blocks of the
+    samples; None where it held out those.
     """
     results = {}
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
         prismatic = samples.slides(column)
         moved = excitation(problem, prismatic)
-        if moved.reason:
+        if moved.reason or joint not in fits:
             results[joint] = _not_excited(moved)
         else:
-            results[joint] = _judge_joint(fits[joint], problem, moved, settings.holdout, prismatic)
+            fit = fits[joint]
+            validation = validations[joint] if validations else _validation(fit, problem, settings.holdout)
+            results[joint] = _judge_joint(fit, problem, moved, validation, prismatic)
     return results
 
 
@@ -46,16 +56,16 @@ def _not_excited(moved: Excitation) -> JointResult:
     return JointResult(
         parameters={},
         verdict="not excited",
-        reason=moved.reason,
+        reason=moved.reason or NOT_FITTED,
         samples=moved.samples,
         velocity_range=moved.velocity_range,
         reversals=moved.reversals,
     )
 
 
-def _judge_joint(fit: JointFit, problem: FitProblem, moved: Excitation, holdout: int, prismatic: bool) -> JointResult:
-    training, unseen = hold_out(problem, holdout)
-    validation = _validate(fit, training, unseen) if len(unseen.velocity) else None
+def _judge_joint(
+    fit: JointFit, problem: FitProblem, moved: Excitation, validation: Validation | None, prismatic: bool
+) -> JointResult:
     weak = is_weak(fit, problem.velocity)
     reason = why_weak(fit, weak, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction and not reason:
@@ -83,6 +93,12 @@ def _judge_joint(fit: JointFit, problem: FitProblem, moved: Excitation, holdout:
         validation=validation,
         positive_power_fraction=positive_power_fraction(fit, problem),
     )
+
+
+def _validation(fit: JointFit, problem: FitProblem, holdout: int) -> Validation | None:
+    """Return how a fit does on blocks that were held out of it, None without any."""
+    training, unseen = hold_out(problem, holdout)
+    return _validate(fit, training, unseen) if len(unseen.velocity) else None
 
 
 def _validate(fit: JointFit, training: FitProblem, unseen: FitProblem) -> Validation:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
+from stribeck.report.corrections import corrections
 from stribeck.report.figure import house_style
 from stribeck.report.heading import heading
 from stribeck.report.joint_panels import joint_panels
@@ -49,6 +50,7 @@ def write_report(result: Result, path: str | Path) -> None:
             walk(evidence.walk),
             joint_panels(result, evidence, law),
             sides(result, evidence, law),
+            corrections(result),
             power(result),
             timeline(evidence.phases, _start(evidence.stretch)),
             provenance(result, evidence),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +22,6 @@ from stribeck.weak_form.motion import Differentiator, differentiator
 from stribeck.weak_form.noise import NoiseLevels, measure_noise
 from stribeck.weak_form.stretches import Stretch, cut_stretches
 from stribeck.weak_form.window import Window, smooth_window
-
-CorrectionKind = Literal["none", "inertia", "calibration"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -57,6 +54,7 @@ class WeakForm:
         residual = (self.log.torque[stretch.first : stretch.last] - needed)[:, self.joints]
         centres = self.window.apply(state.position)
         inertia = inertia_matrix(rooted, centres)[:, rooted.root_size + self.joints]
+        lags = self.window.lags(self.filter.sharp.shape[1])
         middle = stretch.first + len(self.window.taps) // 2
         return WeakEquations(
             time=self.log.time[middle :: self.window.step][: len(centres)],
@@ -69,35 +67,35 @@ class WeakForm:
             root_response=inertia[:, :, : rooted.root_size],
             encoder_noise=self.noise.position,
             torque_noise=self.noise.torque[self.joints],
-            acceleration_overlap=self.window.overlap(self.filter.sharp[2]),
-            torque_overlap=self.window.overlap(np.ones(1)),
+            acceleration_overlap=self.window.overlap(self.filter.sharp[2], lags),
+            torque_overlap=self.window.overlap(np.ones(1), lags),
             columns=self._columns(stretch, rooted, state) if self.corrections.size else None,
-            block=stretch.block,
         )
-
 
     def _columns(self, stretch: Stretch, rooted: RootedModel, state: State) -> Array:
         """Return the columns of all corrections, shape (K, n, c)."""
-        turn = state.orientation
+        turn, smooth = state.orientation, self.window.apply
         if turn is not None:
-            turn = Orientation(*(self.window.apply(part) for part in (turn.quaternion, turn.angular_velocity)), np.empty(0))
-        smooth = State(*(self.window.apply(part) for part in (state.position, state.velocity, state.acceleration)), turn)
-        _, root = _root(self.robot, stretch.feet, smooth)
-        found = [inertia_columns(self.robot, rooted, self.joints, smooth, root)]
+            turn = Orientation(
+                smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
+            )
+        smoothed = State(smooth(state.position), smooth(state.velocity), smooth(state.acceleration), turn)
+        _, root = _root(self.robot, stretch.feet, smoothed)
+        found = [inertia_columns(self.robot, rooted, self.joints, smoothed, root)]
         if self.corrections.gains:
-            torque = self.window.apply(self.log.torque[stretch.first : stretch.last, self.joints])
+            torque = smooth(self.log.torque[stretch.first : stretch.last, self.joints])
             found.append(torque[:, :, None] * np.eye(len(self.joints)))
-            found.append(zero_columns(self.robot, rooted, self.joints, stretch.feet, smooth))
+            found.append(zero_columns(self.robot, rooted, self.joints, stretch.feet, smoothed))
         return np.concatenate(found, axis=2)
 
 
-def find_corrections(robot: Robot, joints: int, kind: CorrectionKind) -> Corrections:
+def find_corrections(robot: Robot, joints: int, settings: Settings) -> Corrections:
     """Return what is corrected: nothing, the bodies' inertias, or the calibration of the sensors as well."""
-    if kind == "none":
+    if settings.corrections == "none":
         return Corrections()
     model = robot.tree.model
     bodies = range(1, model.njoints)
-    calibration = kind == "calibration"
+    calibration = settings.corrections == "calibration"
     return Corrections(
         bodies=tuple(str(model.names[body]) for body in bodies),
         inertial_parameters=np.stack([model.inertias[body].toDynamicParameters() for body in bodies]),
@@ -115,7 +113,6 @@ def weak_form(
     segments: tuple[slice, ...],
     period: float,
     settings: Settings,
-    corrections: CorrectionKind = "none",
 ) -> WeakForm:
     """Return the weak form of a log.
 
@@ -132,9 +129,7 @@ def weak_form(
     period
         [s].
     settings
-        `tilt` is used.
-    corrections
-        Of the model, that are found beside the friction.
+        `tilt` and `corrections` are used.
     """
     columns = np.asarray(joints, dtype=np.int64)
     noise = measure_noise(log.position, log.torque, segments)
@@ -148,7 +143,7 @@ def weak_form(
         filter=kernels,
         noise=noise,
         tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
-        corrections=find_corrections(robot, len(columns), corrections),
+        corrections=find_corrections(robot, len(columns), settings),
     )
 
 

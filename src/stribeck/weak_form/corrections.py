@@ -79,15 +79,16 @@ def zero_columns(
     count = state.position.shape[1]
     columns = np.zeros((len(state.position), len(joints), count + 3))
     for k in range(count):
-        columns[:, :, k] = _difference(needed, lambda step, k=k: _with_position(state, k, step))
+        columns[:, :, k] = _difference(needed, [_with_position(state, k, step) for step in (-TURN, TURN)])
     if state.orientation is not None:
         for axis in range(3):
-            columns[:, :, count + axis] = _difference(needed, lambda step, axis=axis: _with_turn(state, axis, step))
+            moved = [_with_turn(state, axis, step) for step in (-TURN, TURN)]
+            columns[:, :, count + axis] = _difference(needed, moved)
     return columns
 
 
-def _difference(needed: Callable[[State], Array], moved: Callable[[float], State]) -> Array:
-    return (needed(moved(-TURN)) - needed(moved(TURN))) / (2 * TURN)
+def _difference(needed: Callable[[State], Array], moved: list[State]) -> Array:
+    return (needed(moved[0]) - needed(moved[1])) / (2 * TURN)
 
 
 def _with_position(state: State, joint: int, step: float) -> State:

@@ -38,7 +38,7 @@ class Differentiator:
     @property
     def margin(self) -> int:
         """Rows that are needed on either side."""
-        return max(self.smooth.shape[1], self.sharp.shape[1]) // 2
+        return int(max(self.smooth.shape[1], self.sharp.shape[1])) // 2
 
     def state(self, robot: Robot, log: RobotLog, first: int, last: int, tilted: bool) -> State:
         """Return the motion of rows [first, last), which have the margin on both sides."""

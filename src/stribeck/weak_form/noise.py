@@ -53,7 +53,7 @@ def _levels(signal: Array, segments: tuple[slice, ...]) -> Array:
     differences = np.abs(np.concatenate([np.diff(part, ORDER, axis=0) for part in parts]))
     gain = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
     white = MAD_TO_STANDARD_DEVIATION * np.median(differences, axis=0) / gain
-    return np.maximum(white, _resolution(parts) / np.sqrt(12))
+    return np.asarray(np.maximum(white, _resolution(parts) / np.sqrt(12)))
 
 
 def _resolution(parts: list[Array]) -> Array:

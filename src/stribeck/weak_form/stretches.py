@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from stribeck.contact import SupportPhase
 from stribeck.robot import Robot
@@ -16,12 +17,11 @@ LONGEST = 1.6
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows [first, last) of a log on the support of `feet`; `block` numbers the steps or seconds."""
+    """Rows [first, last) of a log on the support of `feet`."""
 
     first: int
     last: int
     feet: tuple[str, ...]
-    block: int
 
 
 def cut_stretches(
@@ -55,10 +55,7 @@ def cut_stretches(
             continue
         parts = -(-(last - first) // max(1, round(LONGEST / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
-        found += [
-            Stretch(start, stop, phase.feet, len(found) + part)
-            for part, (start, stop) in enumerate(zip(edges, edges[1:], strict=False))
-        ]
+        found += [Stretch(start, stop, phase.feet) for start, stop in pairwise(edges)]
     return tuple(found)
 
 

@@ -17,9 +17,6 @@ LENGTH = 0.041
 SPACING = 0.010
 """Of the windows [s]: a quarter of their length loses nothing."""
 
-LAGS = 5
-"""Windows further apart than this have independent errors [1]."""
-
 
 @dataclass(frozen=True, eq=False)
 class Window:
@@ -39,12 +36,16 @@ class Window:
         views = np.lib.stride_tricks.sliding_window_view(signal, len(self.taps), axis=0)[:: self.step]
         return np.asarray(views @ self.taps)
 
-    def overlap(self, kernel: Array) -> Array:
-        """Return how errors of windows are correlated that a filter `kernel` makes of white noise, shape (LAGS + 1,)."""
+    def lags(self, length: int) -> int:
+        """Return how many windows apart errors are still correlated, that a filter of a length makes of white noise."""
+        return max(1, (len(self.taps) + length - 2) // self.step)
+
+    def overlap(self, kernel: Array, lags: int) -> Array:
+        """Return the correlation of these errors [1 / variance of the noise] at lags 0 to `lags`, shape (lags + 1,)."""
         response = np.convolve(self.taps, kernel)
         full = np.correlate(response, response, mode="full")[len(response) - 1 :: self.step]
-        overlap = np.zeros(LAGS + 1)
-        overlap[: min(len(full), LAGS + 1)] = full[: LAGS + 1]
+        overlap = np.zeros(lags + 1)
+        overlap[: min(len(full), lags + 1)] = full[: lags + 1]
         return overlap
 
 

@@ -1,9 +1,8 @@
 """Inertial parameters of bodies in coordinates in which every value is a body that can exist.
 
-A body has the mass m = m_0 exp(a), the centre c = c_0 + d, and second moments about it
-Sigma_c = F exp(X) F^T with Sigma_c0 = F F^T, F = (principal axes) diag(roots of the principal moments) and X symmetric. So mass and
-second moments stay positive, whatever a, d and X are, which is what physical consistency means (Wensing, Kim, Slotine
-2018).
+A body has the mass m = m_0 exp(a), the centre c = c_0 + d, and the second moments Sigma_c = F exp(X) F^T about it, with
+X symmetric and F F^T = Sigma_c0, the columns of F along the principal axes. So mass and second moments stay positive,
+whatever a, d and X are, which is what physical consistency means (Wensing, Kim, Slotine 2018).
 """
 
 from __future__ import annotations

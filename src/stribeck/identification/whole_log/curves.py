@@ -98,7 +98,7 @@ class Curves:
             ]
 
     def linear_start(self, shapes: list[dict[str, float]], gram: Array, right: Array) -> Array:
-        """Return internal coordinates, shape (n, p), from a linear fit of all joints with given nonlinear parameters."""
+        """Return internal coordinates, shape (n, p), of a linear fit of all joints with given nonlinear parameters."""
         bases = [self.law.basis(v, shape) for v, shape in zip(self.nodes.velocity, shapes, strict=True)]
         count, size = bases[0].shape
         joints = len(bases)

@@ -16,7 +16,9 @@ from stribeck.identification.whole_log.model import ModelCorrections, model_corr
 from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design
+from stribeck.identification.whole_log.validation import validate
 from stribeck.log import Array
+from stribeck.result import Validation
 
 LISTEN = 12
 """Stretches [1], spread over the log, on which the levels of the errors are measured."""
@@ -39,6 +41,10 @@ class WholeLogFit:
         Of the errors that no sensor makes.
     statistic
         The log, summed up.
+    stretches
+        Number of them.
+    validation
+        Of each joint, on the stretches that the levels were measured on, by a fit of all others.
     """
 
     curves: Curves
@@ -46,6 +52,8 @@ class WholeLogFit:
     solution: Solution
     levels: ErrorLevels
     statistic: Statistic
+    stretches: int
+    validation: tuple[Validation, ...]
 
     @property
     def values(self) -> Array:
@@ -81,20 +89,28 @@ def fit_whole_log(
         Of each joint [rad/s], shape (n,).
     """
     nodes, model = make_nodes(top_speed), model_corrections(corrections)
-    some = [equations[k] for k in np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int))]
+    heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
+    some = [equations[k] for k in heard]
     torque = np.sqrt(np.mean(np.concatenate([part.residual.reshape(-1) for part in some]) ** 2))
     curves = Curves(law, nodes, np.maximum(top_speed, 1e-9), np.full(len(top_speed), max(float(torque), 1e-9)))
-    levels = first_levels(some[0])
+    levels, solution = first_levels(some[0]), None
     for _ in range(ROUNDS):
-        solution = solve(_sum_up(some, levels, curves, model), curves, model)
+        solution = solve(_sum_up(some, levels, curves, model), curves, model, solution)
         levels = update_levels(levels, _left_over(some, curves, model, solution))
-    statistic = _sum_up(equations, levels, curves, model)
+    others = (equations[k] for k in range(len(equations)) if k not in heard)
+    statistic = _sum_up(others, levels, curves, model)
+    solution = solve(statistic, curves, model, solution)
+    values = curves.torque_at_nodes(solution.internal), model.values(solution.corrections)[0]
+    validation = validate(some, statistic, curves, levels, *values)
+    statistic.merge(_sum_up(some, levels, curves, model))
     return WholeLogFit(
         curves=curves,
         model=model,
-        solution=solve(statistic, curves, model),
+        solution=solve(statistic, curves, model, solution),
         levels=levels,
         statistic=statistic,
+        stretches=len(equations),
+        validation=validation,
     )
 
 

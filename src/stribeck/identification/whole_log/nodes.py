@@ -50,7 +50,7 @@ class Nodes:
 
     def joint_of(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the joint that each column of `weights` belongs to."""
-        return columns // self.velocity.shape[1]
+        return np.asarray(columns // self.velocity.shape[1])
 
 
 def make_nodes(top_speed: Array) -> Nodes:

@@ -61,8 +61,8 @@ class _Point:
     hessian: Array
 
 
-def solve(statistic: Statistic, curves: Curves, model: ModelCorrections) -> Solution:
-    """Return the best of two descents.
+def solve(statistic: Statistic, curves: Curves, model: ModelCorrections, before: Solution | None = None) -> Solution:
+    """Return the best of two descents, or the descent from a solution of nearly the same problem.
 
     Parameters
     ----------
@@ -72,22 +72,26 @@ def solve(statistic: Statistic, curves: Curves, model: ModelCorrections) -> Solu
         The law.
     model
         Coordinates of the corrections, and what is believed of them.
+    before
+        Where to start; two uniform starts if None.
     """
+    if before is not None:
+        return _descend(statistic, curves, model, before.internal, before.corrections)
     size = statistic.nodes.size
-    starts = [
-        curves.linear_start(shapes, statistic.gram[:size, :size], statistic.right[:size]) for shapes in curves.shapes()
-    ]
-    return min((_descend(statistic, curves, model, start) for start in starts), key=lambda found: found.cost)
+    gram, right = statistic.gram[:size, :size], statistic.right[:size]
+    starts = [curves.linear_start(shapes, gram, right) for shapes in curves.shapes()]
+    nothing = np.zeros(statistic.corrections)
+    return min((_descend(statistic, curves, model, start, nothing) for start in starts), key=lambda found: found.cost)
 
 
-def _descend(statistic: Statistic, curves: Curves, model: ModelCorrections, start: Array) -> Solution:
+def _descend(statistic: Statistic, curves: Curves, model: ModelCorrections, start: Array, known: Array) -> Solution:
     shape = start.shape
     corrections = statistic.corrections
     low, high = (
         np.concatenate([np.tile(bound, shape[0]), np.full(corrections, end)])
         for bound, end in zip(curves.bounds, (-np.inf, np.inf), strict=True)
     )
-    x = np.concatenate([start.ravel(), np.zeros(corrections)])
+    x = np.concatenate([start.ravel(), known])
     here = _evaluate(statistic, curves, model, x, shape)
     damping, settled = 1e-3, False
     for _ in range(ITERATIONS):
@@ -134,7 +138,9 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(cho_solve(cho_factor(scaled), np.eye(len(matrix))) * np.outer(scale, scale))
 
 
-def _evaluate(statistic: Statistic, curves: Curves, model: ModelCorrections, x: Array, shape: tuple[int, ...]) -> _Point:
+def _evaluate(
+    statistic: Statistic, curves: Curves, model: ModelCorrections, x: Array, shape: tuple[int, ...]
+) -> _Point:
     """Return cost, gradient and Gauss-Newton's curvature at coordinates, joints first, then corrections."""
     joints, count = shape
     friction = joints * count
@@ -142,7 +148,6 @@ def _evaluate(statistic: Statistic, curves: Curves, model: ModelCorrections, x: 
     corrected, slopes = model.values(corrections)
     values = np.concatenate([curves.torque_at_nodes(internal), corrected])
     jacobians = curves.jacobians(internal)
-    nodes = jacobians.shape[1]
     pull = statistic.gram @ values
     chi_square = statistic.square + float(values @ (pull - 2 * statistic.right))
     slope = pull - statistic.right

@@ -1,0 +1,55 @@
+"""What the whole log says about the model: the corrections of masses, centres, gains and zeros."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.report.page import Section, render
+from stribeck.result import BodyCorrection, Result
+
+LEAST_KNOWN = 0.1
+"""Share [1] of a body's uncertainty that the log must have settled for the body to be listed."""
+
+
+def corrections(result: Result) -> Section | None:
+    """Return the section with the corrections that the log supports, or None where none were asked for."""
+    found = result.corrections
+    if found is None:
+        return None
+    bodies = [
+        _row(name, body)
+        for name, body in sorted(found.bodies.items(), key=lambda item: -item[1].known)
+        if body.known >= LEAST_KNOWN
+    ]
+    calibration = [
+        {
+            "name": name,
+            "gain": [100 * part for part in found.torque_gain.get(name, ())],
+            "zero": [1e3 * part for part in found.encoder_zero.get(name, ())],
+        }
+        for name in dict.fromkeys([*found.torque_gain, *found.encoder_zero])
+    ]
+    body = render(
+        "corrections.html.j2",
+        chi_square=found.chi_square,
+        bodies=bodies,
+        others=len(found.bodies) - len(bodies),
+        calibration=calibration,
+    )
+    return Section(anchor="corrections", title="Corrections of the model", body=body)
+
+
+def _row(name: str, body: BodyCorrection) -> dict[str, object]:
+    centres = 1e3 * np.array(body.centre_of_mass)
+    before, after = (np.array(inertia)[[0, 2, 5]] for inertia in body.inertia)
+    return {
+        "name": name,
+        "mass": body.mass,
+        "mass_error": body.mass_error,
+        "shifts": [
+            (float(shift), 1e3 * error)
+            for shift, error in zip(centres[1] - centres[0], body.centre_of_mass_error, strict=True)
+        ],
+        "moments": (100 * (after / np.where(before > 0, before, np.nan) - 1)).tolist(),
+        "known": 100 * body.known,
+    }

@@ -1,0 +1,207 @@
+"""Friction of all joints, and the model's corrections, from whole logs: joins the weak form with its fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from stribeck.equations import Corrections
+from stribeck.errors import NothingIdentifiedError, errors_about
+from stribeck.friction import FrictionLaw
+from stribeck.identification.excitation import excitation
+from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.problem import FitProblem
+from stribeck.identification.whole_log.describe import describe_corrections
+from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
+from stribeck.identification.whole_log.intervals import joint_fits
+from stribeck.log import Array, RobotLog
+from stribeck.pseudo_inertia import SIZE
+from stribeck.result import Corrections as Found
+from stribeck.result import Validation
+from stribeck.robot import Robot
+from stribeck.rooting import BASE_FRAME
+from stribeck.settings import FilterSettings, Settings
+from stribeck.survey import PreparedLog, Progress, prepare
+from stribeck.weak_form.build import Lazily, weak_form
+from stribeck.weak_form.stretches import cut_stretches
+
+PLAIN = FilterSettings(kind="savitzky-golay", window=31)
+
+SUSPICIOUS = 1.5
+"""Chi^2 a degree of freedom [1] from which a warning is given."""
+
+TOP_SPEED = 99.9
+"""Percentile of |v| [%] that the nodes of the friction curves reach to; impacts are faster."""
+
+SPEED_SPACING = 0.010
+"""Over which speeds are looked at beforehand [s]."""
+
+FEWEST_WINDOWS = 5
+"""In a stretch [1]; less is not worth the filters' margins."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WholeLog:
+    """What whole logs say: the fit, of which joints, and robot and logs without the errors that were found."""
+
+    fit: WholeLogFit
+    joints: tuple[str, ...]
+    robot: Robot
+    logs: tuple[RobotLog, ...]
+
+    @property
+    def fits(self) -> dict[str, JointFit]:
+        """What it says of each joint's friction."""
+        return joint_fits(self.fit, self.joints)
+
+    @property
+    def validations(self) -> dict[str, Validation]:
+        """How the law does on stretches that it was not fitted to."""
+        return dict(zip(self.joints, self.fit.validation, strict=True))
+
+    @property
+    def corrections(self) -> Found:
+        """What it says of model and calibration."""
+        return describe_corrections(self.fit, self.joints, self.robot.joint_names)
+
+    @property
+    def warnings(self) -> list[str]:
+        """A sentence where the errors are not what they were taken to be."""
+        if self.fit.chi_square < SUSPICIOUS:
+            return []
+        return [
+            f"chi^2 a degree of freedom is {self.fit.chi_square:.2g}: the equations of motion are off by more than "
+            "noise and the model's measured errors explain; look at delays, calibration and contacts, or set corrections = "
+            "'calibration'; the intervals are widened accordingly"
+        ]
+
+
+def find_whole_log(
+    sources: Sequence[RobotLog | str | Path], robot: Robot, law: FrictionLaw, settings: Settings, progress: Progress
+) -> WholeLog:
+    """Read logs, prepare them, and run `identify_whole_log` on them.
+
+    Raises
+    ------
+    LogError, SettingsError, NothingIdentifiedError
+        If a log cannot be used.
+    """
+    plain = settings.model_copy(update={"filter": PLAIN})  # the weak form has windows of its own
+    prepared = []
+    for k, source in enumerate(sources):
+        with errors_about(source.path if isinstance(source, RobotLog) else str(source)):
+            progress(f"reading log {k + 1} of {len(sources)}", 0.0)
+            prepared.append(prepare(source, robot, plain))
+    progress("fitting the whole log", 0.0)
+    return identify_whole_log(prepared, robot, law, settings)
+
+
+def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
+    """Fit a law to all joints that move enough, and the model's corrections with it.
+
+    Raises
+    ------
+    NothingIdentifiedError
+        If no joint moves enough, or no stretch can be used.
+    """
+    columns, top_speed = _joints_that_move(prepared, robot, law)
+    forms = [
+        weak_form(
+            robot,
+            part.log,
+            columns,
+            part.support.phases,
+            part.sampling.segments,
+            part.sampling.period,
+            settings,
+        )
+        for part in prepared
+    ]
+    corrections = forms[0].corrections
+    parts = tuple((form, stretch) for form in forms for stretch in form.stretches)
+    fit = fit_whole_log(Lazily(parts), corrections, law, top_speed)
+    return WholeLog(
+        fit=fit,
+        joints=tuple(robot.joint_names[column] for column in columns),
+        robot=corrected_robot(robot, corrections, fit.corrections),
+        logs=tuple(corrected_log(_with_notes(part), robot, columns, corrections, fit.corrections) for part in prepared),
+    )
+
+
+def _joints_that_move(
+    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
+) -> tuple[NDArray[np.int64], Array]:
+    """Return the columns of the torque-controlled joints that move enough, and their top speeds [rad/s]."""
+    speeds: list[Array] = []
+    blocks: list[NDArray[np.int64]] = []
+    for part in prepared:
+        period = part.sampling.period
+        step = max(1, round(SPEED_SPACING / period))
+        for stretch in cut_stretches(robot, part.support.phases, part.sampling.segments, period, 0):
+            position = part.log.position[stretch.first : stretch.last : step, robot.torque_controlled]
+            if len(position) > FEWEST_WINDOWS:
+                speeds.append(np.diff(position, axis=0) / (step * period))
+                blocks.append(np.full(len(position) - 1, len(blocks)))
+    if not speeds:
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: the method 'whole-log' uses stretches on a fixed base or on one "
+            "standing surface, and none is long enough"
+        )
+    velocity, block = np.concatenate(speeds), np.concatenate(blocks)
+    reasons = []
+    for k, column in enumerate(robot.torque_controlled):
+        problem = FitProblem(
+            law=law,
+            parameters=law.parameters,
+            velocity=velocity[:, k],
+            friction_torque=np.zeros(len(velocity)),
+            acceleration=None,
+            block=block,
+        )
+        reasons.append(excitation(problem, robot.prismatic[column]).reason)
+    moves = np.array([not reason for reason in reasons])
+    if not moves.any():
+        names = [robot.joint_names[column] for column in robot.torque_controlled[:3]]
+        why = "; ".join(f"{name}: {reason}" for name, reason in zip(names, reasons, strict=False))
+        raise NothingIdentifiedError(f"no joint can be identified from this log: {why}")
+    return robot.torque_controlled[moves], np.percentile(np.abs(velocity[:, moves]), TOP_SPEED, axis=0)
+
+
+def _with_notes(part: PreparedLog) -> RobotLog:
+    """Return a prepared log that still says what was done to it: it is even now, and would not be told again."""
+    return replace(part.log, notes=(*part.log.notes, *part.sampling.notes))
+
+
+def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Robot:
+    """Return the robot whose bodies have the inertias that were found."""
+    bodies = len(corrections.bodies)
+    if not bodies:
+        return robot
+    parameters = corrections.inertial_parameters + values[: SIZE * bodies].reshape(bodies, SIZE)
+    model = pin.Model(robot.tree.model)
+    for body, found in enumerate(parameters, start=1):
+        if found[0] > 0:
+            model.inertias[body] = pin.Inertia.FromDynamicParameters(found)
+    return replace(robot, tree=replace(robot.tree, model=model))
+
+
+def corrected_log(
+    log: RobotLog, robot: Robot, columns: NDArray[np.int64], corrections: Corrections, values: Array
+) -> RobotLog:
+    """Return the log without the errors of gains, zeros and orientation that were found."""
+    if not corrections.gains:
+        return log
+    rest = values[corrections.inertial_parameters.size :]
+    gains, zeros, tilt = np.split(rest, [corrections.gains, corrections.gains + corrections.zeros])
+    torque = log.torque.copy()
+    torque[:, columns] *= 1 - gains
+    orientation = log.base_orientation
+    if orientation is not None and robot.base_frame == BASE_FRAME:
+        orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec(-tilt)).as_quat()
+    return replace(log, torque=torque, position=log.position - zeros, base_orientation=orientation)
