@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src/stribeck"
-GROUND = {"errors", "log", "settings", "samples", "version", "storage", "interpolation", "threads", "walk"}
+GROUND = {"errors", "log", "settings", "samples", "equations", "pseudo_inertia", "version", "storage", "interpolation"}
+GROUND |= {"threads", "walk"}
 ALLOWED = {
     "friction": GROUND | {"friction"},
     "motion": GROUND | {"motion"},

@@ -61,7 +61,7 @@ class WholeLog:
         return joint_fits(self.fit, self.joints)
 
     @property
-    def validations(self) -> dict[str, Validation]:
+    def validations(self) -> dict[str, Validation | None]:
         """How the law does on stretches that it was not fitted to."""
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
@@ -77,8 +77,8 @@ class WholeLog:
             return []
         return [
             f"chi^2 a degree of freedom is {self.fit.chi_square:.2g}: the equations of motion are off by more than "
-            "noise and the model's measured errors explain; look at delays, calibration and contacts, or set corrections = "
-            "'calibration'; the intervals are widened accordingly"
+            "noise and the model's measured errors explain; look at delays, calibration and contacts, or set corrections "
+            "to 'calibration'; the intervals are widened accordingly"
         ]
 
 

@@ -28,7 +28,7 @@ def judge(
     samples: Samples,
     law: FrictionLaw,
     settings: Settings,
-    validations: Mapping[str, Validation] | None = None,
+    validations: Mapping[str, Validation | None] | None = None,
 ) -> dict[str, JointResult]:
     """Return what the samples say about every joint, in the order of `samples.joint_names`.
 

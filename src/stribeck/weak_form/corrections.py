@@ -5,8 +5,6 @@ All are taken at the windows' centres, of the smoothed motion: corrections are s
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -19,10 +17,10 @@ from stribeck.log import Array
 from stribeck.pseudo_inertia import SIZE, carried
 from stribeck.robot import Robot
 from stribeck.rooting import RootedModel
-from stribeck.state import State
+from stribeck.state import Orientation, State
 
 TURN = 1e-5
-"""Step of the differences [rad] or [m]: rounding and curvature both stay below a part in a million."""
+"""Step of the differences [rad] or [m]: rounding and curvature both stay below a part in ten thousand."""
 
 
 @cache
@@ -70,38 +68,35 @@ def zero_columns(
     They are what encoders whose zeros are wrong do, and an IMU that is mounted askew (none on a fixed base, or where
     the foot is taken to be level).
     """
-
-    def needed(moved: State) -> Array:
-        root = standing_root(robot, feet[0], moved) if robot.base == "floating" else None
-        _, torque = rooted_inverse_dynamics(rooted, moved.position, moved.velocity, moved.acceleration, root)
-        return torque[:, joints]
-
-    count = state.position.shape[1]
-    columns = np.zeros((len(state.position), len(joints), count + 3))
-    for k in range(count):
-        columns[:, :, k] = _difference(needed, [_with_position(state, k, step) for step in (-TURN, TURN)])
-    if state.orientation is not None:
-        for axis in range(3):
-            moved = [_with_turn(state, axis, step) for step in (-TURN, TURN)]
-            columns[:, :, count + axis] = _difference(needed, moved)
+    count, windows = state.position.shape[1], len(state.position)
+    moved = _moved(state)
+    root = standing_root(robot, feet[0], moved) if robot.base == "floating" else None
+    _, needed = rooted_inverse_dynamics(rooted, moved.position, moved.velocity, moved.acceleration, root)
+    torque = needed[:, joints].reshape(-1, windows, len(joints))
+    columns = np.zeros((windows, len(joints), count + 3))
+    columns[:, :, : len(torque) - 1] = (torque[:1] - torque[1:]).transpose(1, 2, 0) / TURN
     return columns
 
 
-def _difference(needed: Callable[[State], Array], moved: list[State]) -> Array:
-    return (needed(moved[0]) - needed(moved[1])) / (2 * TURN)
-
-
-def _with_position(state: State, joint: int, step: float) -> State:
-    position = state.position.copy()
-    position[:, joint] += step
-    return replace(state, position=position)
-
-
-def _with_turn(state: State, axis: int, step: float) -> State:
-    """Return the state with the root link turned about one of its own axes."""
-    assert state.orientation is not None
-    vector, scalar = state.orientation.quaternion[:, :3], state.orientation.quaternion[:, 3:]
-    unit = np.eye(3)[axis]
-    small = 0.5 * step
-    turned = np.hstack([vector + small * (scalar * unit + np.cross(vector, unit)), scalar - small * vector[:, [axis]]])
-    return replace(state, orientation=replace(state.orientation, quaternion=turned))
+def _moved(state: State) -> State:
+    """Return the state as it is, then with each joint moved, then with the root link turned about each of its axes."""
+    windows, count = state.position.shape
+    copies = 1 + count + (0 if state.orientation is None else 3)
+    position = np.tile(state.position, (copies, 1)).reshape(copies, windows, count)
+    position[1 + np.arange(count), :, np.arange(count)] += TURN
+    turn = state.orientation
+    if turn is not None:
+        quaternion = np.tile(turn.quaternion, (copies, 1)).reshape(copies, windows, 4)
+        for axis in range(3):
+            half = 0.5 * TURN * np.eye(3)[axis]  # quaternion of a small turn, its scalar one
+            vector, scalar = turn.quaternion[:, :3], turn.quaternion[:, 3:]
+            quaternion[1 + count + axis, :, :3] += scalar * half + np.cross(vector, half)
+            quaternion[1 + count + axis, :, 3] -= vector @ half
+        still = np.zeros((copies * windows, 3))
+        turn = Orientation(quaternion.reshape(-1, 4), still, still)
+    return State(
+        position.reshape(-1, count),
+        np.tile(state.velocity, (copies, 1)),
+        np.tile(state.acceleration, (copies, 1)),
+        turn,
+    )

@@ -1,4 +1,4 @@
-"""Friction laws of all joints as values at the nodes, and what is believed of their parameters beforehand."""
+"""Friction laws of all joints as sums of functions, and what is believed of their parameters beforehand."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from stribeck.friction import FrictionLaw
 from stribeck.identification.descent import to_external, to_internal
@@ -57,17 +58,18 @@ class Curves:
         """Return parameter values, shape (n, p), from internal coordinates, shape (n, p)."""
         return to_external(internal, self.logarithmic)
 
-    def torque_at_nodes(self, internal: Array) -> Array:
-        """Return the friction torque at all nodes [N m], shape (n N,)."""
+    def coefficients(self, internal: Array) -> Array:
+        """Return the coefficients of all joints' friction curves [N m], shape (n r,)."""
         values = self.external(internal)
-        return np.concatenate([self.law.torque(v, p) for v, p in zip(self.nodes.velocity, values, strict=True)])
+        curves = [self.law.torque(v, p) for v, p in zip(self.nodes.velocity, values, strict=True)]
+        return (np.stack(curves) @ self.nodes.functions).ravel()
 
     def jacobians(self, internal: Array) -> Array:
-        """Return its derivatives by each joint's own internal coordinates, shape (n, N, p)."""
+        """Return their derivatives by each joint's own internal coordinates, shape (n, r, p)."""
         values = self.external(internal)
         factor = np.where(self.logarithmic, values, 1.0)
         jacobians = [self.law.jacobian(v, p) for v, p in zip(self.nodes.velocity, values, strict=True)]
-        return np.stack(jacobians) * factor[:, None, :]
+        return np.asarray(self.nodes.functions.T @ (np.stack(jacobians) * factor[:, None, :]))
 
     def prior(self) -> tuple[Array, Array]:
         """Return mean and standard deviation of the internal coordinates before the log speaks, shape (n, p) each."""
@@ -99,20 +101,17 @@ class Curves:
 
     def linear_start(self, shapes: list[dict[str, float]], gram: Array, right: Array) -> Array:
         """Return internal coordinates, shape (n, p), of a linear fit of all joints with given nonlinear parameters."""
-        bases = [self.law.basis(v, shape) for v, shape in zip(self.nodes.velocity, shapes, strict=True)]
-        count, size = bases[0].shape
-        joints = len(bases)
-        half = np.concatenate(
-            [gram[:, k * count : (k + 1) * count] @ basis for k, basis in enumerate(bases)], axis=1
-        )  # gram times the block-diagonal basis
-        matrix = np.concatenate([basis.T @ half[k * count : (k + 1) * count] for k, basis in enumerate(bases)])
-        vector = np.concatenate([basis.T @ right[k * count : (k + 1) * count] for k, basis in enumerate(bases)])
+        functions = self.nodes.functions.T
+        bases = [functions @ self.law.basis(v, shape) for v, shape in zip(self.nodes.velocity, shapes, strict=True)]
+        joints, size = len(bases), bases[0].shape[1]
+        whole = block_diag(*bases)
+        matrix, vector = whole.T @ gram @ whole, whole.T @ right
         ridge = 1e-6 * np.diag(matrix) + 1e-9 * float(np.max(np.diag(matrix)))
         coefficients = np.linalg.solve(matrix + np.diag(ridge), vector).reshape(joints, size)
         free = list(self.law.free_coefficients)
         bounded = [k for k in range(size) if k not in free]
         least = 1e-2 * self.torque[:, None]
         coefficients[:, bounded] = np.maximum(coefficients[:, bounded], least)
-        values = np.stack([self.law.from_linear(c, s) for c, s in zip(coefficients, shapes, strict=True)])
+        values = np.stack([self.law.from_linear(np.asarray(c), s) for c, s in zip(coefficients, shapes, strict=True)])
         low, high = self.bounds
         return np.clip(to_internal(values, self.logarithmic), low, high)

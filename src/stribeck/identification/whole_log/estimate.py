@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +17,18 @@ from stribeck.identification.whole_log.model import ModelCorrections, model_corr
 from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design
-from stribeck.identification.whole_log.validation import validate
+from stribeck.identification.whole_log.validation import left_over, validate
 from stribeck.log import Array
 from stribeck.result import Validation
 
-LISTEN = 12
+LISTEN = 8
 """Stretches [1], spread over the log, on which the levels of the errors are measured."""
+
+LEAST_TRAINING = 4
+"""Stretches [1] in all for each one that is held out for the validation."""
+
+WORKERS = 2
+"""Threads [1] that weigh equations: linear algebra lets other threads run."""
 
 ROUNDS = 3
 """Of measuring them [1]; each needs a fit of its own."""
@@ -43,8 +50,11 @@ class WholeLogFit:
         The log, summed up.
     stretches
         Number of them.
+    residual_rms
+        What the fit leaves of each joint's friction torque on those that the levels were measured on [N m], shape (n,).
     validation
-        Of each joint, on the stretches that the levels were measured on, by a fit of all others.
+        Of each joint, on some of the stretches that the levels were measured on, by a fit of all others; None where
+        there are too few stretches.
     """
 
     curves: Curves
@@ -53,7 +63,8 @@ class WholeLogFit:
     levels: ErrorLevels
     statistic: Statistic
     stretches: int
-    validation: tuple[Validation, ...]
+    residual_rms: Array
+    validation: tuple[Validation | None, ...]
 
     @property
     def values(self) -> Array:
@@ -88,7 +99,7 @@ def fit_whole_log(
     top_speed
         Of each joint [rad/s], shape (n,).
     """
-    nodes, model = make_nodes(top_speed), model_corrections(corrections)
+    nodes, model = make_nodes(law, top_speed), model_corrections(corrections)
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
     torque = np.sqrt(np.mean(np.concatenate([part.residual.reshape(-1) for part in some]) ** 2))
@@ -97,19 +108,24 @@ def fit_whole_log(
     for _ in range(ROUNDS):
         solution = solve(_sum_up(some, levels, curves, model), curves, model, solution)
         levels = update_levels(levels, _left_over(some, curves, model, solution))
-    others = (equations[k] for k in range(len(equations)) if k not in heard)
+    held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
+    others = (equations[k] for k in range(len(equations)) if k not in held_out)
     statistic = _sum_up(others, levels, curves, model)
     solution = solve(statistic, curves, model, solution)
-    values = curves.torque_at_nodes(solution.internal), model.values(solution.corrections)[0]
-    validation = validate(some, statistic, curves, levels, *values)
-    statistic.merge(_sum_up(some, levels, curves, model))
+    values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
+    unseen = list(held_out.values())
+    validation = validate(unseen, statistic, curves, levels, *values) if unseen else (None,) * len(top_speed)
+    statistic.merge(_sum_up(unseen, levels, curves, model))
+    solution = solve(statistic, curves, model, solution)
+    values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     return WholeLogFit(
         curves=curves,
         model=model,
-        solution=solve(statistic, curves, model, solution),
+        solution=solution,
         levels=levels,
         statistic=statistic,
         stretches=len(equations),
+        residual_rms=left_over(some, curves, levels, *values, values[0][None])[0],
         validation=validation,
     )
 
@@ -117,17 +133,26 @@ def fit_whole_log(
 def _sum_up(
     equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections
 ) -> Statistic:
-    statistic = Statistic(curves.nodes, model.corrections.size)
-    for part in equations:
-        statistic.add(part, levels)
-    return statistic
+    """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
+    statistics = [Statistic(curves.nodes, model.corrections.size) for _ in range(WORKERS)]
+    waiting: list[Future[None] | None] = [None] * WORKERS
+    with ThreadPoolExecutor(WORKERS) as pool:
+        for k, part in enumerate(equations):
+            if (before := waiting[k % WORKERS]) is not None:
+                before.result()  # so that few stretches are in memory
+            waiting[k % WORKERS] = pool.submit(statistics[k % WORKERS].add, part, levels)
+        for last in waiting:
+            if last is not None:
+                last.result()
+    for other in statistics[1:]:
+        statistics[0].merge(other)
+    return statistics[0]
 
 
 def _left_over(
     equations: Iterable[WeakEquations], curves: Curves, model: ModelCorrections, solution: Solution
 ) -> Iterator[tuple[WeakEquations, Array]]:
     """Yield equations and what a solution leaves of them, shape (K m,)."""
-    values = np.concatenate([curves.torque_at_nodes(solution.internal), model.values(solution.corrections)[0]])
+    values = np.concatenate([curves.coefficients(solution.internal), model.values(solution.corrections)[0]])
     for part in equations:
-        columns, matrix = design(part, curves.nodes)
-        yield part, part.residual.ravel() - matrix @ values[columns]
+        yield part, part.residual.ravel() - design(part, curves.nodes) @ values

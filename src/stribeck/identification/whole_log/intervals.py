@@ -38,7 +38,7 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
             intervals=np.clip(intervals_95(values, deviation, freedom, logs), bounds[:, :1], bounds[:, 1:]),
             degrees_of_freedom=freedom,
             at_bound=solution.held[k] | (distance < AT_BOUND * deviation),
-            rms=fit.validation[k].rms,
+            rms=float(fit.residual_rms[k]),
             samples=fit.statistic.count // len(names),
             blocks=fit.stretches,
             starts=2,

@@ -1,20 +1,26 @@
-"""Friction curves by their values at fixed velocities: what lets a whole log be summed up before any law is chosen."""
+"""Friction curves as sums of a few functions of velocity: what lets a whole log be summed up before a law is fitted.
+
+A law's torque is interpolated between nodes, which crowd around standstill where friction bends. All curves that the
+law can take lie close to the span of a few functions: the left singular vectors of many of them. Only sums over these
+are kept of a log.
+"""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from stribeck.friction import FrictionLaw
 from stribeck.log import Array
 
 FINEST = 1.5e-3
 """Distance of the nodes around standstill, as a share of the top speed [1]."""
 
 GROWTH = 0.12
-"""What the distance grows by a unit of velocity [1]: friction bends most around standstill."""
+"""What the distance grows by a unit of velocity [1]."""
 
 REACH = 1.05
 """Outermost nodes over the top speed [1]; what lies beyond is taken to be there."""
@@ -22,19 +28,46 @@ REACH = 1.05
 ORDER = 4
 """Nodes [1] that a value in between is interpolated from, by Lagrange's cubic polynomial."""
 
+SPREAD = 3.0
+"""How far beyond the starts of a fit [1] the nonlinear parameters of the curves reach."""
+
+GRID = 9
+"""Values [1] of each nonlinear parameter."""
+
+TOLERANCE = 5e-4
+"""What the span may miss of a curve [1], root mean square over the nodes, relative to its largest value."""
+
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Velocities [rad/s] of each joint's nodes, shape (n, N): `R(v) = sum_j weights(v)_j R(node_j)`."""
+    """Nodes of n joints, and the functions that their curves are sums of.
+
+    Attributes
+    ----------
+    velocity
+        Of each joint's nodes [rad/s], shape (n, N).
+    functions
+        Orthonormal columns: values at the nodes of a joint, shape (N, r).
+    """
 
     velocity: Array
+    functions: Array
 
     @property
     def size(self) -> int:
-        """Number of node values of all joints."""
-        return int(self.velocity.size)
+        """Number of coefficients of all joints, n r."""
+        return int(self.velocity.shape[0] * self.functions.shape[1])
 
-    def weights(self, velocity: Array) -> csr_array:
+    def windows(self, velocity: Array, taps: Array, step: int, count: int) -> Array:
+        """Return the windows of all functions of the velocities (T, n), shape (count, n, r)."""
+        joints, nodes = self.velocity.shape
+        columns = step * np.arange(count)[:, None] + np.arange(len(taps))
+        starts = len(taps) * np.arange(count + 1)
+        matrix = csr_array((np.tile(taps, count), columns.ravel(), starts), shape=(count, len(velocity)))
+        values = (matrix @ self._weights(velocity)).toarray().reshape(count, joints, nodes)
+        return np.asarray(values @ self.functions)
+
+    def _weights(self, velocity: Array) -> csr_array:
         """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N)."""
         samples, joints = velocity.shape
         count = self.velocity.shape[1]
@@ -46,19 +79,36 @@ class Nodes:
             weights[:, k] = _lagrange(nodes[first[:, k, None] + np.arange(ORDER)], v)
         columns = (first + count * np.arange(joints))[:, :, None] + np.arange(ORDER)
         starts = np.arange(samples + 1) * joints * ORDER
-        return csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, self.size))
-
-    def joint_of(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the joint that each column of `weights` belongs to."""
-        return np.asarray(columns // self.velocity.shape[1])
+        return csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, joints * count))
 
 
-def make_nodes(top_speed: Array) -> Nodes:
-    """Return nodes for joints with these top speeds [rad/s], shape (n,)."""
+def make_nodes(law: FrictionLaw, top_speed: Array) -> Nodes:
+    """Return nodes for joints with these top speeds [rad/s], shape (n,), and functions for the curves of a law."""
     count = int(np.ceil(np.log1p(GROWTH / FINEST * REACH) / GROWTH))
     positive = np.expm1(np.arange(1, count + 1) * np.log1p(GROWTH / FINEST * REACH) / count) * FINEST / GROWTH
     shape = np.concatenate([-positive[::-1], [0.0], positive])
-    return Nodes(np.maximum(top_speed, 1e-9)[:, None] * shape)
+    return Nodes(np.maximum(top_speed, 1e-9)[:, None] * shape, _functions(law, shape))
+
+
+def _functions(law: FrictionLaw, velocity: Array) -> Array:
+    """Return orthonormal functions that span the law's curves up to `TOLERANCE`, for a top speed of one."""
+    nonlinear = [parameter for parameter in law.parameters if parameter.starts]
+    axes = [
+        np.geomspace(max(min(p.starts) / SPREAD, p.lower), min(max(p.starts) * SPREAD, p.upper), GRID)
+        for p in nonlinear
+    ]
+    curves = np.hstack(
+        [
+            law.basis(velocity, {p.name: float(value) for p, value in zip(nonlinear, point, strict=True)})
+            for point in itertools.product(*axes)
+        ]
+    )
+    curves = curves / np.maximum(np.abs(curves).max(axis=0), 1e-12)
+    functions = np.asarray(np.linalg.svd(curves, full_matrices=False)[0])
+    left = curves**2
+    missed = left.sum(axis=0) - np.cumsum((functions.T @ curves) ** 2, axis=0)  # (rank, curves)
+    enough = np.flatnonzero(np.sqrt(np.maximum(missed, 0.0) / len(velocity)).max(axis=1) < TOLERANCE)
+    return functions[:, : int(enough[0]) + 1] if len(enough) else functions
 
 
 def _lagrange(nodes: Array, velocity: Array) -> Array:

@@ -146,7 +146,7 @@ def _evaluate(
     friction = joints * count
     internal, corrections = x[:friction].reshape(shape), x[friction:]
     corrected, slopes = model.values(corrections)
-    values = np.concatenate([curves.torque_at_nodes(internal), corrected])
+    values = np.concatenate([curves.coefficients(internal), corrected])
     jacobians = curves.jacobians(internal)
     pull = statistic.gram @ values
     chi_square = statistic.square + float(values @ (pull - 2 * statistic.right))
@@ -168,7 +168,7 @@ def _evaluate(
 def _times_jacobian(matrix: Array, curves: Array, bodies: Array, scales: Array) -> Array:
     """Return a matrix, shape (r, D), times the derivatives by all coordinates, which are block-diagonal.
 
-    Blocks: one a joint, shape (n, N, p), one a body, shape (L, 10, 10), and a number for each other correction.
+    Blocks: one a joint, shape (n, r, p), one a body, shape (L, 10, 10), and a number for each other correction.
     """
     columns, parts = 0, []
     for blocks in (curves, bodies):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.levels import ErrorLevels
@@ -17,16 +15,16 @@ from stribeck.log import Array
 
 @dataclass(eq=False)
 class Statistic:
-    """Normal equations of the node values of all friction curves, then of the model's c corrections.
+    """Normal equations of the coefficients of all friction curves, then of the model's c corrections.
 
         chi^2(x) = square - 2 right^T x + x^T gram x
 
-    Any law is fitted to this without another look at the log, and the statistics of several stretches or logs add up.
+    A law is fitted to this without another look at the log, and the statistics of several stretches or logs add up.
 
     Attributes
     ----------
     nodes
-        Of the friction curves.
+        And functions that the friction curves are sums of.
     corrections
         Number c.
     gram, right
@@ -48,13 +46,12 @@ class Statistic:
 
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
-        columns, matrix = design(equations, self.nodes)
         whitener = make_whitener(equations, levels)
-        white = whitener.apply(np.column_stack([matrix, equations.residual.ravel()]))
-        gram = white.T @ white
-        self.gram[np.ix_(columns, columns)] += gram[:-1, :-1]
-        self.right[columns] += gram[:-1, -1]
-        self.square += float(gram[-1, -1])
+        white = whitener.apply(design(equations, self.nodes))
+        residual = whitener.apply(equations.residual.reshape(-1, 1))[:, 0]
+        self.gram += white.T @ white  # NumPy knows the product to be symmetric
+        self.right += residual @ white
+        self.square += float(residual @ residual)
         self.count += equations.residual.size
 
     def merge(self, other: Statistic) -> None:
@@ -65,24 +62,11 @@ class Statistic:
         self.count += other.count
 
 
-def design(equations: WeakEquations, nodes: Nodes) -> tuple[NDArray[np.int64], Array]:
-    """Return the columns that a stretch touches, and its equations' derivatives by them, shape (K m, columns)."""
+def design(equations: WeakEquations, nodes: Nodes) -> Array:
+    """Return the derivatives of a stretch's equations by coefficients, then corrections, shape (K m, D)."""
     windows, rows = equations.residual.shape
-    curves = _window_matrix(equations) @ nodes.weights(equations.velocity)
-    touched = np.unique(curves.indices).astype(np.int64)
-    dense = curves[:, touched].toarray()
-    matrix = (equations.weights[:, :, nodes.joint_of(touched)] * dense[:, None, :]).reshape(windows * rows, -1)
+    curves = nodes.windows(equations.velocity, equations.taps, equations.step, windows)
+    matrix = (equations.weights[:, :, :, None] * curves[:, None]).reshape(windows * rows, nodes.size)
     if equations.columns is None:
-        return touched, matrix
-    corrections = equations.columns.reshape(windows * rows, -1)
-    columns = np.concatenate([touched, nodes.size + np.arange(corrections.shape[1])])
-    return columns, np.column_stack([matrix, corrections])
-
-
-def _window_matrix(equations: WeakEquations) -> csr_array:
-    """Return the windows as a sparse matrix, shape (K, T)."""
-    windows, length = len(equations.residual), len(equations.taps)
-    columns = equations.step * np.arange(windows)[:, None] + np.arange(length)
-    starts = length * np.arange(windows + 1)
-    weights = np.tile(equations.taps, windows)
-    return csr_array((weights, columns.ravel(), starts), shape=(windows, len(equations.velocity)))
+        return matrix
+    return np.column_stack([matrix, equations.columns.reshape(windows * rows, -1)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.curves import Curves
@@ -33,45 +34,52 @@ def validate(
     curves, levels
         Nodes, and errors that equations are weighed by.
     friction, corrections
-        Values at the nodes [N m], shape (n N,), and of the corrections, shape (c,), that the training gave.
+        Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), that the training gave.
     """
-    joints = len(curves.top_speed)
     candidates = np.stack([friction, np.zeros_like(friction), coulomb_curves(training, corrections)])
-    squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
-    for equations in unseen:
-        columns, matrix = design(equations, curves.nodes)
-        touched = np.flatnonzero(columns < curves.nodes.size)
-        owner = curves.nodes.joint_of(columns[touched])
-        values = np.concatenate([friction, corrections])
-        left = equations.residual.ravel() - matrix @ values[columns]
-        share = _shares(equations, levels)
-        weights += share.sum(axis=0)
-        for joint in range(joints):
-            own = touched[owner == joint]
-            block = matrix[:, own]
-            for k, candidate in enumerate(candidates):
-                error = left + block @ (friction - candidate)[columns[own]]
-                squares[k, joint] += float(share[:, joint] @ error**2)
-    rms = np.sqrt(squares / np.maximum(weights, 1e-300))
+    rms = left_over(unseen, curves, levels, friction, corrections, candidates)
     return tuple(
         Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(coulomb))
         for own, zero, coulomb in rms.T
     )
 
 
+def left_over(
+    equations: Sequence[WeakEquations],
+    curves: Curves,
+    levels: ErrorLevels,
+    friction: Array,
+    corrections: Array,
+    candidates: Array,
+) -> Array:
+    """Return what curves leave of each joint's friction torque, root mean square [N m], shape (candidates, n).
+
+    Each equation counts as much as it can know of the joint. `friction`, shape (n r,), are the other joints' curves,
+    and each candidate, a row of shape (n r,), stands in for one joint's at a time.
+    """
+    joints = len(curves.top_speed)
+    squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
+    for part in equations:
+        left = part.residual.ravel() - design(part, curves.nodes) @ np.concatenate([friction, corrections])
+        share = _shares(part, levels)
+        weights += share.sum(axis=0)
+        windows = curves.nodes.windows(part.velocity, part.taps, part.step, len(part.residual))
+        changes = (friction - candidates).reshape(len(candidates), joints, -1)
+        for k, torque in enumerate(np.einsum("kjr,cjr->ckj", windows, changes)):
+            error = left[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
+            squares[k] += (share * error**2).sum(axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
+
+
 def coulomb_curves(statistic: Statistic, corrections: Array) -> Array:
-    """Return the best Coulomb friction and offset of all joints, at the nodes [N m], shape (n N,)."""
-    nodes = statistic.nodes.velocity
-    size, (joints, count) = nodes.size, nodes.shape
-    bases = np.stack([np.sign(nodes), np.ones_like(nodes)], axis=2)
-    gram = statistic.gram[:size, :size].reshape(size, joints, count).transpose(1, 0, 2) @ bases
-    half = gram.transpose(1, 0, 2).reshape(joints, count, 2 * joints)
-    matrix = (bases.transpose(0, 2, 1) @ half).reshape(2 * joints, 2 * joints)
-    pull = statistic.right[:size] - statistic.gram[:size, size:] @ corrections
-    vector = np.einsum("jnk,jn->jk", bases, pull.reshape(joints, count)).ravel()
-    ridge = 1e-9 * float(np.diag(matrix).max()) * np.eye(2 * joints)
-    coefficients = np.linalg.solve(matrix + ridge, vector).reshape(joints, 2)
-    return np.asarray(np.einsum("jnk,jk->jn", bases, coefficients).ravel())
+    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (n r,)."""
+    nodes, size = statistic.nodes, statistic.nodes.size
+    columns = [nodes.functions.T @ np.column_stack([np.sign(v), np.ones_like(v)]) for v in nodes.velocity]
+    whole = block_diag(*columns)
+    matrix = whole.T @ statistic.gram[:size, :size] @ whole
+    vector = whole.T @ (statistic.right[:size] - statistic.gram[:size, size:] @ corrections)
+    ridge = 1e-9 * float(np.diag(matrix).max()) * np.eye(len(matrix))
+    return np.asarray(whole @ np.linalg.solve(matrix + ridge, vector))
 
 
 def _shares(equations: WeakEquations, levels: ErrorLevels) -> Array:

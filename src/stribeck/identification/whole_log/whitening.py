@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dtrtri
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.levels import ErrorLevels, bartlett
@@ -49,7 +50,7 @@ def make_whitener(equations: WeakEquations, levels: ErrorLevels) -> Whitener:
         if k:
             coupling[k] = blocks[k, :, :size] @ inverse[k - 1].T
             diagonal = diagonal - coupling[k] @ coupling[k].T
-        inverse[k] = np.linalg.inv(np.linalg.cholesky(diagonal))
+        inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
     return Whitener(inverse, coupling)
 
 

@@ -1,0 +1,78 @@
+"""Whitened errors are independent, whatever makes them."""
+
+import numpy as np
+import pytest
+
+from stribeck.equations import WeakEquations
+from stribeck.identification.whole_log.errors import update_levels
+from stribeck.identification.whole_log.levels import ErrorLevels, bartlett
+from stribeck.identification.whole_log.whitening import make_whitener
+from stribeck.log import Array
+
+
+def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquations:
+    generator = np.random.default_rng(seed)
+    joints, rows = 3, 2 if projected else 3
+    taps = np.full(7, 1 / 7)
+    full = np.correlate(taps, taps, mode="full")[6::3]
+    sharp = np.convolve(taps, [1.0, -2.0, 1.0])
+    return WeakEquations(
+        time=np.arange(windows) * 0.01,
+        residual=generator.standard_normal((windows, rows)),
+        velocity=generator.standard_normal((3 * windows + 6, joints)),
+        taps=taps,
+        step=3,
+        projection=generator.standard_normal((windows, rows, joints)) if projected else None,
+        encoder_response=generator.standard_normal((windows, rows, 4)),
+        root_response=generator.standard_normal((windows, rows, 6)),
+        encoder_noise=generator.uniform(0.5, 1, 4),
+        torque_noise=generator.uniform(0.5, 1, joints),
+        acceleration_overlap=np.correlate(sharp, sharp, mode="full")[8::3],
+        torque_overlap=full,
+        columns=None,
+    )
+
+
+LEVELS = ErrorLevels(np.array([0.3, 0.2, 0.4]), np.repeat([0.1, 0.2], 3))
+
+
+def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
+    """As the docstring of `WeakEquations` has it, dense."""
+    windows, rows = equations.residual.shape
+    lags = len(equations.torque_overlap) - 1
+    G, P, B = equations.encoder_response, equations.weights, equations.root_response
+    dense = np.zeros((windows, rows, windows, rows))
+    for k in range(windows):
+        for other in range(max(0, k - lags), min(windows, k + lags + 1)):
+            j = abs(k - other)
+            rho_a = equations.acceleration_overlap[j] if j < len(equations.acceleration_overlap) else 0.0
+            part = rho_a * G[k] @ np.diag(equations.encoder_noise**2) @ G[other].T
+            part += equations.torque_overlap[j] * P[k] @ np.diag(equations.torque_noise**2) @ P[other].T
+            own = B[k] @ np.diag(levels.root**2) @ B[other].T + P[k] @ np.diag(levels.model**2) @ P[other].T
+            dense[k, :, other, :] = part + bartlett(lags)[j] * own
+    return dense.reshape(windows * rows, windows * rows)
+
+
+@pytest.mark.parametrize("windows", [1, 4, 11])
+@pytest.mark.parametrize("projected", [False, True])
+def test_the_whitened_covariance_is_the_identity(windows: int, projected: bool) -> None:
+    equations = some_equations(windows, projected)
+    whitener = make_whitener(equations, LEVELS)
+    size = windows * equations.residual.shape[1]
+    factor = whitener.apply(np.eye(size))
+    white = factor @ covariance(equations, LEVELS) @ factor.T
+    np.testing.assert_allclose(white[:size, :size], np.eye(size), atol=1e-9)
+    assert np.all(white[size:] == 0)
+
+
+def test_levels_are_found_from_what_is_left_over() -> None:
+    generator = np.random.default_rng(8)
+    parts = []
+    for seed in range(6):
+        equations = some_equations(80, False, seed)
+        factor = np.linalg.cholesky(covariance(equations, LEVELS))
+        parts.append((equations, factor @ generator.standard_normal(len(factor))))
+    levels = ErrorLevels(np.full(3, 1.0), np.full(6, 1.0))
+    for _ in range(12):
+        levels = update_levels(levels, parts)
+    np.testing.assert_allclose(levels.values, LEVELS.values, rtol=0.4)

@@ -1,0 +1,151 @@
+"""The whole log gives friction back, of every leg in every support, and what is wrong with the model beside it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.arm import arm_log, write_arm
+
+from stribeck import Robot, identify
+from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.result import read_result
+from stribeck.settings import Settings
+from stribeck.simulation.biped import MODELS
+from stribeck.simulation.demo import demo_posture
+from stribeck.simulation.exact import exact_log
+from stribeck.simulation.sensors import with_noise
+
+TRUTH = {
+    "viscous": 0.3,
+    "coulomb": 1.2,
+    "stribeck_gain": 0.3,
+    "stribeck_velocity": 0.15,
+    "offset": 0.2,
+    "slope": 50.0,
+}
+WHOLE_LOG = Settings(method="whole-log", corrections="none")
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return Robot.from_file(MODELS / "arm.toml")
+
+
+@pytest.fixture(scope="module")
+def exact_arm_log(arm: Robot) -> RobotLog:
+    log, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=20.0, seed=1)
+    return log
+
+
+def with_wrong_bodies(robot: Robot) -> Robot:
+    """The same robot, believed to be heavier, its centres elsewhere, its moments smaller."""
+    model = pin.Model(robot.tree.model)
+    for joint in range(1, model.njoints):
+        body = model.inertias[joint]
+        shift = np.array([0.005, -0.004, 0.003])
+        model.inertias[joint] = pin.Inertia(1.05 * body.mass, body.lever + shift, 0.85 * body.inertia)
+    return replace(robot, tree=replace(robot.tree, model=model))
+
+
+def test_an_exact_log_gives_the_truth(arm: Robot, exact_arm_log: RobotLog) -> None:
+    for joint in identify(exact_arm_log, arm, WHOLE_LOG).joints.values():
+        assert joint.verdict == "identified"
+        for name, truth in TRUTH.items():
+            assert joint.parameters[name].value == pytest.approx(truth, rel=2e-3)
+
+
+def test_a_noisy_log_gives_it_within_its_intervals(arm: Robot, exact_arm_log: RobotLog) -> None:
+    noisy = with_noise(exact_arm_log, position=5e-5, torque=0.2, seed=2)
+    result = identify(noisy, arm, WHOLE_LOG)
+    assert result.corrections is not None
+    assert result.corrections.chi_square == pytest.approx(1.0, abs=0.15)
+    found = [(joint.parameters[name], truth) for joint in result.joints.values() for name, truth in TRUTH.items()]
+    off = [abs(parameter.value - truth) / parameter.standard_error for parameter, truth in found]
+    assert np.mean(np.array(off) < 2) > 0.85
+    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.5
+    for joint in result.joints.values():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.03)
+
+
+def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() -> None:
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    exact, _ = exact_log(
+        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=10.0, posture=demo_posture(), seed=2
+    )
+    log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
+    for name, joint in identify(log, robot, WHOLE_LOG).joints.items():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
+
+
+def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
+    log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4)
+    wrong = with_wrong_bodies(arm)
+    believed = identify(log, wrong, WHOLE_LOG)
+    corrected = identify(log, wrong, Settings(method="whole-log", corrections="inertia"))
+
+    def worst(result: object) -> float:
+        return max(abs(joint.parameters["coulomb"].value / 1.2 - 1) for joint in result.joints.values())  # type: ignore[attr-defined]
+
+    assert worst(believed) > 0.05
+    assert worst(corrected) < 0.02
+    for joint in corrected.joints.values():
+        assert joint.validation is not None
+        assert joint.validation.rms < 0.2 * joint.validation.rms_zero_friction
+    assert corrected.corrections is not None
+    for body in corrected.corrections.bodies.values():
+        xx, _, yy, _, _, zz = body.inertia[1]
+        assert body.mass[1] > 0
+        assert max(xx, yy, zz) < xx + yy + zz - max(xx, yy, zz)  # triangle inequality
+
+
+def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
+    gains = np.array([0.012, -0.008, 0.004, -0.012, 0.009, -0.005])
+    zeros = 2e-3 * np.array([0.0, 1.0, -1.0, 0.5, -0.8, 0.0])
+    log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5)
+    log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
+    found = identify(log, arm, Settings(method="whole-log", corrections="calibration"))
+    assert found.corrections is not None
+    for column, name in enumerate(arm.joint_names):
+        value, error = found.corrections.torque_gain[name]
+        assert value == pytest.approx(gains[column], abs=4 * error + 1e-3)
+        value, error = found.corrections.encoder_zero[name]
+        assert value == pytest.approx(zeros[column], abs=4 * error)
+    assert sum(value for value, _ in found.corrections.torque_gain.values()) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from stribeck.cli import app
+    from stribeck.simulation.files import write_npz
+
+    robot_file = write_arm(tmp_path)
+    log = with_noise(arm_log(Robot.from_file(robot_file), duration=12.0), position=1e-5, torque=0.05)
+    write_npz(log, tmp_path / "log.npz")
+    arguments = ["identify", str(tmp_path / "log.npz"), "-r", str(robot_file), "-o", str(tmp_path / "out")]
+    ran = CliRunner().invoke(app, [*arguments, "--method", "whole-log"])
+    assert ran.exit_code == 0, ran.output
+    result = read_result(tmp_path / "out/result.json")
+    assert result.method == "whole-log"
+    assert result.corrections is not None
+    assert set(result.corrections.bodies) == {"shoulder", "elbow", "slide"}
+    assert result.joints["slide"].parameters["coulomb"].unit == "N"
+    for joint in result.joints.values():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04)
+    assert "Corrections of the model" in (tmp_path / "out/report.html").read_text()
+
+
+def test_settings_that_it_does_not_use_are_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
+    with pytest.raises(SettingsError, match="loss is 'huber', which the method 'whole-log' does not use"):
+        identify(exact_arm_log, arm, WHOLE_LOG.model_copy(update={"loss": "huber"}))
+
+
+def test_a_log_without_motion_is_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
+    still = replace(exact_arm_log, position=0 * exact_arm_log.position, velocity=None, acceleration=None)
+    with pytest.raises(NothingIdentifiedError, match=r"no joint can be identified from this log: .*moves only"):
+        identify(still, arm, WHOLE_LOG)

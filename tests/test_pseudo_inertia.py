@@ -1,0 +1,32 @@
+"""Ten parameters and the pseudo-inertia say the same, in every frame."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from stribeck.pseudo_inertia import carried, inertial_parameters, pseudo_inertia
+
+
+def some_bodies(count: int = 5) -> list[pin.Inertia]:
+    """Ellipsoids, turned and off their origins."""
+    pin.seed(3)
+    sizes = np.random.default_rng(3).uniform(0.1, 0.5, (count, 4))
+    return [pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)) for size in sizes]
+
+
+def test_there_and_back() -> None:
+    parameters = np.stack([body.toDynamicParameters() for body in some_bodies()])
+    np.testing.assert_allclose(inertial_parameters(pseudo_inertia(parameters)), parameters, atol=1e-14)
+
+
+def test_a_body_that_can_exist_has_a_positive_definite_pseudo_inertia() -> None:
+    parameters = np.stack([body.toDynamicParameters() for body in some_bodies()])
+    assert np.linalg.eigvalsh(pseudo_inertia(parameters)).min() > 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_parameters_are_carried_as_pinocchio_carries_the_body(seed: int) -> None:
+    pin.seed(seed)
+    body, pose = pin.Inertia.Random(), pin.SE3.Random()
+    there = carried(pose.homogeneous) @ body.toDynamicParameters()
+    np.testing.assert_allclose(there, pose.act(body).toDynamicParameters(), atol=1e-12)
