@@ -77,8 +77,8 @@ class WholeLog:
             return []
         return [
             f"chi^2 a degree of freedom is {self.fit.chi_square:.2g}: the equations of motion are off by more than "
-            "noise and the model's measured errors explain; look at delays, calibration and contacts, or set corrections "
-            "to 'calibration'; the intervals are widened accordingly"
+            "noise and the model's measured errors explain; look at delays, calibration and contacts, or set "
+            "corrections to 'calibration'; the intervals are widened accordingly"
         ]
 
 
