@@ -60,6 +60,8 @@ class WeakEquations:
     ----------
     time
         Of the windows' centres [s], shape (K,).
+    since, until
+        Time from the last change of the contacts, and to the next one [s], shape (K,); infinite where there is none.
     residual
         Left side [N m], shape (K, m).
     velocity
@@ -83,6 +85,8 @@ class WeakEquations:
     """
 
     time: Array
+    since: Array
+    until: Array
     residual: Array
     velocity: Array
     taps: Array

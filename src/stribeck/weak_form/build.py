@@ -56,8 +56,11 @@ class WeakForm:
         inertia = inertia_matrix(rooted, centres)[:, rooted.root_size + self.joints]
         lags = self.window.lags(self.filter.sharp.shape[1])
         middle = stretch.first + len(self.window.taps) // 2
+        time = self.log.time[middle :: self.window.step][: len(centres)]
         return WeakEquations(
-            time=self.log.time[middle :: self.window.step][: len(centres)],
+            time=time,
+            since=time - (-np.inf if stretch.begins is None else self.log.time[stretch.begins]),
+            until=(np.inf if stretch.ends is None else self.log.time[stretch.ends]) - time,
             residual=self.window.apply(residual),
             velocity=np.ascontiguousarray(state.velocity[:, self.joints]),
             taps=self.window.taps,

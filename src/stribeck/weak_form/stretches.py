@@ -17,11 +17,13 @@ LONGEST = 1.6
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows [first, last) of a log on the support of `feet`."""
+    """Rows [first, last) of a log on the support of `feet`, which begins and ends at contact changes, if at any."""
 
     first: int
     last: int
     feet: tuple[str, ...]
+    begins: int | None
+    ends: int | None
 
 
 def cut_stretches(
@@ -45,17 +47,18 @@ def cut_stretches(
         if phase.kind == "flight" or not usable_support(robot, phase.feet):
             continue
         segment = next(s for s in segments if s.start <= phase.start < s.stop)
-        swings = phase.kind != "fixed" and len(phase.feet) < len(robot.contacts)
+        begins = phase.start if phase.start > segment.start and phase.kind != "fixed" else None
+        ends = phase.stop if phase.stop < segment.stop and phase.kind != "fixed" else None
         first, last = max(phase.start, segment.start + margin), min(phase.stop, segment.stop - margin)
-        if swings and phase.start > segment.start:
-            first = max(first, phase.start + round(TRIM_START / period))
-        if swings and phase.stop < segment.stop:
-            last = min(last, phase.stop - round(TRIM_END / period))
+        if begins is not None:
+            first = max(first, begins + round(TRIM_START / period))
+        if ends is not None:
+            last = min(last, ends - round(TRIM_END / period))
         if last <= first:
             continue
         parts = -(-(last - first) // max(1, round(LONGEST / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
-        found += [Stretch(start, stop, phase.feet) for start, stop in pairwise(edges)]
+        found += [Stretch(start, stop, phase.feet, begins, ends) for start, stop in pairwise(edges)]
     return tuple(found)
 
 

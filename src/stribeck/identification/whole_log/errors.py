@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from stribeck.equations import WeakEquations
-from stribeck.identification.whole_log.levels import ErrorLevels
+from stribeck.identification.whole_log.levels import BINS, CALM, ErrorLevels, bin_of
 from stribeck.identification.whole_log.whitening import make_whitener
 from stribeck.log import Array
 
@@ -19,32 +19,53 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     """Return levels that are more likely, given equations and the residuals (K m,) that a fit leaves.
 
     With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where r^T Sigma^-1 V_c Sigma^-1 r = tr(Sigma^-1 V_c)
-    for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated).
-    The root's three directions share one level, of lines and of turns.
+    for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides
+    are sums over windows: over all they give the levels, over those near contact changes the unrest there. The root's
+    three directions share one level, of lines and of turns.
     """
-    left, right = np.zeros((2, len(levels.values)))
+    components = len(levels.calm)
+    left, right = np.zeros((2, components, BINS))
     for equations, residual in left_over:
         whitener = make_whitener(equations, levels)
         drives = whitener.apply(_drives(equations, levels))
         white = whitener.apply(residual[:, None])[:, 0]
-        components = len(levels.values)
-        left += ((white @ drives).reshape(-1, components) ** 2).sum(axis=0)
-        right += (drives**2).sum(axis=0).reshape(-1, components).sum(axis=0)
+        lags = len(equations.torque_overlap) - 1
+        bins = bin_of(equations)[np.clip(np.arange(len(equations.time) + lags) - lags // 2, 0, len(equations.time) - 1)]
+        found = ((white @ drives).reshape(-1, components) ** 2, (drives**2).sum(axis=0).reshape(-1, components))
+        for total, part in zip((left, right), found, strict=True):
+            np.add.at(total.T, bins, part)
     joints = len(levels.model)
+    calm = _ratio(_shared(left.sum(axis=1), joints), _shared(right.sum(axis=1), joints))
+    kinds = [levels.kinds == kind for kind in (0, 1)]
+    unrest = np.stack([_ratio(left[kind].sum(axis=0), right[kind].sum(axis=0)) for kind in kinds])
+    unrest = levels.unrest * unrest / np.maximum(unrest[:, [CALM]], 1e-12)
+    unrest /= np.maximum(unrest[:, [CALM]], 1e-12)
+    values = levels.calm * calm
+    return ErrorLevels(values[:joints], values[joints:], unrest)
+
+
+def _ratio(left: Array, right: Array) -> Array:
+    """Return by how much levels change; not at all where no window speaks."""
+    known = right > 0
+    ratio = np.where(known, left / np.where(known, right, 1.0), 1.0)
+    return np.asarray(np.sqrt(np.clip(ratio, 1 / LARGEST_CHANGE, LARGEST_CHANGE)))
+
+
+def _shared(sums: Array, joints: int) -> Array:
+    """Return sums over components, those of the root's lines and of its turns made one."""
+    shared = sums.copy()
     for group in (slice(joints, joints + 3), slice(joints + 3, joints + 6)):
-        left[group], right[group] = left[group].sum(), right[group].sum()
-    ratio = np.clip(left / np.maximum(right, 1e-300), 1 / LARGEST_CHANGE, LARGEST_CHANGE)
-    values = levels.values * np.sqrt(ratio)
-    return ErrorLevels(values[:joints], values[joints:])
+        shared[group] = sums[group].sum()
+    return shared
 
 
 def _drives(equations: WeakEquations, levels: ErrorLevels) -> Array:
     """Return what white drives of each error do to the equations, shape (K m, (K + lags) components)."""
-    response = levels.response(equations)
+    response = levels.response(equations) * levels.at(equations)[:, None]
     windows, rows, components = response.shape
     lags = len(equations.torque_overlap) - 1
     drives = np.zeros((windows, rows, windows + lags, components))
+    k = np.arange(windows)
     for lag in range(lags + 1):  # a running mean over lags + 1 drives
-        k = np.arange(windows)
         drives[k, :, k + lag, :] = response / np.sqrt(lags + 1)
     return drives.reshape(windows * rows, -1)

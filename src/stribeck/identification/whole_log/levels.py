@@ -1,16 +1,31 @@
-"""Errors that no sensor makes: of the model, and of the root that is taken to stand still."""
+"""Errors that no sensor makes: of the model, and of the root that is taken to stand still.
+
+Around contact changes feet rock, slip and strike, and both errors are larger. How much, the log itself says: such
+windows count as little as they should, rather than being left out by a guess.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.equations import WeakEquations
 from stribeck.log import Array
 
 FIRST_MODEL, FIRST_LINEAR, FIRST_ANGULAR = 0.02, 0.01, 0.01
 """Levels before the log has been heard [N m], [m/s^2], [rad/s^2]: of a good model and a hard floor."""
+
+SINCE = (0.06, 0.12, 0.24)
+"""Ends of the first bins, by the time since a contact change [s]."""
+
+UNTIL = 0.06
+"""Length of the last bin, by the time until a contact change [s]."""
+
+BINS = len(SINCE) + 2
+CALM = len(SINCE)
+"""Index of the bin that is far from any contact change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,26 +38,44 @@ class ErrorLevels:
         Of each joint's inverse dynamics [N m], shape (n,).
     root
         Of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
+    unrest
+        How much larger the model's and the root's errors are around contact changes, shape (2, BINS); one when calm.
     """
 
     model: Array
     root: Array
+    unrest: Array
 
     def response(self, equations: WeakEquations) -> Array:
         """Return what errors of unit level do to the equations, shape (K, m, n + root)."""
         return np.concatenate([equations.weights, equations.root_response], axis=2)
 
     @property
-    def values(self) -> Array:
-        """Levels in the order of `response`, shape (n + root,)."""
+    def calm(self) -> Array:
+        """Levels far from contact changes, in the order of `response`, shape (n + root,)."""
         return np.concatenate([self.model, self.root])
+
+    @property
+    def kinds(self) -> NDArray[np.int64]:
+        """Row of `unrest` of each level, shape (n + root,)."""
+        return np.repeat([0, 1], [len(self.model), len(self.root)])
+
+    def at(self, equations: WeakEquations) -> Array:
+        """Return the levels in each window, shape (K, n + root)."""
+        return np.asarray(self.calm * self.unrest[self.kinds][:, bin_of(equations)].T)
 
 
 def first_levels(equations: WeakEquations) -> ErrorLevels:
     """Return the levels to begin with."""
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
     both = np.repeat([FIRST_LINEAR, FIRST_ANGULAR], 3)[:root]
-    return ErrorLevels(np.full(joints, FIRST_MODEL), both)
+    return ErrorLevels(np.full(joints, FIRST_MODEL), both, np.ones((2, BINS)))
+
+
+def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
+    """Return which bin each window is in, shape (K,)."""
+    early = np.searchsorted(SINCE, equations.since, side="right")
+    return np.where((early == CALM) & (equations.until < UNTIL), BINS - 1, early)
 
 
 def bartlett(lags: int) -> Array:

@@ -63,7 +63,7 @@ def _covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
     response = equations.encoder_response * equations.encoder_noise
     torque = equations.weights * equations.torque_noise
     shape = bartlett(lags)
-    drift = levels.response(equations) * levels.values
+    drift = levels.response(equations) * levels.at(equations)[:, None]
     window = np.arange(count * lags)
     for lag in range(lags + 1):
         late, early = slice(lag, windows), slice(0, windows - lag)
