@@ -62,6 +62,8 @@ class WeakEquations:
         Of the windows' centres [s], shape (K,).
     since, until
         Time from the last change of the contacts, and to the next one [s], shape (K,); infinite where there is none.
+    gait
+        Number of the gait phase: steps on the same feet in the same log share it; -1 where there are no steps.
     residual
         Left side [N m], shape (K, m).
     velocity
@@ -87,6 +89,7 @@ class WeakEquations:
     time: Array
     since: Array
     until: Array
+    gait: int
     residual: Array
     velocity: Array
     taps: Array

@@ -28,7 +28,7 @@ from stribeck.robot import Robot
 from stribeck.rooting import BASE_FRAME
 from stribeck.settings import FilterSettings, Settings
 from stribeck.survey import PreparedLog, Progress, prepare
-from stribeck.weak_form.build import Lazily, weak_form
+from stribeck.weak_form.build import all_equations, weak_form
 from stribeck.weak_form.stretches import cut_stretches
 
 PLAIN = FilterSettings(kind="savitzky-golay", window=31)
@@ -124,8 +124,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         for part in prepared
     ]
     corrections = forms[0].corrections
-    parts = tuple((form, stretch) for form in forms for stretch in form.stretches)
-    fit = fit_whole_log(Lazily(parts), corrections, law, top_speed)
+    equations = all_equations(forms)
+    fit = fit_whole_log(equations, equations.gaits, corrections, law, top_speed)
     return WholeLog(
         fit=fit,
         joints=tuple(robot.joint_names[column] for column in columns),
@@ -197,7 +197,7 @@ def corrected_log(
     """Return the log without the errors of gains, zeros and orientation that were found."""
     if not corrections.gains:
         return log
-    rest = values[corrections.inertial_parameters.size :]
+    rest = values[corrections.inertial_parameters.size : corrections.size]
     gains, zeros, tilt = np.split(rest, [corrections.gains, corrections.gains + corrections.zeros])
     torque = log.torque.copy()
     torque[:, columns] *= 1 - gains

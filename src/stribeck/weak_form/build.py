@@ -46,8 +46,8 @@ class WeakForm:
     tilted: bool
     corrections: Corrections
 
-    def equations(self, stretch: Stretch) -> WeakEquations:
-        """Return the weak form of one stretch."""
+    def equations(self, stretch: Stretch, gait: int) -> WeakEquations:
+        """Return the weak form of one stretch, which is part of a numbered gait phase."""
         state = self.filter.state(self.robot, self.log, stretch.first, stretch.last, self.tilted)
         rooted, root = _root(self.robot, stretch.feet, state)
         _, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
@@ -61,6 +61,7 @@ class WeakForm:
             time=time,
             since=time - (-np.inf if stretch.begins is None else self.log.time[stretch.begins]),
             until=(np.inf if stretch.ends is None else self.log.time[stretch.ends]) - time,
+            gait=gait,
             residual=self.window.apply(residual),
             velocity=np.ascontiguousarray(state.velocity[:, self.joints]),
             taps=self.window.taps,
@@ -158,13 +159,30 @@ def _root(robot: Robot, feet: tuple[str, ...], state: State) -> tuple[RootedMode
 
 @dataclass(frozen=True, eq=False)
 class Lazily(Sequence[WeakEquations]):
-    """The equations of several logs' stretches, worked out when they are asked for."""
+    """The equations of several logs' stretches with their gait phases, worked out when they are asked for."""
 
-    parts: tuple[tuple[WeakForm, Stretch], ...]
+    parts: tuple[tuple[WeakForm, Stretch, int], ...]
 
     def __len__(self) -> int:
         return len(self.parts)
 
     def __getitem__(self, k: int) -> WeakEquations:  # type: ignore[override]
-        form, stretch = self.parts[k]
-        return form.equations(stretch)
+        form, stretch, gait = self.parts[k]
+        return form.equations(stretch, gait)
+
+    @property
+    def gaits(self) -> int:
+        """How many gait phases there are."""
+        return 1 + max((gait for _, _, gait in self.parts), default=-1)
+
+
+def all_equations(forms: Sequence[WeakForm]) -> Lazily:
+    """Return the equations of all stretches of some logs; every log's supports are gait phases of their own."""
+    gaits: dict[tuple[int, tuple[str, ...]], int] = {}
+    parts = []
+    for number, form in enumerate(forms):
+        for stretch in form.stretches:
+            steps = stretch.begins is not None or stretch.ends is not None
+            gait = gaits.setdefault((number, stretch.feet), len(gaits)) if steps else -1
+            parts.append((form, stretch, gait))
+    return Lazily(tuple(parts))

@@ -32,8 +32,9 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
         for k, name in enumerate(there.bodies)
         if before[k, 0] > 0
     }
-    calibration = fit.corrections[inertial:]
-    calibration_errors = errors[inertial:] * fit.model.scales
+    own = slice(inertial, there.size)
+    calibration = fit.corrections[own]
+    calibration_errors = errors[own] * fit.model.scales[: there.size - inertial]
     pairs = list(zip(calibration.tolist(), calibration_errors.tolist(), strict=True))
     return Corrections(
         chi_square=fit.chi_square,

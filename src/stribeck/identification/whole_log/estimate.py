@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from stribeck.identification.whole_log.errors import update_levels
 from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
 from stribeck.identification.whole_log.model import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
+from stribeck.identification.whole_log.repeated import spread_of_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design
 from stribeck.identification.whole_log.validation import left_over, validate
@@ -46,6 +47,8 @@ class WholeLogFit:
         Their values and covariance.
     levels
         Of the errors that no sensor makes.
+    repeated
+        Standard deviation of each joint's errors that come back with every step [N m], shape (n,).
     statistic
         The log, summed up.
     stretches
@@ -61,6 +64,7 @@ class WholeLogFit:
     model: ModelCorrections
     solution: Solution
     levels: ErrorLevels
+    repeated: Array
     statistic: Statistic
     stretches: int
     residual_rms: Array
@@ -84,7 +88,7 @@ class WholeLogFit:
 
 
 def fit_whole_log(
-    equations: Sequence[WeakEquations], corrections: Corrections, law: FrictionLaw, top_speed: Array
+    equations: Sequence[WeakEquations], gaits: int, corrections: Corrections, law: FrictionLaw, top_speed: Array
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
@@ -92,6 +96,8 @@ def fit_whole_log(
     ----------
     equations
         Of all stretches; worked out when they are asked for, so that they are never all in memory.
+    gaits
+        Number of their gait phases.
     corrections
         What their columns correct.
     law
@@ -99,7 +105,7 @@ def fit_whole_log(
     top_speed
         Of each joint [rad/s], shape (n,).
     """
-    nodes, model = make_nodes(law, top_speed), model_corrections(corrections)
+    nodes, model = make_nodes(law, top_speed), model_corrections(corrections, gaits, len(top_speed))
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
     torque = np.sqrt(np.mean(np.concatenate([part.residual.reshape(-1) for part in some]) ** 2))
@@ -118,14 +124,16 @@ def fit_whole_log(
     statistic.merge(_sum_up(unseen, levels, curves, model))
     solution = solve(statistic, curves, model, solution)
     values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
+    repeated, covariance = spread_of_repeated(statistic, curves, model, solution)
     return WholeLogFit(
         curves=curves,
         model=model,
-        solution=solution,
+        solution=replace(solution, covariance=covariance),
         levels=levels,
+        repeated=repeated,
         statistic=statistic,
         stretches=len(equations),
-        residual_rms=left_over(some, curves, levels, *values, values[0][None])[0],
+        residual_rms=left_over(some, curves, levels, gaits, *values, values[0][None])[0],
         validation=validation,
     )
 
@@ -134,7 +142,7 @@ def _sum_up(
     equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections
 ) -> Statistic:
     """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
-    statistics = [Statistic(curves.nodes, model.corrections.size) for _ in range(WORKERS)]
+    statistics = [Statistic(curves.nodes, model.size, model.gaits) for _ in range(WORKERS)]
     waiting: list[Future[None] | None] = [None] * WORKERS
     with ThreadPoolExecutor(WORKERS) as pool:
         for k, part in enumerate(equations):
@@ -155,4 +163,4 @@ def _left_over(
     """Yield equations and what a solution leaves of them, shape (K m,)."""
     values = np.concatenate([curves.coefficients(solution.internal), model.values(solution.corrections)[0]])
     for part in equations:
-        yield part, part.residual.ravel() - design(part, curves.nodes) @ values
+        yield part, part.residual.ravel() - design(part, curves.nodes, model.gaits) @ values

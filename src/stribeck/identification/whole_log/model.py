@@ -1,4 +1,4 @@
-"""Corrections of model and calibration in units of what is believed of them before the log speaks."""
+"""Corrections of model and calibration, and repeated errors, in units of what is believed of them beforehand."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from stribeck.equations import Corrections
 from stribeck.identification.whole_log.bodies import Bodies, bodies_of
+from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.log import Array
 from stribeck.pseudo_inertia import SIZE
 
@@ -28,13 +29,30 @@ class ModelCorrections:
         What there is to correct.
     bodies
         Where the inertias start from.
-    precision
-        Inverse covariance of the coordinates before the log speaks, shape (c, c).
+    gaits
+        Number of gait phases.
+    repeated
+        Standard deviation of each joint's repeated errors [N m], shape (n,); zero where they are not looked for.
     """
 
     corrections: Corrections
     bodies: Bodies
-    precision: Array
+    gaits: int
+    repeated: Array
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates c."""
+        return self.corrections.size + self.gaits * COSINES * len(self.repeated)
+
+    @property
+    def precision(self) -> Array:
+        """Inverse covariance of the coordinates before the log speaks, shape (c, c)."""
+        precision = np.eye(self.size)
+        inertial, gains = self.corrections.inertial_parameters.size, self.corrections.gains
+        if gains:
+            precision[inertial : inertial + gains, inertial : inertial + gains] += 1 / (gains * SUM_OF_GAINS) ** 2
+        return precision
 
     def values(self, coordinates: Array) -> tuple[Array, Array]:
         """Return x, shape (c,), and the bodies' derivatives, shape (L, 10, 10); the others' are `scales`."""
@@ -44,15 +62,13 @@ class ModelCorrections:
 
     @property
     def scales(self) -> Array:
-        """Units of the calibration's coordinates."""
+        """Units of the coordinates of calibration and repeated errors."""
         c = self.corrections
-        return np.repeat([GAIN, ZERO, TILT], [c.gains, c.zeros, c.tilts])
+        calibration = np.repeat([GAIN, ZERO, TILT], [c.gains, c.zeros, c.tilts])
+        return np.concatenate([calibration, np.tile(self.repeated, self.gaits * COSINES)])
 
 
-def model_corrections(corrections: Corrections) -> ModelCorrections:
-    """Return the coordinates of what there is to correct, with its prior."""
-    precision = np.eye(corrections.size)
-    inertial, gains = corrections.inertial_parameters.size, corrections.gains
-    if gains:
-        precision[inertial : inertial + gains, inertial : inertial + gains] += 1 / (gains * SUM_OF_GAINS) ** 2
-    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), precision)
+def model_corrections(corrections: Corrections, gaits: int, joints: int) -> ModelCorrections:
+    """Return the coordinates of what there is to correct, and of the errors that steps of n joints repeat."""
+    bodies = bodies_of(corrections.inertial_parameters)
+    return ModelCorrections(corrections, bodies, gaits, np.zeros(joints))

@@ -84,6 +84,12 @@ def solve(statistic: Statistic, curves: Curves, model: ModelCorrections, before:
     return min((_descend(statistic, curves, model, start, nothing) for start in starts), key=lambda found: found.cost)
 
 
+def curvature(statistic: Statistic, curves: Curves, model: ModelCorrections, at: Solution) -> Array:
+    """Return Gauss-Newton's second derivatives of half of chi^2 at a solution, the prior's included."""
+    x = np.concatenate([at.internal.ravel(), at.corrections])
+    return _evaluate(statistic, curves, model, x, at.internal.shape).hessian
+
+
 def _descend(statistic: Statistic, curves: Curves, model: ModelCorrections, start: Array, known: Array) -> Solution:
     shape = start.shape
     corrections = statistic.corrections

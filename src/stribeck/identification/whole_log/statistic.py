@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stribeck.equations import WeakEquations
+from stribeck.identification.whole_log.cosines import repeated_columns
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.nodes import Nodes
 from stribeck.identification.whole_log.whitening import make_whitener
@@ -15,7 +16,7 @@ from stribeck.log import Array
 
 @dataclass(eq=False)
 class Statistic:
-    """Normal equations of the coefficients of all friction curves, then of the model's c corrections.
+    """Normal equations of the coefficients of all friction curves, then of c corrections and repeated errors.
 
         chi^2(x) = square - 2 right^T x + x^T gram x
 
@@ -26,7 +27,9 @@ class Statistic:
     nodes
         And functions that the friction curves are sums of.
     corrections
-        Number c.
+        Number c, the repeated errors of all gait phases included.
+    gaits
+        Number of gait phases.
     gram, right
         Shape (D, D) and (D,), with D = nodes.size + c.
     square, count
@@ -35,6 +38,7 @@ class Statistic:
 
     nodes: Nodes
     corrections: int
+    gaits: int
     gram: Array = field(init=False)
     right: Array = field(init=False)
     square: float = 0.0
@@ -47,7 +51,7 @@ class Statistic:
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
         whitener = make_whitener(equations, levels)
-        white = whitener.apply(design(equations, self.nodes))
+        white = whitener.apply(design(equations, self.nodes, self.gaits))
         residual = whitener.apply(equations.residual.reshape(-1, 1))[:, 0]
         self.gram += white.T @ white  # NumPy knows the product to be symmetric
         self.right += residual @ white
@@ -62,11 +66,10 @@ class Statistic:
         self.count += other.count
 
 
-def design(equations: WeakEquations, nodes: Nodes) -> Array:
-    """Return the derivatives of a stretch's equations by coefficients, then corrections, shape (K m, D)."""
+def design(equations: WeakEquations, nodes: Nodes, gaits: int) -> Array:
+    """Return the equations' derivatives by coefficients, corrections and repeated errors, shape (K m, D)."""
     windows, rows = equations.residual.shape
     curves = nodes.windows(equations.velocity, equations.taps, equations.step, windows)
     matrix = (equations.weights[:, :, :, None] * curves[:, None]).reshape(windows * rows, nodes.size)
-    if equations.columns is None:
-        return matrix
-    return np.column_stack([matrix, equations.columns.reshape(windows * rows, -1)])
+    parts = [matrix] if equations.columns is None else [matrix, equations.columns.reshape(windows * rows, -1)]
+    return np.column_stack([*parts, repeated_columns(equations, gaits)])

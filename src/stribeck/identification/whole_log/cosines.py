@@ -1,0 +1,29 @@
+"""Errors that come back with every step: what is wrong at the same place of a gait, time and again.
+
+Feet rock alike after every lift-off, a tilt or an inertia that is off is off alike in every step. Such errors do not
+average out over steps; taken for noise they would make intervals too narrow. So every gait phase may have a smooth
+torque of its own in each joint, a few cosines over the phase. How large these torques are is measured by a fit that has
+them; the friction itself is better found without, and its covariance is what they would do to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.equations import WeakEquations
+from stribeck.log import Array
+
+COSINES = 4
+"""Of each joint and gait phase [1], the constant included."""
+
+
+def repeated_columns(equations: WeakEquations, gaits: int) -> Array:
+    """Return the equations' derivatives by all cosines, shape (K m, gaits COSINES n)."""
+    windows, rows, joints = equations.weights.shape
+    columns = np.zeros((windows, rows, gaits, COSINES, joints))
+    if equations.gait >= 0:
+        progress = equations.since / (equations.since + equations.until)
+        progress = np.where(np.isfinite(progress), progress, 0.5)  # a phase that is cut off: its middle, as it were
+        waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))
+        columns[:, :, equations.gait] = waves[:, None, :, None] * equations.weights[:, :, None, :]
+    return columns.reshape(windows * rows, -1)
