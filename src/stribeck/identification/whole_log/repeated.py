@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.equations import Corrections
+from stribeck.identification.whole_log.bodies import bodies_of
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, curvature, solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
+from stribeck.pseudo_inertia import SIZE
 
 FIRST, LEAST = 0.01, 1e-4
 """Standard deviation of the repeated torques to begin with, and the least [N m]."""
@@ -35,16 +38,33 @@ def spread_of_repeated(
     joints = len(model.repeated)
     if not model.gaits:
         return np.zeros(joints), solution.covariance
-    friction, columns = solution.internal.size, model.gaits * COSINES * joints
-    tried, free = replace(model, repeated=np.full(joints, FIRST)), solution
+    columns = model.gaits * COSINES * joints
+    rest = without_corrections(statistic, model, solution)
+    tried = ModelCorrections(Corrections(), bodies_of(np.zeros((0, SIZE))), model.gaits, np.full(joints, FIRST))
+    free = replace(solution, corrections=np.zeros(columns))
     for _ in range(ROUNDS):
-        free = solve(statistic, curves, tried, replace(free, corrections=solution.corrections))
-        own = slice(friction + model.corrections.size, None)
-        square = (free.corrections[-columns:] ** 2).reshape(-1, joints).sum(axis=0)
-        known = (1 - np.diag(free.covariance)[own]).reshape(-1, joints).sum(axis=0)  # how many the log determines
+        free = solve(rest, curves, tried, free)
+        square = (free.corrections**2).reshape(-1, joints).sum(axis=0)
+        variance = np.diag(free.covariance)[solution.internal.size :]
+        known = (1 - variance).reshape(-1, joints).sum(axis=0)  # how many the log determines
         growth = np.sqrt(square / np.maximum(known, 1.0))
         tried = replace(tried, repeated=np.maximum(tried.repeated * growth, LEAST))
-    cross = curvature(statistic, curves, tried, solution)[:, -columns:]
+        free = replace(free, corrections=np.zeros(columns))
+    cross = curvature(statistic, curves, replace(model, repeated=tried.repeated), solution)[:, -columns:]
     cross[-columns:] = 0
     bias = solution.covariance @ cross
     return tried.repeated, solution.covariance + bias @ bias.T
+
+
+def without_corrections(statistic: Statistic, model: ModelCorrections, solution: Solution) -> Statistic:
+    """Return the statistic of friction and repeated torques alone, the corrections being what a solution says."""
+    size, corrections = statistic.nodes.size, model.corrections.size
+    kept = np.r_[0:size, size + corrections : len(statistic.right)]
+    taken = np.zeros(len(statistic.right))
+    taken[size : size + corrections] = model.values(solution.corrections)[0][:corrections]
+    rest = Statistic(statistic.nodes, len(kept) - size, statistic.gaits)
+    rest.gram = statistic.gram[np.ix_(kept, kept)]
+    rest.right = (statistic.right - statistic.gram @ taken)[kept]
+    rest.square = statistic.square + float(taken @ (statistic.gram @ taken - 2 * statistic.right))
+    rest.count = statistic.count
+    return rest
