@@ -18,6 +18,9 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
     sharp = np.convolve(taps, [1.0, -2.0, 1.0])
     return WeakEquations(
         time=np.arange(windows) * 0.01,
+        since=0.03 + np.arange(windows) * 0.01,
+        until=0.03 + np.arange(windows)[::-1] * 0.01,
+        gait=-1,
         residual=generator.standard_normal((windows, rows)),
         velocity=generator.standard_normal((3 * windows + 6, joints)),
         taps=taps,
@@ -33,14 +36,16 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
     )
 
 
-LEVELS = ErrorLevels(np.array([0.3, 0.2, 0.4]), np.repeat([0.1, 0.2], 3))
+UNREST = np.array([[3.0, 2.0, 1.5, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0, 1.5]])
+LEVELS = ErrorLevels(np.array([0.3, 0.2, 0.4]), np.repeat([0.1, 0.2], 3), UNREST)
 
 
 def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
     """As the docstring of `WeakEquations` has it, dense."""
     windows, rows = equations.residual.shape
     lags = len(equations.torque_overlap) - 1
-    G, P, B = equations.encoder_response, equations.weights, equations.root_response
+    G, P = equations.encoder_response, equations.weights
+    V = levels.response(equations) * levels.at(equations)[:, None, :]
     dense = np.zeros((windows, rows, windows, rows))
     for k in range(windows):
         for other in range(max(0, k - lags), min(windows, k + lags + 1)):
@@ -48,8 +53,7 @@ def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
             rho_a = equations.acceleration_overlap[j] if j < len(equations.acceleration_overlap) else 0.0
             part = rho_a * G[k] @ np.diag(equations.encoder_noise**2) @ G[other].T
             part += equations.torque_overlap[j] * P[k] @ np.diag(equations.torque_noise**2) @ P[other].T
-            own = B[k] @ np.diag(levels.root**2) @ B[other].T + P[k] @ np.diag(levels.model**2) @ P[other].T
-            dense[k, :, other, :] = part + bartlett(lags)[j] * own
+            dense[k, :, other, :] = part + bartlett(lags)[j] * V[k] @ V[other].T
     return dense.reshape(windows * rows, windows * rows)
 
 
@@ -72,7 +76,17 @@ def test_levels_are_found_from_what_is_left_over() -> None:
         equations = some_equations(80, False, seed)
         factor = np.linalg.cholesky(covariance(equations, LEVELS))
         parts.append((equations, factor @ generator.standard_normal(len(factor))))
-    levels = ErrorLevels(np.full(3, 1.0), np.full(6, 1.0))
-    for _ in range(12):
+    levels = ErrorLevels(np.full(3, 1.0), np.full(6, 1.0), np.ones((2, 5)))
+    for _ in range(15):
         levels = update_levels(levels, parts)
-    np.testing.assert_allclose(levels.values, LEVELS.values, rtol=0.4)
+    np.testing.assert_allclose(levels.calm, LEVELS.calm, rtol=0.5)
+    assert np.all(levels.unrest[:, 0] > 1.5)
+    np.testing.assert_allclose(levels.unrest[:, 3], 1.0)
+
+
+def test_levels_are_larger_around_contact_changes() -> None:
+    equations = some_equations(40, False)
+    near = LEVELS.at(equations) / LEVELS.calm
+    np.testing.assert_allclose(near[0], np.repeat([3.0, 4.0], [3, 6]))  # 0.03 s after one
+    np.testing.assert_allclose(near[-1], np.repeat([2.0, 1.5], [3, 6]))  # 0.03 s before the next
+    np.testing.assert_allclose(near[25], 1.0)

@@ -1,0 +1,67 @@
+"""Errors that come back with every step are measured, and widen the intervals of what they can be confused with."""
+
+from dataclasses import replace
+
+import numpy as np
+from tests.identification.whole_log.test_whitening import some_equations
+
+from stribeck.equations import Corrections, WeakEquations
+from stribeck.friction import get_law
+from stribeck.identification.whole_log.cosines import repeated_columns
+from stribeck.identification.whole_log.curves import Curves
+from stribeck.identification.whole_log.levels import first_levels
+from stribeck.identification.whole_log.model import model_corrections
+from stribeck.identification.whole_log.nodes import make_nodes
+from stribeck.identification.whole_log.repeated import spread_of_repeated
+from stribeck.identification.whole_log.solve import solve
+from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.log import Array
+
+VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])  # viscous, Coulomb, offset
+
+
+def steps(repeated: float) -> list[WeakEquations]:
+    """Steps on two feet: friction, little noise, and a torque that comes back with every step on the same foot."""
+    generator = np.random.default_rng(3)
+    torques = repeated * generator.standard_normal(2 * 4 * 3)
+    law = get_law("coulomb-viscous")
+    found = []
+    for seed in range(30):
+        step = replace(some_equations(40, False, seed), gait=seed % 2, encoder_noise=1e-3 * np.ones(4))
+        step = replace(step, torque_noise=1e-2 * np.ones(3), root_response=np.zeros((40, 3, 0)))
+        time = np.arange(len(step.velocity))[:, None] * np.array([0.05, 0.07, 0.11]) + generator.uniform(0, 6, 3)
+        velocity = np.sin(time)
+        friction = np.column_stack([law.torque(velocity[:, k], VALUES[k]) for k in range(3)])
+        windows = np.stack([friction[3 * k : 3 * k + 7].T @ step.taps for k in range(40)])
+        noise = 0.005 * generator.standard_normal((40, 3))
+        step = replace(step, velocity=velocity, residual=windows + noise)
+        found.append(replace(step, residual=step.residual + (repeated_columns(step, 2) @ torques).reshape(40, 3)))
+    return found
+
+
+def fitted(equations: list[WeakEquations]) -> tuple[Array, Array, Array]:
+    """Return repeated levels, errors and standard errors of the friction."""
+    law = get_law("coulomb-viscous")
+    nodes = make_nodes(law, np.ones(3))
+    curves = Curves(law, nodes, np.ones(3), np.ones(3))
+    model = model_corrections(Corrections(), 2, 3)
+    statistic = Statistic(nodes, model.size, 2)
+    for part in equations:
+        statistic.add(part, first_levels(part))
+    solution = solve(statistic, curves, model)
+    levels, covariance = spread_of_repeated(statistic, curves, model, solution)
+    return levels, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(covariance))[:9]
+
+
+def test_without_them_next_to_nothing_is_found() -> None:
+    levels, errors, deviations = fitted(steps(0.0))
+    assert np.all(levels < 0.003)
+    assert np.sqrt(np.mean((errors / deviations) ** 2)) < 2
+
+
+def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
+    levels, errors, deviations = fitted(steps(0.05))
+    assert np.all((levels > 0.025) & (levels < 0.1))
+    assert np.mean(np.abs(errors) < 2 * deviations) > 0.85
+    _, _, without = fitted(steps(0.0))
+    assert np.all(deviations > 1.3 * without)
