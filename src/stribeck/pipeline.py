@@ -72,7 +72,7 @@ def identify(
         found = find_whole_log(sources, robot, law, settings, progress) if settings.method == "whole-log" else None
         if found:
             robot, sources = found.robot, list(found.logs)
-            settings = settings.model_copy(update={"standing_legs": True})
+            settings = settings.model_copy(update={"standing_legs": True, "double_support": "skip"})
         surveys: list[Survey] = []
         for k, source in enumerate(sources):
             surveys.append(survey(source, k, len(sources), robot, settings, write, progress))
@@ -103,7 +103,7 @@ def _refuse_unused(settings: Settings) -> None:
     """Refuse settings that the method whole-log does not listen to."""
     if settings.method != "whole-log":
         return
-    for key in ("fit_armature", "loss", "double_support"):
+    for key in ("fit_armature", "loss"):
         value = getattr(settings, key)
         if value != Settings.model_fields[key].default:
             raise SettingsError(

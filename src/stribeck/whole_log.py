@@ -42,8 +42,8 @@ TOP_SPEED = 99.9
 SPEED_SPACING = 0.010
 """Over which speeds are looked at beforehand [s]."""
 
-FEWEST_WINDOWS = 5
-"""In a stretch [1]; less is not worth the filters' margins."""
+FEWEST = 5
+"""Speeds in a stretch [1]; less is not worth the trouble."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -143,15 +143,14 @@ def _joints_that_move(
     for part in prepared:
         period = part.sampling.period
         step = max(1, round(SPEED_SPACING / period))
-        for stretch in cut_stretches(robot, part.support.phases, part.sampling.segments, period, 0):
+        for stretch in cut_stretches(part.support.phases, part.sampling.segments, period, 0, FEWEST * step):
             position = part.log.position[stretch.first : stretch.last : step, robot.torque_controlled]
-            if len(position) > FEWEST_WINDOWS:
-                speeds.append(np.diff(position, axis=0) / (step * period))
-                blocks.append(np.full(len(position) - 1, len(blocks)))
+            speeds.append(np.diff(position, axis=0) / (step * period))
+            blocks.append(np.full(len(position) - 1, len(blocks)))
     if not speeds:
         raise NothingIdentifiedError(
-            "no joint can be identified from this log: the method 'whole-log' uses stretches on a fixed base or on one "
-            "standing surface, and none is long enough"
+            "no joint can be identified from this log: no support phase is longer than what is left out around contact "
+            "changes"
         )
     velocity, block = np.concatenate(speeds), np.concatenate(blocks)
     reasons = []

@@ -38,7 +38,7 @@ def test_inverse_dynamics_is_linear_in_the_bodies(file: str, foot: str) -> None:
     robot, rooted, state = case(file, foot)
     joints = np.arange(len(robot.joint_names))
     root = standing_root(robot, foot, state) if foot else None
-    columns = inertia_columns(robot, rooted, joints, state, root)
+    columns = inertia_columns(robot, rooted, rooted.root_size + joints, state, root)
     model = robot.tree.model
     bodies = np.concatenate([model.inertias[body].toDynamicParameters() for body in range(1, model.njoints)])
     rotors = robot.armature * state.acceleration if np.any(robot.armature) else 0.0

@@ -8,20 +8,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.base_motion import standing_root
 from stribeck.contact import SupportPhase
-from stribeck.dynamics import RootMotion, inertia_matrix, rooted_inverse_dynamics
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
-from stribeck.rooting import RootedModel
 from stribeck.settings import Settings
 from stribeck.state import Orientation, State
 from stribeck.weak_form.corrections import inertia_columns, zero_columns
 from stribeck.weak_form.motion import Differentiator, differentiator
 from stribeck.weak_form.noise import NoiseLevels, measure_noise
 from stribeck.weak_form.stretches import Stretch, cut_stretches
+from stribeck.weak_form.support import (
+    Support,
+    at_every_row,
+    find_support,
+    null_projection,
+    sees_friction,
+    without_contact_forces,
+)
 from stribeck.weak_form.window import Window, smooth_window
+
+FEWEST_WINDOWS = 4
+"""In a stretch [1]; less is not worth the trouble."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,6 +40,8 @@ class WeakForm:
     ----------
     joints
         Columns of the joints whose friction is asked for, shape (n,).
+    supports
+        By the feet that stand.
     corrections
         What of the model and of the calibration is corrected beside the friction.
     """
@@ -40,6 +50,7 @@ class WeakForm:
     log: RobotLog
     joints: NDArray[np.int64]
     stretches: tuple[Stretch, ...]
+    supports: dict[tuple[str, ...], Support]
     window: Window
     filter: Differentiator
     noise: NoiseLevels
@@ -49,48 +60,57 @@ class WeakForm:
     def equations(self, stretch: Stretch, gait: int) -> WeakEquations:
         """Return the weak form of one stretch, which is part of a numbered gait phase."""
         state = self.filter.state(self.robot, self.log, stretch.first, stretch.last, self.tilted)
-        rooted, root = _root(self.robot, stretch.feet, state)
-        _, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
-        residual = (self.log.torque[stretch.first : stretch.last] - needed)[:, self.joints]
-        centres = self.window.apply(state.position)
-        inertia = inertia_matrix(rooted, centres)[:, rooted.root_size + self.joints]
-        lags = self.window.lags(self.filter.sharp.shape[1])
-        middle = stretch.first + len(self.window.taps) // 2
-        time = self.log.time[middle :: self.window.step][: len(centres)]
+        support, window = self.supports[stretch.feet], self.window
+        left = support.left_side(state, self.log.torque[stretch.first : stretch.last])
+        centres = window.apply(state.position)
+        jacobian = support.jacobian(centres) if support.feet else None
+        encoder, root = support.responses(centres, jacobian)
+        projection, half = None, len(window.taps) // 2
+        if jacobian is not None:
+            forces = jacobian[:, :, support.rows]
+            projection = null_projection(forces)
+            left = without_contact_forces(left, at_every_row(forces, half, window.step, len(left)))
+        columns = self._columns(stretch, support, state) if self.corrections.size else None
+        lags = window.lags(self.filter.sharp.shape[1])
+        time = self.log.time[stretch.first + half :: window.step][: len(centres)]
         return WeakEquations(
             time=time,
             since=time - (-np.inf if stretch.begins is None else self.log.time[stretch.begins]),
             until=(np.inf if stretch.ends is None else self.log.time[stretch.ends]) - time,
             gait=gait,
-            residual=self.window.apply(residual),
+            residual=_seen(projection, window.apply(left)[:, :, None])[:, :, 0],
             velocity=np.ascontiguousarray(state.velocity[:, self.joints]),
-            taps=self.window.taps,
-            step=self.window.step,
-            projection=None,
-            encoder_response=inertia[:, :, rooted.root_size :],
-            root_response=inertia[:, :, : rooted.root_size],
+            taps=window.taps,
+            step=window.step,
+            projection=None if projection is None else projection[:, :, -len(self.joints) :],
+            encoder_response=_seen(projection, encoder),
+            root_response=_seen(projection, root),
             encoder_noise=self.noise.position,
             torque_noise=self.noise.torque[self.joints],
-            acceleration_overlap=self.window.overlap(self.filter.sharp[2], lags),
-            torque_overlap=self.window.overlap(np.ones(1), lags),
-            columns=self._columns(stretch, rooted, state) if self.corrections.size else None,
+            acceleration_overlap=window.overlap(self.filter.sharp[2], lags),
+            torque_overlap=window.overlap(np.ones(1), lags),
+            columns=None if columns is None else _seen(projection, columns),
         )
 
-    def _columns(self, stretch: Stretch, rooted: RootedModel, state: State) -> Array:
-        """Return the columns of all corrections, shape (K, n, c)."""
+    def _columns(self, stretch: Stretch, support: Support, state: State) -> Array:
+        """Return the columns of all corrections, shape (K, rows, c)."""
         turn, smooth = state.orientation, self.window.apply
         if turn is not None:
             turn = Orientation(
                 smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
             )
         smoothed = State(smooth(state.position), smooth(state.velocity), smooth(state.acceleration), turn)
-        _, root = _root(self.robot, stretch.feet, smoothed)
-        found = [inertia_columns(self.robot, rooted, self.joints, smoothed, root)]
+        found = [inertia_columns(self.robot, support.rooted, support.rows, smoothed, support.root(smoothed))]
         if self.corrections.gains:
             torque = smooth(self.log.torque[stretch.first : stretch.last, self.joints])
             found.append(torque[:, :, None] * np.eye(len(self.joints)))
-            found.append(zero_columns(self.robot, rooted, self.joints, stretch.feet, smoothed))
+            found.append(zero_columns(self.robot, support.rooted, self.joints, stretch.feet, smoothed))
         return np.concatenate(found, axis=2)
+
+
+def _seen(projection: Array | None, rows: Array) -> Array:
+    """Return what the contacts let one see of rows, shape (K, rows, c) -> (K, m, c)."""
+    return rows if projection is None else projection @ rows
 
 
 def find_corrections(robot: Robot, joints: int, settings: Settings) -> Corrections:
@@ -133,28 +153,39 @@ def weak_form(
     period
         [s].
     settings
-        `tilt` and `corrections` are used.
+        `tilt`, `corrections` and `double_support` are used.
     """
     columns = np.asarray(joints, dtype=np.int64)
     noise = measure_noise(log.position, log.torque, segments)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
+    window, corrections = smooth_window(period), find_corrections(robot, len(columns), settings)
+    stretches = cut_stretches(phases, segments, period, kernels.margin, window.rows(FEWEST_WINDOWS))
+    supports = {feet: find_support(robot, feet, columns) for feet in dict.fromkeys(s.feet for s in stretches)}
+    seen = [feet for feet, support in supports.items() if _wanted(support, corrections, settings)]
     return WeakForm(
         robot=robot,
         log=log,
         joints=columns,
-        stretches=cut_stretches(robot, phases, segments, period, kernels.margin),
-        window=smooth_window(period),
+        stretches=tuple(stretch for stretch in stretches if stretch.feet in seen),
+        supports=supports,
+        window=window,
         filter=kernels,
         noise=noise,
         tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
-        corrections=find_corrections(robot, len(columns), settings),
+        corrections=corrections,
     )
 
 
-def _root(robot: Robot, feet: tuple[str, ...], state: State) -> tuple[RootedModel, RootMotion | None]:
-    if robot.base == "fixed":
-        return robot.tree, None
-    return robot.rooted_at(feet[0]), standing_root(robot, feet[0], state)
+def _wanted(support: Support, corrections: Corrections, settings: Settings) -> bool:
+    """Return whether a support is used.
+
+    Several surfaces are only if asked for, as they add little; no loop of feet is where encoder zeros are set free, as
+    they turn the contact forces too.
+    """
+    if not support.feet:
+        return True
+    loops = support.foot != "" and settings.double_support != "fit"
+    return sees_friction(support) and not loops and not corrections.zeros
 
 
 @dataclass(frozen=True, eq=False)

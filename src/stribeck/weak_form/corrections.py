@@ -32,28 +32,32 @@ def _workspace(rooted: RootedModel) -> tuple[pin.Model, pin.Data]:
 
 
 def inertia_columns(
-    robot: Robot, rooted: RootedModel, joints: NDArray[np.int64], state: State, root: RootMotion | None
+    robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], state: State, root: RootMotion | None
 ) -> Array:
-    """Return the joint torques' derivatives by the bodies' inertial parameters, shape (K, n, 10 bodies).
+    """Return the derivatives of inverse dynamics by the bodies' inertial parameters, shape (K, rows, 10 bodies).
+
+    Rows are counted as `inertia_matrix` orders them: those of a floating root first, then the robot's joints.
 
     The bodies are those of `robot.tree`, each with its parameters in its own joint's frame, whatever foot stands: a
     body that is passed the other way has moved into another frame, which its parameters follow linearly.
     """
     model, data = _workspace(rooted)
     size, columns = rooted.root_size, rooted.columns
-    order = size + np.argsort(columns)[joints]
+    order = np.concatenate([np.arange(size), size + np.argsort(columns)])[rows]
     bodies = range(1, robot.tree.model.njoints)
     places = np.array([rooted.bodies[body][0] - 1 for body in bodies]) if rooted is not robot.tree else None
-    raw = np.empty((len(state.position), len(joints), model.njoints - 1, SIZE))
+    raw = np.empty((len(state.position), len(rows), model.njoints - 1, SIZE))
     configuration = pin.neutral(model)
     rates = np.zeros((2, model.nv))
     for k in range(len(raw)):  # Pinocchio has no batched call for it
         configuration[model.nq - len(columns) :] = state.position[k, columns]
         rates[0, size:], rates[1, size:] = state.velocity[k, columns], state.acceleration[k, columns]
         if root is not None:
-            rates[1, :3] = -root.gravity[k]
+            rates[0, :size] = 0.0 if root.velocity is None else root.velocity[k]
+            rates[1, :size] = 0.0 if root.acceleration is None else root.acceleration[k]
+            rates[1, :3] -= root.gravity[k]
         regressor = pin.computeJointTorqueRegressor(model, data, configuration, rates[0], rates[1])
-        raw[k] = regressor[order].reshape(len(joints), -1, SIZE)
+        raw[k] = regressor[order].reshape(len(rows), -1, SIZE)
     if places is None:
         return raw.reshape(*raw.shape[:2], -1)
     moves = np.stack([carried(rooted.bodies[body][1].homogeneous) for body in bodies])

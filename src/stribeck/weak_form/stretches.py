@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from stribeck.contact import SupportPhase
-from stribeck.robot import Robot
 
-TRIM_START, TRIM_END = 0.05, 0.02
-"""Left out after a foot has lifted and before one lands [s]; impacts are shorter than the trims of other methods."""
+TRIM_LIFTED, TRIM_LANDED, TRIM_END = 0.05, 0.07, 0.02
+"""Left out after a foot has lifted, after one has landed, and before either [s]: a landing foot chatters."""
 
 LONGEST = 1.6
 """Of a stretch [s]: errors of different stretches count as independent."""
@@ -27,41 +26,37 @@ class Stretch:
 
 
 def cut_stretches(
-    robot: Robot, phases: tuple[SupportPhase, ...], segments: tuple[slice, ...], period: float, margin: int
+    phases: tuple[SupportPhase, ...], segments: tuple[slice, ...], period: float, margin: int, shortest: int
 ) -> tuple[Stretch, ...]:
-    """Return the stretches of all phases that the weak form can use.
+    """Return the stretches of all phases in which something stands.
 
     Parameters
     ----------
-    robot
-        The robot.
     phases, segments
         Of the log.
     period
         [s].
     margin
         Rows that filters need on either side within a segment.
+    shortest
+        Rows that a stretch must have.
     """
     found: list[Stretch] = []
+    before: tuple[str, ...] = ()
     for phase in phases:
-        if phase.kind == "flight" or not usable_support(robot, phase.feet):
-            continue
         segment = next(s for s in segments if s.start <= phase.start < s.stop)
         begins = phase.start if phase.start > segment.start and phase.kind != "fixed" else None
         ends = phase.stop if phase.stop < segment.stop and phase.kind != "fixed" else None
         first, last = max(phase.start, segment.start + margin), min(phase.stop, segment.stop - margin)
         if begins is not None:
-            first = max(first, begins + round(TRIM_START / period))
+            landed = not set(phase.feet) <= set(before)
+            first = max(first, begins + round((TRIM_LANDED if landed else TRIM_LIFTED) / period))
         if ends is not None:
             last = min(last, ends - round(TRIM_END / period))
-        if last <= first:
+        before = phase.feet
+        if phase.kind == "flight" or last - first < shortest:
             continue
-        parts = -(-(last - first) // max(1, round(LONGEST / period)))
+        parts = -(-(last - first) // max(shortest, round(LONGEST / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
         found += [Stretch(start, stop, phase.feet, begins, ends) for start, stop in pairwise(edges)]
     return tuple(found)
-
-
-def usable_support(robot: Robot, feet: tuple[str, ...]) -> bool:
-    """Return whether the tree can be rooted at what stands: a fixed base, or one standing surface."""
-    return robot.base == "fixed" or (len(feet) == 1 and robot.contacts[feet[0]].kind == "surface")

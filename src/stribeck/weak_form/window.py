@@ -29,6 +29,10 @@ class Window:
         """Return how many windows lie inside a stretch of rows."""
         return max(0, (rows - len(self.taps)) // self.step + 1)
 
+    def rows(self, count: int) -> int:
+        """Return how many rows so many windows take."""
+        return len(self.taps) + (count - 1) * self.step
+
     def apply(self, signal: Array) -> Array:
         """Return the windows of a signal, shape (T, n) -> (K, n)."""
         if not self.count(len(signal)):

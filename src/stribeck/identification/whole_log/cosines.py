@@ -22,8 +22,9 @@ def repeated_columns(equations: WeakEquations, gaits: int) -> Array:
     windows, rows, joints = equations.weights.shape
     columns = np.zeros((windows, rows, gaits, COSINES, joints))
     if equations.gait >= 0:
-        progress = equations.since / (equations.since + equations.until)
-        progress = np.where(np.isfinite(progress), progress, 0.5)  # a phase that is cut off: its middle, as it were
+        whole = np.isfinite(equations.since + equations.until)
+        length = np.where(whole, equations.since + equations.until, 1.0)
+        progress = np.where(whole, equations.since / length, 0.5)  # a phase that is cut off: its middle, as it were
         waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))
         columns[:, :, equations.gait] = waves[:, None, :, None] * equations.weights[:, :, None, :]
     return columns.reshape(windows * rows, -1)

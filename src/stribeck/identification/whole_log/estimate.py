@@ -10,12 +10,13 @@ import numpy as np
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import FrictionLaw
+from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
 from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
 from stribeck.identification.whole_log.model import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.repeated import spread_of_repeated
+from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design
 from stribeck.identification.whole_log.validation import left_over, validate
@@ -27,6 +28,12 @@ LISTEN = 8
 
 LEAST_TRAINING = 4
 """Stretches [1] in all for each one that is held out for the validation."""
+
+STRIDE = 3
+"""One stretch of so many [1] is looked at for errors that every step repeats; odd, as left and right alternate."""
+
+FEWEST_STEPS = 15
+"""Stretches a gait phase [1] below which all are."""
 
 WORKERS = 2
 """Threads [1] that weigh equations: linear algebra lets other threads run."""
@@ -105,26 +112,34 @@ def fit_whole_log(
     top_speed
         Of each joint [rad/s], shape (n,).
     """
-    nodes, model = make_nodes(law, top_speed), model_corrections(corrections, gaits, len(top_speed))
+    nodes, model = make_nodes(law, top_speed), model_corrections(corrections)
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
     torque = np.sqrt(np.mean(np.concatenate([part.residual.reshape(-1) for part in some]) ** 2))
     curves = Curves(law, nodes, np.maximum(top_speed, 1e-9), np.full(len(top_speed), max(float(torque), 1e-9)))
     levels, solution = first_levels(some[0]), None
     for _ in range(ROUNDS):
-        solution = solve(_sum_up(some, levels, curves, model), curves, model, solution)
+        solution = solve(_sum_up(some, levels, curves, model, 0), curves, model, solution)
         levels = update_levels(levels, _left_over(some, curves, model, solution))
     held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
-    others = (equations[k] for k in range(len(equations)) if k not in held_out)
-    statistic = _sum_up(others, levels, curves, model)
+    others = [k for k in range(len(equations)) if k not in held_out]
+    stride = STRIDE if len(others) >= FEWEST_STEPS * gaits else 1
+    with_repeated = others[::stride] if gaits else []
+    repeating = _sum_up((equations[k] for k in with_repeated), levels, curves, model, gaits)
+    rest = (equations[k] for k in others if k not in set(with_repeated))
+    statistic = without_repeated(repeating)
+    statistic.merge(_sum_up(rest, levels, curves, model, 0))
     solution = solve(statistic, curves, model, solution)
     values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     unseen = list(held_out.values())
     validation = validate(unseen, statistic, curves, levels, *values) if unseen else (None,) * len(top_speed)
-    statistic.merge(_sum_up(unseen, levels, curves, model))
+    statistic.merge(_sum_up(unseen, levels, curves, model, 0))
     solution = solve(statistic, curves, model, solution)
     values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
-    repeated, covariance = spread_of_repeated(statistic, curves, model, solution)
+    repeated, covariance = np.zeros(len(top_speed)), solution.covariance
+    if gaits:
+        share = repeating.count / statistic.count
+        repeated, covariance = spread_of_repeated(repeating, share, curves, model, solution)
     return WholeLogFit(
         curves=curves,
         model=model,
@@ -133,16 +148,17 @@ def fit_whole_log(
         repeated=repeated,
         statistic=statistic,
         stretches=len(equations),
-        residual_rms=left_over(some, curves, levels, gaits, *values, values[0][None])[0],
+        residual_rms=left_over(some, curves, levels, *values, values[0][None])[0],
         validation=validation,
     )
 
 
 def _sum_up(
-    equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections
+    equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections, gaits: int
 ) -> Statistic:
     """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
-    statistics = [Statistic(curves.nodes, model.size, model.gaits) for _ in range(WORKERS)]
+    size = model.size + gaits * COSINES * len(curves.top_speed)
+    statistics = [Statistic(curves.nodes, size, gaits) for _ in range(WORKERS)]
     waiting: list[Future[None] | None] = [None] * WORKERS
     with ThreadPoolExecutor(WORKERS) as pool:
         for k, part in enumerate(equations):
@@ -163,4 +179,4 @@ def _left_over(
     """Yield equations and what a solution leaves of them, shape (K m,)."""
     values = np.concatenate([curves.coefficients(solution.internal), model.values(solution.corrections)[0]])
     for part in equations:
-        yield part, part.residual.ravel() - design(part, curves.nodes, model.gaits) @ values
+        yield part, part.residual.ravel() - design(part, curves.nodes) @ values

@@ -30,9 +30,9 @@ class ModelCorrections:
     bodies
         Where the inertias start from.
     gaits
-        Number of gait phases.
+        Number of gait phases whose repeated errors are looked for.
     repeated
-        Standard deviation of each joint's repeated errors [N m], shape (n,); zero where they are not looked for.
+        Standard deviation of each joint's repeated errors [N m], shape (n,).
     """
 
     corrections: Corrections
@@ -68,7 +68,6 @@ class ModelCorrections:
         return np.concatenate([calibration, np.tile(self.repeated, self.gaits * COSINES)])
 
 
-def model_corrections(corrections: Corrections, gaits: int, joints: int) -> ModelCorrections:
-    """Return the coordinates of what there is to correct, and of the errors that steps of n joints repeat."""
-    bodies = bodies_of(corrections.inertial_parameters)
-    return ModelCorrections(corrections, bodies, gaits, np.zeros(joints))
+def model_corrections(corrections: Corrections) -> ModelCorrections:
+    """Return the coordinates of what there is to correct, without repeated errors."""
+    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), 0, np.zeros(0))

@@ -24,7 +24,7 @@ ROUNDS = 3
 
 
 def spread_of_repeated(
-    statistic: Statistic, curves: Curves, model: ModelCorrections, solution: Solution
+    statistic: Statistic, share: float, curves: Curves, model: ModelCorrections, solution: Solution
 ) -> tuple[Array, Array]:
     """Return the repeated torques' standard deviation in each joint [N m], shape (n,), and the solution's covariance.
 
@@ -34,13 +34,21 @@ def spread_of_repeated(
 
     Q is measured by fits that have these torques: each variance is their sum of squares over how many of them the log
     determines (MacKay 1992).
+
+    Parameters
+    ----------
+    statistic
+        Of a share of the log, with the columns Z.
+    share
+        Of all equations [1].
+    curves, model, solution
+        Of the whole log, without these torques.
     """
-    joints = len(model.repeated)
-    if not model.gaits:
-        return np.zeros(joints), solution.covariance
-    columns = model.gaits * COSINES * joints
+    joints = len(curves.top_speed)
+    columns = statistic.gaits * COSINES * joints
     rest = without_corrections(statistic, model, solution)
-    tried = ModelCorrections(Corrections(), bodies_of(np.zeros((0, SIZE))), model.gaits, np.full(joints, FIRST))
+    nothing = bodies_of(np.zeros((0, SIZE)))
+    tried = ModelCorrections(Corrections(), nothing, statistic.gaits, np.full(joints, FIRST))
     free = replace(solution, corrections=np.zeros(columns))
     for _ in range(ROUNDS):
         free = solve(rest, curves, tried, free)
@@ -50,21 +58,31 @@ def spread_of_repeated(
         growth = np.sqrt(square / np.maximum(known, 1.0))
         tried = replace(tried, repeated=np.maximum(tried.repeated * growth, LEAST))
         free = replace(free, corrections=np.zeros(columns))
-    cross = curvature(statistic, curves, replace(model, repeated=tried.repeated), solution)[:, -columns:]
-    cross[-columns:] = 0
+    both = replace(model, gaits=tried.gaits, repeated=tried.repeated)
+    at = replace(solution, corrections=np.concatenate([solution.corrections, np.zeros(columns)]))
+    cross = curvature(statistic, curves, both, at)[:-columns, -columns:] / share
     bias = solution.covariance @ cross
     return tried.repeated, solution.covariance + bias @ bias.T
 
 
 def without_corrections(statistic: Statistic, model: ModelCorrections, solution: Solution) -> Statistic:
     """Return the statistic of friction and repeated torques alone, the corrections being what a solution says."""
-    size, corrections = statistic.nodes.size, model.corrections.size
+    size, corrections = statistic.nodes.size, model.size
     kept = np.r_[0:size, size + corrections : len(statistic.right)]
     taken = np.zeros(len(statistic.right))
-    taken[size : size + corrections] = model.values(solution.corrections)[0][:corrections]
+    taken[size : size + corrections] = model.values(solution.corrections)[0]
     rest = Statistic(statistic.nodes, len(kept) - size, statistic.gaits)
     rest.gram = statistic.gram[np.ix_(kept, kept)]
     rest.right = (statistic.right - statistic.gram @ taken)[kept]
     rest.square = statistic.square + float(taken @ (statistic.gram @ taken - 2 * statistic.right))
     rest.count = statistic.count
     return rest
+
+
+def without_repeated(statistic: Statistic) -> Statistic:
+    """Return the statistic without the columns of repeated torques."""
+    size = len(statistic.right) - statistic.gaits * COSINES * len(statistic.nodes.velocity)
+    plain = Statistic(statistic.nodes, size - statistic.nodes.size)
+    plain.gram, plain.right = statistic.gram[:size, :size].copy(), statistic.right[:size].copy()
+    plain.square, plain.count = statistic.square, statistic.count
+    return plain

@@ -29,7 +29,7 @@ class Statistic:
     corrections
         Number c, the repeated errors of all gait phases included.
     gaits
-        Number of gait phases.
+        Number of gait phases whose repeated errors are looked for.
     gram, right
         Shape (D, D) and (D,), with D = nodes.size + c.
     square, count
@@ -38,7 +38,7 @@ class Statistic:
 
     nodes: Nodes
     corrections: int
-    gaits: int
+    gaits: int = 0
     gram: Array = field(init=False)
     right: Array = field(init=False)
     square: float = 0.0
@@ -51,7 +51,10 @@ class Statistic:
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
         whitener = make_whitener(equations, levels)
-        white = whitener.apply(design(equations, self.nodes, self.gaits))
+        columns = design(equations, self.nodes)
+        if self.gaits:
+            columns = np.column_stack([columns, repeated_columns(equations, self.gaits)])
+        white = whitener.apply(columns)
         residual = whitener.apply(equations.residual.reshape(-1, 1))[:, 0]
         self.gram += white.T @ white  # NumPy knows the product to be symmetric
         self.right += residual @ white
@@ -66,10 +69,11 @@ class Statistic:
         self.count += other.count
 
 
-def design(equations: WeakEquations, nodes: Nodes, gaits: int) -> Array:
-    """Return the equations' derivatives by coefficients, corrections and repeated errors, shape (K m, D)."""
+def design(equations: WeakEquations, nodes: Nodes) -> Array:
+    """Return the equations' derivatives by coefficients, then corrections, shape (K m, D)."""
     windows, rows = equations.residual.shape
     curves = nodes.windows(equations.velocity, equations.taps, equations.step, windows)
     matrix = (equations.weights[:, :, :, None] * curves[:, None]).reshape(windows * rows, nodes.size)
-    parts = [matrix] if equations.columns is None else [matrix, equations.columns.reshape(windows * rows, -1)]
-    return np.column_stack([*parts, repeated_columns(equations, gaits)])
+    if equations.columns is None:
+        return matrix
+    return np.column_stack([matrix, equations.columns.reshape(windows * rows, -1)])

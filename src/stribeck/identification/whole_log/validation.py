@@ -37,7 +37,7 @@ def validate(
         Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), that the training gave.
     """
     candidates = np.stack([friction, np.zeros_like(friction), coulomb_curves(training, corrections)])
-    rms = left_over(unseen, curves, levels, training.gaits, friction, corrections, candidates)
+    rms = left_over(unseen, curves, levels, friction, corrections, candidates)
     return tuple(
         Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(coulomb))
         for own, zero, coulomb in rms.T
@@ -48,7 +48,6 @@ def left_over(
     equations: Sequence[WeakEquations],
     curves: Curves,
     levels: ErrorLevels,
-    gaits: int,
     friction: Array,
     corrections: Array,
     candidates: Array,
@@ -61,7 +60,7 @@ def left_over(
     joints = len(curves.top_speed)
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
     for part in equations:
-        left = part.residual.ravel() - design(part, curves.nodes, gaits) @ np.concatenate([friction, corrections])
+        left = part.residual.ravel() - design(part, curves.nodes) @ np.concatenate([friction, corrections])
         share = _shares(part, levels)
         weights += share.sum(axis=0)
         windows = curves.nodes.windows(part.velocity, part.taps, part.step, len(part.residual))
