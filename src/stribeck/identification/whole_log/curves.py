@@ -17,10 +17,10 @@ from stribeck.log import Array
 WIDE = 100.0
 """How many times the joint's own torque or speed a parameter may be, before the log speaks [1]."""
 
-SCALE_SPREAD = 2.0
-"""Standard deviation of a scale's logarithm around the middle of its starts [1]: a factor of seven."""
+SCALE_SPREAD = 1.0
+"""Standard deviation of a scale's logarithm around the middle of its starts [1]: a factor of three."""
 
-PURE_NUMBER_SPREAD = 3.0
+PURE_NUMBER_SPREAD = 1.0
 """Standard deviation of a parameter without unit, e.g. the Stribeck gain, around zero [1]."""
 
 
