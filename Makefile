@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint bench coverage paper docs clean
+.PHONY: demo test lint bench coverage paper docs accuracy clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -29,6 +29,9 @@ paper: .venv/.dev
 
 docs: .venv/.dev
 	$(BIN)/python -m sphinx -W --keep-going -q docs site
+
+accuracy: .venv/.dev
+	$(BIN)/python -m studies.accuracy --save studies/accuracy.json
 
 clean:
 	rm -rf .venv build site .pytest_cache .mypy_cache .ruff_cache

@@ -27,7 +27,16 @@ from stribeck.errors import StribeckError
 from stribeck.friction import LAWS
 from stribeck.motion.filters import TAKES
 from stribeck.readers.mapping import UNITS, check_table
-from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result, Validation, read_result
+from stribeck.result import (
+    BodyCorrection,
+    Corrections,
+    JointResult,
+    LogSummary,
+    ParameterEstimate,
+    Result,
+    Validation,
+    read_result,
+)
 from stribeck.robot import from_robot_file
 from stribeck.settings import (
     ChannelTable,
@@ -212,7 +221,7 @@ def test_results_are_of_the_schema(block: Block, tmp_path: Path) -> None:
 
 def test_every_field_of_a_result_is_explained() -> None:
     named = {name.rsplit(".", 1)[-1] for row in rows_below("docs/result.md") for name in names_in(row[0])}
-    for carrier in (Result, LogSummary, JointResult, ParameterEstimate, Validation):
+    for carrier in (Result, LogSummary, JointResult, ParameterEstimate, Validation, Corrections, BodyCorrection):
         assert {field.name for field in dataclasses.fields(carrier)} - {"evidence", "log", "validation"} <= named
 
 
@@ -231,6 +240,16 @@ def test_the_result_shown_is_of_the_demonstrations_walk() -> None:
         low, high = numbers["interval_95"]
         assert low <= truth[parameter] <= high
         assert low <= numbers["value"] <= high
+
+
+def test_the_accuracy_shown_is_the_studys() -> None:
+    cases = json.loads((ROOT / "studies/accuracy.json").read_text())["cases"]
+    page = PAGES["docs/whole-log.md"]
+    for case, methods in cases.items():
+        for method, row in methods.items():
+            numbers = " | ".join(f"{100 * row[name]:.2f} / {100 * row[f'{name}_worst']:.1f}" for name in ("coulomb", "shape"))
+            held = " | ".join(f"{100 * row[f'{name}_held']:.0f} %" for name in ("coulomb", "viscous", "offset"))
+            assert f"| {case} | {method} | {numbers} | {row['offset']:.3f} | {held} |" in page
 
 
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:

@@ -109,9 +109,7 @@ class Settings(Table):
 
     law: str = "stribeck"
     method: Literal["curve-fit", "whole-log"] = "curve-fit"
-    corrections: Literal["none", "inertia", "calibration"] = (
-        "inertia"  # of the model, found beside friction (whole-log)
-    )
+    corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
     tilt: Literal["auto", "imu", "flat"] = "auto"
