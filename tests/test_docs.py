@@ -247,7 +247,9 @@ def test_the_accuracy_shown_is_the_studys() -> None:
     page = PAGES["docs/whole-log.md"]
     for case, methods in cases.items():
         for method, row in methods.items():
-            numbers = " | ".join(f"{100 * row[name]:.2f} / {100 * row[f'{name}_worst']:.1f}" for name in ("coulomb", "shape"))
+            numbers = " | ".join(
+                f"{100 * row[name]:.2f} / {100 * row[f'{name}_worst']:.1f}" for name in ("coulomb", "shape")
+            )
             held = " | ".join(f"{100 * row[f'{name}_held']:.0f} %" for name in ("coulomb", "viscous", "offset"))
             assert f"| {case} | {method} | {numbers} | {row['offset']:.3f} | {held} |" in page
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.log import Array
 
@@ -73,6 +74,8 @@ class WeakEquations:
         `k step ... k step + L - 1` of `velocity`.
     projection
         P_k^T, shape (K, m, n); None where every joint has an equation of its own.
+    standing
+        Which of the joints lie between the base and a standing foot, shape (n,).
     encoder_response
         G_k: what an error of a joint's acceleration does to the left side [kg m^2], shape (K, m, encoders).
     root_response
@@ -95,6 +98,7 @@ class WeakEquations:
     taps: Array
     step: int
     projection: Array | None
+    standing: NDArray[np.bool_]
     encoder_response: Array
     root_response: Array
     encoder_noise: Array

@@ -83,6 +83,7 @@ class WeakForm:
             taps=window.taps,
             step=window.step,
             projection=None if projection is None else projection[:, :, -len(self.joints) :],
+            standing=self._standing(stretch.feet),
             encoder_response=_seen(projection, encoder),
             root_response=_seen(projection, root),
             encoder_noise=self.noise.position,
@@ -91,6 +92,11 @@ class WeakForm:
             torque_overlap=window.overlap(np.ones(1), lags),
             columns=None if columns is None else _seen(projection, columns),
         )
+
+    def _standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+        if self.robot.base == "fixed":
+            return np.zeros(len(self.joints), dtype=bool)
+        return np.asarray(self.robot.standing(feet)[self.joints])
 
     def _columns(self, stretch: Stretch, support: Support, state: State) -> Array:
         """Return the columns of all corrections, shape (K, rows, c)."""

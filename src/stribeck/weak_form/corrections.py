@@ -61,7 +61,8 @@ def inertia_columns(
     if places is None:
         return raw.reshape(*raw.shape[:2], -1)
     moves = np.stack([carried(rooted.bodies[body][1].homogeneous) for body in bodies])
-    return np.asarray(np.einsum("knbp,bpq->knbq", raw[:, :, places], moves).reshape(*raw.shape[:2], -1))
+    moved = raw[:, :, places].transpose(2, 0, 1, 3).reshape(len(moves), -1, SIZE) @ moves
+    return np.asarray(moved.transpose(1, 0, 2).reshape(*raw.shape[:2], -1))
 
 
 def zero_columns(

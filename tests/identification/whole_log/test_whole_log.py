@@ -15,8 +15,8 @@ from stribeck.log import RobotLog
 from stribeck.result import read_result
 from stribeck.settings import Settings
 from stribeck.simulation.biped import MODELS
-from stribeck.simulation.demo import demo_posture
 from stribeck.simulation.exact import exact_log
+from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors import with_noise
 
 TRUTH = {
@@ -75,7 +75,7 @@ def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() ->
     robot = Robot.from_file(MODELS / "robot.toml")
     names = [name for name in robot.joint_names if name not in robot.position_controlled]
     exact, _ = exact_log(
-        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=10.0, posture=demo_posture(), seed=2
+        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=10.0, posture=POSTURES["biped"], seed=2
     )
     log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
     for name, joint in identify(log, robot, WHOLE_LOG).joints.items():

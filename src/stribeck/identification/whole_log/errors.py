@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.levels import BINS, CALM, ErrorLevels, bin_of
@@ -23,25 +24,25 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     are sums over windows: over all they give the levels, over those near contact changes the unrest there. The root's
     three directions share one level, of lines and of turns.
     """
-    components = len(levels.calm)
-    left, right = np.zeros((2, components, BINS))
+    left, right = np.zeros((2, len(levels.calm), BINS))
     for equations, residual in left_over:
         whitener = make_whitener(equations, levels)
         drives = whitener.apply(_drives(equations, levels))
         white = whitener.apply(residual[:, None])[:, 0]
-        lags = len(equations.torque_overlap) - 1
-        bins = bin_of(equations)[np.clip(np.arange(len(equations.time) + lags) - lags // 2, 0, len(equations.time) - 1)]
-        found = ((white @ drives).reshape(-1, components) ** 2, (drives**2).sum(axis=0).reshape(-1, components))
+        lags, windows = len(equations.torque_overlap) - 1, len(equations.time)
+        bins = bin_of(equations)[np.clip(_driven(windows, lags) - lags // 2, 0, windows - 1)]
+        which = levels.which(equations)
+        found = (white @ drives) ** 2, (drives**2).sum(axis=0)
         for total, part in zip((left, right), found, strict=True):
-            np.add.at(total.T, bins, part)
-    joints = len(levels.model)
+            np.add.at(total, (which[None, :], bins[:, None]), part.reshape(len(bins), len(which)))
+    joints = levels.model.size
     calm = _ratio(_shared(left.sum(axis=1), joints), _shared(right.sum(axis=1), joints))
     kinds = [levels.kinds == kind for kind in (0, 1)]
     unrest = np.stack([_ratio(left[kind].sum(axis=0), right[kind].sum(axis=0)) for kind in kinds])
-    unrest = levels.unrest * unrest / np.maximum(unrest[:, [CALM]], 1e-12)
+    unrest = levels.unrest * unrest
     unrest /= np.maximum(unrest[:, [CALM]], 1e-12)
     values = levels.calm * calm
-    return ErrorLevels(values[:joints], values[joints:], unrest)
+    return ErrorLevels(values[:joints].reshape(levels.model.shape), values[joints:], unrest)
 
 
 def _ratio(left: Array, right: Array) -> Array:
@@ -60,12 +61,18 @@ def _shared(sums: Array, joints: int) -> Array:
 
 
 def _drives(equations: WeakEquations, levels: ErrorLevels) -> Array:
-    """Return what white drives of each error do to the equations, shape (K m, (K + lags) components)."""
+    """Return what white drives of each error do to the equations, shape (K m, drives components)."""
     response = levels.response(equations) * levels.at(equations)[:, None]
     windows, rows, components = response.shape
     lags = len(equations.torque_overlap) - 1
-    drives = np.zeros((windows, rows, windows + lags, components))
-    k = np.arange(windows)
-    for lag in range(lags + 1):  # a running mean over lags + 1 drives
-        drives[k, :, k + lag, :] = response / np.sqrt(lags + 1)
+    driven = _driven(windows, lags)
+    drives = np.zeros((windows, rows, len(driven), components))
+    for place, drive in enumerate(driven):  # a running mean over lags + 1 drives
+        reached = slice(max(0, drive - lags), min(windows, drive + 1))
+        drives[reached, :, place] = response[reached] / np.sqrt(lags + 1)
     return drives.reshape(windows * rows, -1)
+
+
+def _driven(windows: int, lags: int) -> NDArray[np.int64]:
+    """Return which drives are looked at: neighbours do nearly the same."""
+    return np.arange(0, windows + lags, max(1, (lags + 1) // 2))

@@ -35,7 +35,7 @@ class ErrorLevels:
     Attributes
     ----------
     model
-        Of each joint's inverse dynamics [N m], shape (n,).
+        Of each joint's inverse dynamics while its limb swings and while it stands [N m], shape (2, n).
     root
         Of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
     unrest
@@ -52,24 +52,30 @@ class ErrorLevels:
 
     @property
     def calm(self) -> Array:
-        """Levels far from contact changes, in the order of `response`, shape (n + root,)."""
-        return np.concatenate([self.model, self.root])
+        """Levels far from contact changes: swinging and standing joints', then the root's, shape (2 n + root,)."""
+        return np.concatenate([self.model.ravel(), self.root])
 
     @property
     def kinds(self) -> NDArray[np.int64]:
-        """Row of `unrest` of each level, shape (n + root,)."""
-        return np.repeat([0, 1], [len(self.model), len(self.root)])
+        """Row of `unrest` of each level, shape (2 n + root,)."""
+        return np.repeat([0, 1], [self.model.size, len(self.root)])
+
+    def which(self, equations: WeakEquations) -> NDArray[np.int64]:
+        """Return which of the levels `response` has, shape (n + root,)."""
+        joints = np.arange(len(equations.standing)) + len(equations.standing) * equations.standing
+        return np.concatenate([joints, self.model.size + np.arange(len(self.root))])
 
     def at(self, equations: WeakEquations) -> Array:
-        """Return the levels in each window, shape (K, n + root)."""
-        return np.asarray(self.calm * self.unrest[self.kinds][:, bin_of(equations)].T)
+        """Return the levels in each window, in the order of `response`, shape (K, n + root)."""
+        which = self.which(equations)
+        return np.asarray(self.calm[which] * self.unrest[self.kinds[which]][:, bin_of(equations)].T)
 
 
 def first_levels(equations: WeakEquations) -> ErrorLevels:
     """Return the levels to begin with."""
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
     both = np.repeat([FIRST_LINEAR, FIRST_ANGULAR], 3)[:root]
-    return ErrorLevels(np.full(joints, FIRST_MODEL), both, np.ones((2, BINS)))
+    return ErrorLevels(np.full((2, joints), FIRST_MODEL), both, np.ones((2, BINS)))
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
