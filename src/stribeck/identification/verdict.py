@@ -43,7 +43,9 @@ def judge(
         problem = joint_problem(samples, joint, law, settings)
         prismatic = samples.slides(column)
         moved = excitation(problem, prismatic)
-        if moved.reason or joint not in fits:
+        # a fit that has other validations has judged the motion by what it saw, which may be more than the samples
+        unmoved = moved.reason and (validations is None or not moved.samples)
+        if unmoved or joint not in fits:
             results[joint] = _not_excited(moved)
         else:
             fit = fits[joint]

@@ -82,6 +82,15 @@ def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() ->
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
 
 
+def test_a_quadruped_on_three_point_feet_and_on_four() -> None:
+    robot = Robot.from_file(MODELS / "quadruped.toml")
+    truth = dict.fromkeys(robot.joint_names, TRUTH)
+    exact, _ = exact_log(robot, get_law("stribeck"), truth, duration=12.0, posture=POSTURES["quadruped"], seed=2)
+    log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
+    for name, joint in identify(log, robot, WHOLE_LOG).joints.items():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
+
+
 def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4)
     wrong = with_wrong_bodies(arm)
