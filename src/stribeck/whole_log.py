@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from stribeck.equations import Corrections
+from stribeck.corrected import corrected_log, corrected_robot
 from stribeck.errors import NothingIdentifiedError, errors_about
 from stribeck.friction import FrictionLaw
 from stribeck.identification.excitation import excitation
@@ -21,14 +19,13 @@ from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.identification.whole_log.intervals import joint_fits
 from stribeck.log import Array, RobotLog
-from stribeck.pseudo_inertia import SIZE
 from stribeck.result import Corrections as Found
 from stribeck.result import Validation
 from stribeck.robot import Robot
-from stribeck.rooting import BASE_FRAME
 from stribeck.settings import FilterSettings, Settings
 from stribeck.survey import PreparedLog, Progress, prepare
-from stribeck.weak_form.build import all_equations, weak_form
+from stribeck.weak_form.build import weak_form
+from stribeck.weak_form.lazily import all_equations
 from stribeck.weak_form.stretches import cut_stretches
 
 PLAIN = FilterSettings(kind="savitzky-golay", window=31)
@@ -125,7 +122,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     ]
     corrections = forms[0].corrections
     equations = all_equations(forms)
-    fit = fit_whole_log(equations, equations.gaits, corrections, law, top_speed)
+    fit = fit_whole_log(equations, equations.gaits, corrections, law, top_speed, settings.rest)
     return WholeLog(
         fit=fit,
         joints=tuple(robot.joint_names[column] for column in columns),
@@ -175,32 +172,3 @@ def _joints_that_move(
 def _with_notes(part: PreparedLog) -> RobotLog:
     """Return a prepared log that still says what was done to it: it is even now, and would not be told again."""
     return replace(part.log, notes=(*part.log.notes, *part.sampling.notes))
-
-
-def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Robot:
-    """Return the robot whose bodies have the inertias that were found."""
-    bodies = len(corrections.bodies)
-    if not bodies:
-        return robot
-    parameters = corrections.inertial_parameters + values[: SIZE * bodies].reshape(bodies, SIZE)
-    model = pin.Model(robot.tree.model)
-    for body, found in enumerate(parameters, start=1):
-        if found[0] > 0:
-            model.inertias[body] = pin.Inertia.FromDynamicParameters(found)
-    return replace(robot, tree=replace(robot.tree, model=model))
-
-
-def corrected_log(
-    log: RobotLog, robot: Robot, columns: NDArray[np.int64], corrections: Corrections, values: Array
-) -> RobotLog:
-    """Return the log without the errors of gains, zeros and orientation that were found."""
-    if not corrections.gains:
-        return log
-    rest = values[corrections.inertial_parameters.size : corrections.size]
-    gains, zeros, tilt = np.split(rest, [corrections.gains, corrections.gains + corrections.zeros])
-    torque = log.torque.copy()
-    torque[:, columns] *= 1 - gains
-    orientation = log.base_orientation
-    if orientation is not None and robot.base_frame == BASE_FRAME:
-        orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec(-tilt)).as_quat()
-    return replace(log, torque=torque, position=log.position - zeros, base_orientation=orientation)

@@ -44,12 +44,12 @@ def fitted(equations: list[WeakEquations]) -> tuple[Array, Array, Array]:
     law = get_law("coulomb-viscous")
     nodes = make_nodes(law, np.ones(3))
     curves = Curves(law, nodes, np.ones(3), np.ones(3))
-    model = model_corrections(Corrections())
+    model = model_corrections(Corrections(), np.zeros(0))
     statistic = Statistic(nodes, 2 * COSINES * 3, 2)
     for part in equations:
-        statistic.add(part, first_levels(part))
+        statistic.add(part, first_levels(part, np.zeros(3), np.zeros(3)))
     solution = solve(without_repeated(statistic), curves, model)
-    levels, covariance = spread_of_repeated(statistic, 1.0, curves, model, solution)
+    levels, covariance = spread_of_repeated(statistic, statistic.count, curves, model, solution)
     return levels, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(covariance))[:9]
 
 

@@ -38,7 +38,9 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
 
 
 UNREST = np.array([[3.0, 2.0, 1.5, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0, 1.5]])
-LEVELS = ErrorLevels(np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]), np.repeat([0.1, 0.2], 3), UNREST)
+LEVELS = ErrorLevels(
+    np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]), np.repeat([0.1, 0.2], 3), UNREST, np.zeros(3), np.zeros(3)
+)
 
 
 def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
@@ -77,7 +79,7 @@ def test_levels_are_found_from_what_is_left_over() -> None:
         equations = some_equations(80, False, seed)
         factor = np.linalg.cholesky(covariance(equations, LEVELS))
         parts.append((equations, factor @ generator.standard_normal(len(factor))))
-    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)))
+    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), np.zeros(3), np.zeros(3))
     for _ in range(15):
         levels = update_levels(levels, parts)
     heard = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands

@@ -71,6 +71,18 @@ def test_a_noisy_log_gives_it_within_its_intervals(arm: Robot, exact_arm_log: Ro
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.03)
 
 
+def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
+    law = get_law("coulomb-viscous")
+    truth = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
+    exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=16.0, seed=3)
+    held = exact.velocity is not None and np.abs(exact.velocity) < 0.02
+    stuck = replace(exact, torque=exact.torque - held * known.friction_torque)  # as if nothing held the joint at rest
+    log = with_noise(stuck, position=1e-6, torque=0.02, seed=4)
+    settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
+    for name, joint in identify(log, arm, settings).joints.items():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
+
+
 def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() -> None:
     robot = Robot.from_file(MODELS / "robot.toml")
     names = [name for name in robot.joint_names if name not in robot.position_controlled]
@@ -119,12 +131,12 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
     log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
     found = identify(log, arm, Settings(method="whole-log", corrections="calibration"))
     assert found.corrections is not None
+    gain = np.array([found.corrections.torque_gain[name][0] for name in arm.joint_names])
+    assert np.std(gain - gains) < 0.25 * np.std(gains)  # up to the gain that they share, which nothing shows
+    assert abs(gain.mean()) < 2e-3
     for column, name in enumerate(arm.joint_names):
-        value, error = found.corrections.torque_gain[name]
-        assert value == pytest.approx(gains[column], abs=4 * error + 1e-3)
         value, error = found.corrections.encoder_zero[name]
         assert value == pytest.approx(zeros[column], abs=4 * error)
-    assert sum(value for value, _ in found.corrections.torque_gain.values()) == pytest.approx(0.0, abs=1e-4)
 
 
 def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,8 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     unrest = levels.unrest * unrest
     unrest /= np.maximum(unrest[:, [CALM]], 1e-12)
     values = levels.calm * calm
-    return ErrorLevels(values[:joints].reshape(levels.model.shape), values[joints:], unrest)
+    model = values[:joints].reshape(levels.model.shape)
+    return replace(levels, model=model, root=values[joints:], unrest=unrest)
 
 
 def _ratio(left: Array, right: Array) -> Array:

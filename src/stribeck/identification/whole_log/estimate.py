@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import FrictionLaw
-from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
 from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
@@ -19,6 +17,7 @@ from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design
+from stribeck.identification.whole_log.summing import sum_up
 from stribeck.identification.whole_log.validation import left_over, validate
 from stribeck.log import Array
 from stribeck.result import Validation
@@ -34,9 +33,6 @@ STRIDE = 3
 
 FEWEST_STEPS = 15
 """Stretches a gait phase [1] below which all are."""
-
-WORKERS = 2
-"""Threads [1] that weigh equations: linear algebra lets other threads run."""
 
 ROUNDS = 3
 """Of measuring them [1]; each needs a fit of its own."""
@@ -95,7 +91,12 @@ class WholeLogFit:
 
 
 def fit_whole_log(
-    equations: Sequence[WeakEquations], gaits: int, corrections: Corrections, law: FrictionLaw, top_speed: Array
+    equations: Sequence[WeakEquations],
+    gaits: int,
+    corrections: Corrections,
+    law: FrictionLaw,
+    top_speed: Array,
+    rest: float,
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
@@ -111,35 +112,28 @@ def fit_whole_log(
         Friction law.
     top_speed
         Of each joint [rad/s], shape (n,).
+    rest
+        Share of it [1] below which a joint is at rest, for laws that jump there.
     """
-    nodes, model = make_nodes(law, top_speed), model_corrections(corrections)
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
-    torque = np.sqrt(np.mean(np.concatenate([part.residual.reshape(-1) for part in some]) ** 2))
-    curves = Curves(law, nodes, np.maximum(top_speed, 1e-9), np.full(len(top_speed), max(float(torque), 1e-9)))
-    levels, solution = first_levels(some[0]), None
-    for _ in range(ROUNDS):
-        solution = solve(_sum_up(some, levels, curves, model, 0), curves, model, solution)
-        levels = update_levels(levels, _left_over(some, curves, model, solution))
+    model = model_corrections(corrections, _loads(some, corrections))
+    torque = max(float(np.sqrt(np.mean(np.concatenate([part.residual.ravel() for part in some]) ** 2))), 1e-9)
+    speed = np.maximum(top_speed, 1e-9)
+    curves = Curves(law, make_nodes(law, speed), speed, np.full(len(speed), torque))
+    jumps = np.full(len(speed), float(law.jumps))
+    levels, solution = _measure_levels(some, first_levels(some[0], rest * jumps * speed, torque * jumps), curves, model)
     held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
-    others = [k for k in range(len(equations)) if k not in held_out]
-    stride = STRIDE if len(others) >= FEWEST_STEPS * gaits else 1
-    with_repeated = others[::stride] if gaits else []
-    repeating = _sum_up((equations[k] for k in with_repeated), levels, curves, model, gaits)
-    rest = (equations[k] for k in others if k not in set(with_repeated))
-    statistic = without_repeated(repeating)
-    statistic.merge(_sum_up(rest, levels, curves, model, 0))
+    seen = [k for k in range(len(equations)) if k not in held_out]
+    statistic, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model)
     solution = solve(statistic, curves, model, solution)
-    values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     unseen = list(held_out.values())
-    validation = validate(unseen, statistic, curves, levels, *values) if unseen else (None,) * len(top_speed)
-    statistic.merge(_sum_up(unseen, levels, curves, model, 0))
+    known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
+    validation = validate(unseen, statistic, curves, levels, *known) if unseen else (None,) * len(speed)
+    statistic.merge(sum_up(unseen, levels, curves, model, 0))
     solution = solve(statistic, curves, model, solution)
-    values = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
-    repeated, covariance = np.zeros(len(top_speed)), solution.covariance
-    if gaits:
-        share = repeating.count / statistic.count
-        repeated, covariance = spread_of_repeated(repeating, share, curves, model, solution)
+    repeated, covariance = spread_of_repeated(repeating, statistic.count, curves, model, solution)
+    known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     return WholeLogFit(
         curves=curves,
         model=model,
@@ -148,29 +142,47 @@ def fit_whole_log(
         repeated=repeated,
         statistic=statistic,
         stretches=len(equations),
-        residual_rms=left_over(some, curves, levels, *values, values[0][None])[0],
+        residual_rms=left_over(some, curves, levels, *known, known[0][None])[0],
         validation=validation,
     )
 
 
-def _sum_up(
-    equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections, gaits: int
-) -> Statistic:
-    """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
-    size = model.size + gaits * COSINES * len(curves.top_speed)
-    statistics = [Statistic(curves.nodes, size, gaits) for _ in range(WORKERS)]
-    waiting: list[Future[None] | None] = [None] * WORKERS
-    with ThreadPoolExecutor(WORKERS) as pool:
-        for k, part in enumerate(equations):
-            if (before := waiting[k % WORKERS]) is not None:
-                before.result()  # so that few stretches are in memory
-            waiting[k % WORKERS] = pool.submit(statistics[k % WORKERS].add, part, levels)
-        for last in waiting:
-            if last is not None:
-                last.result()
-    for other in statistics[1:]:
-        statistics[0].merge(other)
-    return statistics[0]
+def _loads(some: list[WeakEquations], corrections: Corrections) -> Array:
+    """Return the torque that each sensor sees whose gain is corrected, root mean square [N m]."""
+    first = corrections.inertial_parameters.size
+    own = slice(first, first + corrections.gains)
+    squares = [(part.columns[:, :, own] ** 2).sum(axis=1) for part in some if part.columns is not None]
+    return np.sqrt(np.concatenate(squares).mean(axis=0)) if corrections.gains else np.zeros(0)
+
+
+def _measure_levels(
+    some: list[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections
+) -> tuple[ErrorLevels, Solution]:
+    """Return the levels of the errors and the last solution on some stretches, by turns."""
+    solution = None
+    for _ in range(ROUNDS):
+        solution = solve(sum_up(some, levels, curves, model, 0), curves, model, solution)
+        levels = update_levels(levels, _left_over(some, curves, model, solution))
+    assert solution is not None
+    return levels, solution
+
+
+def _sum_up_all(
+    equations: Sequence[WeakEquations],
+    seen: list[int],
+    gaits: int,
+    levels: ErrorLevels,
+    curves: Curves,
+    model: ModelCorrections,
+) -> tuple[Statistic, Statistic]:
+    """Return the statistic of the stretches that are seen, and that of a share of them with repeated torques."""
+    stride = STRIDE if len(seen) >= FEWEST_STEPS * gaits else 1
+    share = seen[::stride] if gaits else []
+    repeating = sum_up((equations[k] for k in share), levels, curves, model, gaits)
+    statistic = without_repeated(repeating)
+    others = sorted(set(seen) - set(share))
+    statistic.merge(sum_up((equations[k] for k in others), levels, curves, model, 0))
+    return statistic, repeating
 
 
 def _left_over(

@@ -40,11 +40,16 @@ class ErrorLevels:
         Of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
     unrest
         How much larger the model's and the root's errors are around contact changes, shape (2, BINS); one when calm.
+    rest, stuck
+        Speed [rad/s] below which a joint is at rest, and the torque [N m] that then holds it, which a law that jumps at
+        standstill says nothing about, shape (n,) each; zeros for other laws.
     """
 
     model: Array
     root: Array
     unrest: Array
+    rest: Array
+    stuck: Array
 
     def response(self, equations: WeakEquations) -> Array:
         """Return what errors of unit level do to the equations, shape (K, m, n + root)."""
@@ -68,20 +73,31 @@ class ErrorLevels:
     def at(self, equations: WeakEquations) -> Array:
         """Return the levels in each window, in the order of `response`, shape (K, n + root)."""
         which = self.which(equations)
-        return np.asarray(self.calm[which] * self.unrest[self.kinds[which]][:, bin_of(equations)].T)
+        levels = np.asarray(self.calm[which] * self.unrest[self.kinds[which]][:, bin_of(equations)].T)
+        if self.rest.any():
+            joints = len(self.rest)
+            levels[:, :joints] = np.hypot(levels[:, :joints], self.stuck * resting(equations, self.rest))
+        return levels
 
 
-def first_levels(equations: WeakEquations) -> ErrorLevels:
-    """Return the levels to begin with."""
+def first_levels(equations: WeakEquations, rest: Array, stuck: Array) -> ErrorLevels:
+    """Return the levels to begin with; `rest` and `stuck` are kept as they are."""
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
     both = np.repeat([FIRST_LINEAR, FIRST_ANGULAR], 3)[:root]
-    return ErrorLevels(np.full((2, joints), FIRST_MODEL), both, np.ones((2, BINS)))
+    return ErrorLevels(np.full((2, joints), FIRST_MODEL), both, np.ones((2, BINS)), rest, stuck)
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
     """Return which bin each window is in, shape (K,)."""
     early = np.searchsorted(SINCE, equations.since, side="right")
     return np.where((early == CALM) & (equations.until < UNTIL), BINS - 1, early)
+
+
+def resting(equations: WeakEquations, rest: Array) -> Array:
+    """Return the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
+    slow = (np.abs(equations.velocity) < rest).astype(float)
+    views = np.lib.stride_tricks.sliding_window_view(slow, len(equations.taps), axis=0)
+    return np.asarray(views[:: equations.step][: len(equations.time)] @ equations.taps)
 
 
 def bartlett(lags: int) -> Array:

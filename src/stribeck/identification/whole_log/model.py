@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.equations import Corrections
 from stribeck.identification.whole_log.bodies import Bodies, bodies_of
@@ -18,6 +19,9 @@ GAIN, ZERO, TILT = 0.01, 2e-3, 5e-3
 SUM_OF_GAINS = 1e-3
 """How far the mean gain may be from 1, in units of `GAIN`: one gain common to all torques is friction's own scale."""
 
+LEAST_LOAD = 0.1
+"""Torque of a sensor over that of the most loaded one [1] from which its gain counts in the mean."""
+
 
 @dataclass(frozen=True, eq=False)
 class ModelCorrections:
@@ -29,6 +33,8 @@ class ModelCorrections:
         What there is to correct.
     bodies
         Where the inertias start from.
+    loaded
+        Which of the torque sensors have gains that are right on average.
     gaits
         Number of gait phases whose repeated errors are looked for.
     repeated
@@ -37,6 +43,7 @@ class ModelCorrections:
 
     corrections: Corrections
     bodies: Bodies
+    loaded: NDArray[np.int64]
     gaits: int
     repeated: Array
 
@@ -49,9 +56,9 @@ class ModelCorrections:
     def precision(self) -> Array:
         """Inverse covariance of the coordinates before the log speaks, shape (c, c)."""
         precision = np.eye(self.size)
-        inertial, gains = self.corrections.inertial_parameters.size, self.corrections.gains
-        if gains:
-            precision[inertial : inertial + gains, inertial : inertial + gains] += 1 / (gains * SUM_OF_GAINS) ** 2
+        if len(self.loaded):
+            common = self.corrections.inertial_parameters.size + self.loaded
+            precision[np.ix_(common, common)] += 1 / (len(common) * SUM_OF_GAINS) ** 2
         return precision
 
     def values(self, coordinates: Array) -> tuple[Array, Array]:
@@ -68,6 +75,11 @@ class ModelCorrections:
         return np.concatenate([calibration, np.tile(self.repeated, self.gaits * COSINES)])
 
 
-def model_corrections(corrections: Corrections) -> ModelCorrections:
-    """Return the coordinates of what there is to correct, without repeated errors."""
-    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), 0, np.zeros(0))
+def model_corrections(corrections: Corrections, loads: Array) -> ModelCorrections:
+    """Return the coordinates of what there is to correct, without repeated errors.
+
+    `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). The gains of those that carry
+    next to nothing cannot be known, and would leave the common gain of the others free.
+    """
+    loaded = np.flatnonzero(loads > LEAST_LOAD * loads.max(initial=0.0))
+    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), loaded, 0, np.zeros(0))

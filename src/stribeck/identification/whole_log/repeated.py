@@ -24,7 +24,7 @@ ROUNDS = 3
 
 
 def spread_of_repeated(
-    statistic: Statistic, share: float, curves: Curves, model: ModelCorrections, solution: Solution
+    statistic: Statistic, total: int, curves: Curves, model: ModelCorrections, solution: Solution
 ) -> tuple[Array, Array]:
     """Return the repeated torques' standard deviation in each joint [N m], shape (n,), and the solution's covariance.
 
@@ -38,17 +38,19 @@ def spread_of_repeated(
     Parameters
     ----------
     statistic
-        Of a share of the log, with the columns Z.
-    share
-        Of all equations [1].
+        Of a share of the log, with the columns Z; without any where there are no steps.
+    total
+        Number of equations of the whole log.
     curves, model, solution
         Of the whole log, without these torques.
     """
     joints = len(curves.top_speed)
+    if not statistic.gaits:
+        return np.zeros(joints), solution.covariance
     columns = statistic.gaits * COSINES * joints
     rest = without_corrections(statistic, model, solution)
     nothing = bodies_of(np.zeros((0, SIZE)))
-    tried = ModelCorrections(Corrections(), nothing, statistic.gaits, np.full(joints, FIRST))
+    tried = ModelCorrections(Corrections(), nothing, np.arange(0), statistic.gaits, np.full(joints, FIRST))
     free = replace(solution, corrections=np.zeros(columns))
     for _ in range(ROUNDS):
         free = solve(rest, curves, tried, free)
@@ -60,7 +62,7 @@ def spread_of_repeated(
         free = replace(free, corrections=np.zeros(columns))
     both = replace(model, gaits=tried.gaits, repeated=tried.repeated)
     at = replace(solution, corrections=np.concatenate([solution.corrections, np.zeros(columns)]))
-    cross = curvature(statistic, curves, both, at)[:-columns, -columns:] / share
+    cross = curvature(statistic, curves, both, at)[:-columns, -columns:] * (total / statistic.count)
     bias = solution.covariance @ cross
     return tried.repeated, solution.covariance + bias @ bias.T
 

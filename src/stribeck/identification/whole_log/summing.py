@@ -1,0 +1,36 @@
+"""Sums the equations of many stretches up, weighed by threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from stribeck.equations import WeakEquations
+from stribeck.identification.whole_log.cosines import COSINES
+from stribeck.identification.whole_log.curves import Curves
+from stribeck.identification.whole_log.levels import ErrorLevels
+from stribeck.identification.whole_log.model import ModelCorrections
+from stribeck.identification.whole_log.statistic import Statistic
+
+WORKERS = 2
+"""Threads [1] that weigh equations: linear algebra lets other threads run."""
+
+
+def sum_up(
+    equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections, gaits: int
+) -> Statistic:
+    """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
+    size = model.size + gaits * COSINES * len(curves.top_speed)
+    statistics = [Statistic(curves.nodes, size, gaits) for _ in range(WORKERS)]
+    waiting: list[Future[None] | None] = [None] * WORKERS
+    with ThreadPoolExecutor(WORKERS) as pool:
+        for k, part in enumerate(equations):
+            if (before := waiting[k % WORKERS]) is not None:
+                before.result()  # so that few stretches are in memory
+            waiting[k % WORKERS] = pool.submit(statistics[k % WORKERS].add, part, levels)
+        for last in waiting:
+            if last is not None:
+                last.result()
+    for other in statistics[1:]:
+        statistics[0].merge(other)
+    return statistics[0]
