@@ -61,7 +61,12 @@ class WeakForm:
         """Return the weak form of one stretch, which is part of a numbered gait phase."""
         state = self.filter.state(self.robot, self.log, stretch.first, stretch.last, self.tilted)
         support, window = self.supports[stretch.feet], self.window
-        left = support.left_side(state, self.log.torque[stretch.first : stretch.last])
+        torque = self.log.torque[stretch.first : stretch.last]
+        left = support.left_side(state, torque)
+        columns = None
+        if self.corrections.size:
+            needed = torque[:, self.joints] - left[:, -len(self.joints) :]
+            columns = self._columns(stretch.feet, support, state, needed)
         centres = window.apply(state.position)
         jacobian = support.jacobian(centres) if support.feet else None
         encoder, root = support.responses(centres, jacobian)
@@ -70,7 +75,6 @@ class WeakForm:
             forces = jacobian[:, :, support.rows]
             projection = null_projection(forces)
             left = without_contact_forces(left, at_every_row(forces, half, window.step, len(left)))
-        columns = self._columns(stretch, support, state) if self.corrections.size else None
         lags = window.lags(self.filter.sharp.shape[1])
         time = self.log.time[stretch.first + half :: window.step][: len(centres)]
         return WeakEquations(
@@ -98,8 +102,13 @@ class WeakForm:
             return np.zeros(len(self.joints), dtype=bool)
         return np.asarray(self.robot.standing(feet)[self.joints])
 
-    def _columns(self, stretch: Stretch, support: Support, state: State) -> Array:
-        """Return the columns of all corrections, shape (K, rows, c)."""
+    def _columns(self, feet: tuple[str, ...], support: Support, state: State, needed: Array) -> Array:
+        """Return the columns of all corrections, shape (K, rows, c).
+
+        A gain multiplies the measured torque, but its column is the one that the motion needs, shape (T, n): the
+        measured one has the noise of the equation itself in it, which would be taken for a gain. Friction is then found
+        as the sensor sees it.
+        """
         turn, smooth = state.orientation, self.window.apply
         if turn is not None:
             turn = Orientation(
@@ -108,9 +117,8 @@ class WeakForm:
         smoothed = State(smooth(state.position), smooth(state.velocity), smooth(state.acceleration), turn)
         found = [inertia_columns(self.robot, support.rooted, support.rows, smoothed, support.root(smoothed))]
         if self.corrections.gains:
-            torque = smooth(self.log.torque[stretch.first : stretch.last, self.joints])
-            found.append(torque[:, :, None] * np.eye(len(self.joints)))
-            found.append(zero_columns(self.robot, support.rooted, self.joints, stretch.feet, smoothed))
+            found.append(smooth(needed)[:, :, None] * np.eye(len(self.joints)))
+            found.append(zero_columns(self.robot, support.rooted, self.joints, feet, smoothed))
         return np.concatenate(found, axis=2)
 
 

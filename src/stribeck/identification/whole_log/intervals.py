@@ -27,7 +27,9 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
         own = slice(k * count, (k + 1) * count)
         covariance = scale * solution.covariance[own, own]
         deviation = np.sqrt(np.diag(covariance))
-        values = to_external(solution.internal[k], logs)
+        share = fit.true_share[k]
+        values = to_external(solution.internal[k], logs) * share
+        deviation, covariance = deviation * share, covariance * np.outer(share, share)
         factor = np.where(logs, values, 1.0)
         distance = np.min(np.abs(solution.internal[k] - curves.bounds), axis=0)
         fits[name] = JointFit(
