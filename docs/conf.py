@@ -32,7 +32,7 @@ extensions = [
 NAVIGATION = {
     "index": {
         "First steps": ["tour", "logs", "robot-file", "result", "verdicts"],
-        "The method": ["laws/index", "mathematics"],
+        "The method": ["laws/index", "mathematics", "whole-log"],
         "Evidence": ["paper/index", "simulation", "real-robots"],
         "For developers": ["extending", "api/index"],
     },
