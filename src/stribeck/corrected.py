@@ -35,8 +35,8 @@ def corrected_log(
     """Return the log without the errors of gains, zeros and orientation that were found."""
     if not corrections.gains:
         return log
-    rest = values[corrections.inertial_parameters.size : corrections.size]
-    gains, zeros, tilt = np.split(rest, [corrections.gains, corrections.gains + corrections.zeros])
+    ends = np.cumsum([corrections.inertial_parameters.size, corrections.gains, corrections.zeros, corrections.tilts])
+    _, gains, zeros, tilt, _ = np.split(values, ends)
     torque = log.torque.copy()
     torque[:, columns] *= 1 - gains
     orientation = log.base_orientation

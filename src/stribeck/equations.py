@@ -26,6 +26,8 @@ class Corrections:
         Number of encoders whose zero is corrected [rad].
     tilts
         Number of axes of the root link about which its orientation is corrected [rad].
+    rotors
+        Which of the n joints have a rotor inertia that the model lacks [kg m^2].
     """
 
     bodies: tuple[str, ...] = ()
@@ -33,11 +35,12 @@ class Corrections:
     gains: int = 0
     zeros: int = 0
     tilts: int = 0
+    rotors: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of columns."""
-        return self.inertial_parameters.size + self.gains + self.zeros + self.tilts
+        return self.inertial_parameters.size + self.gains + self.zeros + self.tilts + len(self.rotors)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -103,7 +103,7 @@ def _refuse_unused(settings: Settings) -> None:
     """Refuse settings that the method whole-log does not listen to."""
     if settings.method != "whole-log":
         return
-    for key in ("fit_armature", "loss", "averaged_law"):
+    for key in ("loss", "averaged_law"):
         value = getattr(settings, key)
         if value != Settings.model_fields[key].default:
             raise SettingsError(

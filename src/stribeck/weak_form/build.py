@@ -115,10 +115,16 @@ class WeakForm:
                 smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
             )
         smoothed = State(smooth(state.position), smooth(state.velocity), smooth(state.acceleration), turn)
-        found = [inertia_columns(self.robot, support.rooted, support.rows, smoothed, support.root(smoothed))]
+        found = []
+        if self.corrections.bodies:
+            root = support.root(smoothed)
+            found.append(inertia_columns(self.robot, support.rooted, support.rows, smoothed, root))
         if self.corrections.gains:
             found.append(smooth(needed)[:, :, None] * np.eye(len(self.joints)))
             found.append(zero_columns(self.robot, support.rooted, self.joints, feet, smoothed))
+        if rotors := list(self.corrections.rotors):
+            own = np.eye(len(support.rows))[:, len(support.rows) - len(self.joints) :][:, rotors]
+            found.append(smoothed.acceleration[:, None, self.joints[rotors]] * own)
         return np.concatenate(found, axis=2)
 
 
@@ -127,19 +133,22 @@ def _seen(projection: Array | None, rows: Array) -> Array:
     return rows if projection is None else projection @ rows
 
 
-def find_corrections(robot: Robot, joints: int, settings: Settings) -> Corrections:
-    """Return what is corrected: nothing, the bodies' inertias, or the calibration of the sensors as well."""
+def find_corrections(robot: Robot, joints: NDArray[np.int64], settings: Settings) -> Corrections:
+    """Return what is corrected: nothing, the bodies' inertias, the calibration of the sensors, rotor inertias."""
+    asked = settings.fit_armature
+    rotors = tuple(k for k, c in enumerate(joints) if asked is True or (asked and robot.joint_names[c] in asked))
     if settings.corrections == "none":
-        return Corrections()
+        return Corrections(rotors=rotors)
     model = robot.tree.model
     bodies = range(1, model.njoints)
     calibration = settings.corrections == "calibration"
     return Corrections(
         bodies=tuple(str(model.names[body]) for body in bodies),
         inertial_parameters=np.stack([model.inertias[body].toDynamicParameters() for body in bodies]),
-        gains=joints if calibration else 0,
+        gains=len(joints) if calibration else 0,
         zeros=len(robot.joint_names) if calibration else 0,
         tilts=3 if calibration else 0,
+        rotors=rotors,
     )
 
 
@@ -167,12 +176,12 @@ def weak_form(
     period
         [s].
     settings
-        `tilt`, `corrections` and `double_support` are used.
+        `tilt`, `corrections`, `fit_armature` and `double_support` are used.
     """
     columns = np.asarray(joints, dtype=np.int64)
     noise = measure_noise(log.position, log.torque, segments)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
-    window, corrections = smooth_window(period), find_corrections(robot, len(columns), settings)
+    window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
     stretches = cut_stretches(phases, segments, period, kernels.margin, window.rows(FEWEST_WINDOWS))
     supports = {feet: find_support(robot, feet, columns) for feet in dict.fromkeys(s.feet for s in stretches)}
     seen = [feet for feet, support in supports.items() if _wanted(support, corrections, settings)]

@@ -139,6 +139,19 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
         assert value == pytest.approx(zeros[column], abs=4 * error)
 
 
+def test_rotor_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
+    rotors = np.array([0.05, 0.1, 0.02, 0.03, 0.01, 0.02])
+    assert exact_arm_log.acceleration is not None
+    log = replace(exact_arm_log, torque=exact_arm_log.torque + rotors * exact_arm_log.acceleration)
+    log = with_noise(log, position=1e-5, torque=0.05, seed=6)
+    found = identify(log, arm, WHOLE_LOG.model_copy(update={"fit_armature": True}))
+    for name, rotor in zip(arm.joint_names, rotors, strict=True):
+        parameters = found.joints[name].parameters
+        assert parameters["armature"].value == pytest.approx(rotor, abs=4 * parameters["armature"].standard_error)
+        assert parameters["armature"].standard_error < 0.1 * rotor
+        assert parameters["coulomb"].value == pytest.approx(1.2, rel=0.02)
+
+
 def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.identification.covariance import intervals_95
-from stribeck.identification.descent import to_external
+from stribeck.identification.descent import to_external, to_internal
 from stribeck.identification.joint_fit import AT_BOUND, JointFit
+from stribeck.identification.problem import ARMATURE
 from stribeck.identification.whole_log.estimate import WholeLogFit
+from stribeck.identification.whole_log.model import ROTOR
 
 
 def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
@@ -16,35 +18,43 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     The covariance is the inverse curvature of all coordinates together, so that what is not known of the model widens
     the friction's intervals; it is scaled by chi^2 where the errors are larger than they were taken to be.
     """
-    curves, solution = fit.curves, fit.solution
-    law, logs = curves.law, curves.logarithmic
-    count = len(law.parameters)
     scale = max(1.0, fit.chi_square)
-    bounds = np.array([(parameter.lower, parameter.upper) for parameter in law.parameters])
-    freedom = np.full(count, max(fit.stretches - 1.0, 1.0))
-    fits = {}
-    for k, name in enumerate(names):
-        own = slice(k * count, (k + 1) * count)
-        covariance = scale * solution.covariance[own, own]
-        deviation = np.sqrt(np.diag(covariance))
-        share = fit.true_share[k]
-        values = to_external(solution.internal[k], logs) * share
-        deviation, covariance = deviation * share, covariance * np.outer(share, share)
-        factor = np.where(logs, values, 1.0)
-        distance = np.min(np.abs(solution.internal[k] - curves.bounds), axis=0)
-        fits[name] = JointFit(
-            parameters=law.parameters,
-            values=values,
-            standard_errors=deviation * factor,
-            covariance=covariance * np.outer(factor, factor),
-            intervals=np.clip(intervals_95(values, deviation, freedom, logs), bounds[:, :1], bounds[:, 1:]),
-            degrees_of_freedom=freedom,
-            at_bound=solution.held[k] | (distance < AT_BOUND * deviation),
-            rms=float(fit.residual_rms[k]),
-            samples=fit.statistic.count // len(names),
-            blocks=fit.stretches,
-            starts=2,
-            cost=solution.cost,
-            settled=solution.settled,
-        )
-    return fits
+    freedom = max(fit.stretches - 1.0, 1.0)
+    return {name: _joint_fit(fit, k, scale, freedom, len(names)) for k, name in enumerate(names)}
+
+
+def _joint_fit(fit: WholeLogFit, joint: int, scale: float, freedom: float, joints: int) -> JointFit:
+    solution, law = fit.solution, fit.curves.law
+    count, there = len(law.parameters), fit.model.corrections
+    own = list(range(joint * count, (joint + 1) * count))
+    parameters, coordinates, share = law.parameters, solution.internal[joint], fit.true_share[joint]
+    held = solution.held[joint]
+    if joint in there.rotors:
+        place = there.size - len(there.rotors) + there.rotors.index(joint)
+        own.append(solution.internal.size + place)
+        parameters, rotor = (*parameters, ARMATURE), solution.corrections[place]
+        coordinates = np.append(coordinates, max(rotor, 0.0))
+        share, held = np.append(share, ROTOR), np.append(held, rotor <= 0)
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
+    covariance = scale * solution.covariance[np.ix_(own, own)] * np.outer(share, share)
+    deviation = np.sqrt(np.diag(covariance))
+    values = to_external(coordinates, logs) * share
+    factor = np.where(logs, values, 1.0)
+    distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
+    degrees = np.full(len(values), freedom)
+    return JointFit(
+        parameters=parameters,
+        values=values,
+        standard_errors=deviation * factor,
+        covariance=covariance * np.outer(factor, factor),
+        intervals=np.clip(intervals_95(values, deviation, degrees, logs), bounds[:, :1], bounds[:, 1:]),
+        degrees_of_freedom=degrees,
+        at_bound=held | (distance < AT_BOUND * deviation),
+        rms=float(fit.residual_rms[joint]),
+        samples=fit.statistic.count // joints,
+        blocks=fit.stretches,
+        starts=2,
+        cost=solution.cost,
+        settled=solution.settled,
+    )

@@ -16,6 +16,9 @@ from stribeck.pseudo_inertia import SIZE
 GAIN, ZERO, TILT = 0.01, 2e-3, 5e-3
 """How wrong sensors are believed to be: torque gains [1], encoder zeros [rad], orientation of the IMU [rad]."""
 
+ROTOR = 1.0
+"""How large a rotor inertia that the model lacks may well be [kg m^2]."""
+
 SUM_OF_GAINS = 1e-3
 """How far the mean gain may be from 1, in units of `GAIN`: one gain common to all torques is friction's own scale."""
 
@@ -71,7 +74,7 @@ class ModelCorrections:
     def scales(self) -> Array:
         """Units of the coordinates of calibration and repeated errors."""
         c = self.corrections
-        calibration = np.repeat([GAIN, ZERO, TILT], [c.gains, c.zeros, c.tilts])
+        calibration = np.repeat([GAIN, ZERO, TILT, ROTOR], [c.gains, c.zeros, c.tilts, len(c.rotors)])
         return np.concatenate([calibration, np.tile(self.repeated, self.gaits * COSINES)])
 
 
