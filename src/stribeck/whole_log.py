@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stribeck.corrected import corrected_log, corrected_robot
 from stribeck.errors import NothingIdentifiedError, errors_about
 from stribeck.friction import FrictionLaw
-from stribeck.identification.excitation import excitation
+from stribeck.identification.excitation import NOISE_FACTOR, excitation
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.problem import FitProblem
 from stribeck.identification.whole_log.describe import describe_corrections
@@ -122,7 +122,9 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     ]
     corrections = forms[0].corrections
     equations = all_equations(forms)
-    fit = fit_whole_log(equations, equations.gaits, corrections, law, top_speed, settings.rest)
+    noise = np.max([form.velocity_noise for form in forms], axis=0)
+    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
+    fit = fit_whole_log(equations, equations.gaits, corrections, law, top_speed, rest)
     return WholeLog(
         fit=fit,
         joints=tuple(robot.joint_names[column] for column in columns),

@@ -57,6 +57,11 @@ class WeakForm:
     tilted: bool
     corrections: Corrections
 
+    @property
+    def velocity_noise(self) -> Array:
+        """Standard deviation of the velocities' noise [rad/s], shape (n,)."""
+        return np.asarray(self.noise.position[self.joints] * np.linalg.norm(self.filter.smooth[1]))
+
     def equations(self, stretch: Stretch, gait: int) -> WeakEquations:
         """Return the weak form of one stretch, which is part of a numbered gait phase."""
         state = self.filter.state(self.robot, self.log, stretch.first, stretch.last, self.tilted)

@@ -107,7 +107,7 @@ def fit_whole_log(
     corrections: Corrections,
     law: FrictionLaw,
     top_speed: Array,
-    rest: float,
+    rest: Array,
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
@@ -124,7 +124,7 @@ def fit_whole_log(
     top_speed
         Of each joint [rad/s], shape (n,).
     rest
-        Share of it [1] below which a joint is at rest, for laws that jump there.
+        Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     """
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
@@ -133,7 +133,7 @@ def fit_whole_log(
     speed = np.maximum(top_speed, 1e-9)
     curves = Curves(law, make_nodes(law, speed), speed, np.full(len(speed), torque))
     jumps = np.full(len(speed), float(law.jumps))
-    levels, solution = _measure_levels(some, first_levels(some[0], rest * jumps * speed, torque * jumps), curves, model)
+    levels, solution = _measure_levels(some, first_levels(some[0], rest * jumps, torque * jumps), curves, model)
     held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
     statistic, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model)
