@@ -1,6 +1,6 @@
 """How far identified friction is from the truth: the paper's method and the whole log side by side.
 
-    python studies/accuracy.py --seeds 5 --save studies/accuracy.json
+    python studies/accuracy.py --seeds 2 --save studies/accuracy.json
 
 A humanoid like TORO walks about 45 s straight on, 45 s to the left and 45 s to the right, simulated in MuJoCo with the
 friction of Table 6.2 of the paper in its legs, by sensors without errors. Then white noise is added (A: encoders
@@ -194,7 +194,7 @@ def summary(found: list[dict[str, Array]], seconds: float) -> dict[str, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--walks", type=Path, default=ROOT / "build" / "walks", help="where the walks are kept")
     parser.add_argument("--cases", nargs="*", default=[], choices=[*CASES, []], help="only these")
     parser.add_argument("--save", type=Path, help="write the table as JSON")

@@ -70,8 +70,7 @@ class WeakForm:
         left = support.left_side(state, torque)
         columns = None
         if self.corrections.size:
-            needed = torque[:, self.joints] - left[:, -len(self.joints) :]
-            columns = self._columns(stretch.feet, support, state, needed)
+            columns = self._columns(stretch.feet, support, state, torque[:, self.joints])
         centres = window.apply(state.position)
         jacobian = support.jacobian(centres) if support.feet else None
         encoder, root = support.responses(centres, jacobian)
@@ -107,13 +106,8 @@ class WeakForm:
             return np.zeros(len(self.joints), dtype=bool)
         return np.asarray(self.robot.standing(feet)[self.joints])
 
-    def _columns(self, feet: tuple[str, ...], support: Support, state: State, needed: Array) -> Array:
-        """Return the columns of all corrections, shape (K, rows, c).
-
-        A gain multiplies the measured torque, but its column is the one that the motion needs, shape (T, n): the
-        measured one has the noise of the equation itself in it, which would be taken for a gain. Friction is then found
-        as the sensor sees it.
-        """
+    def _columns(self, feet: tuple[str, ...], support: Support, state: State, torque: Array) -> Array:
+        """Return the columns of all corrections, shape (K, rows, c); `torque` is measured, shape (T, n)."""
         turn, smooth = state.orientation, self.window.apply
         if turn is not None:
             turn = Orientation(
@@ -125,7 +119,7 @@ class WeakForm:
             root = support.root(smoothed)
             found.append(inertia_columns(self.robot, support.rooted, support.rows, smoothed, root))
         if self.corrections.gains:
-            found.append(smooth(needed)[:, :, None] * np.eye(len(self.joints)))
+            found.append(smooth(torque)[:, :, None] * np.eye(len(self.joints)))
             found.append(zero_columns(self.robot, support.rooted, self.joints, feet, smoothed))
         if rotors := list(self.corrections.rotors):
             own = np.eye(len(support.rows))[:, len(support.rows) - len(self.joints) :][:, rotors]

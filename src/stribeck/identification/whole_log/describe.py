@@ -39,7 +39,7 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
     return Corrections(
         chi_square=fit.chi_square,
         bodies=bodies,
-        torque_gain=dict(zip(joints, pairs[: there.gains], strict=False)),
+        torque_gain={joints[k]: pairs[k] for k in fit.model.loaded},
         encoder_zero=dict(zip(encoders, pairs[there.gains : there.gains + there.zeros], strict=False)),
     )
 

@@ -75,19 +75,8 @@ class WholeLogFit:
 
     @property
     def values(self) -> Array:
-        """Parameters of the law, shape (n, p), of the friction behind the sensors' gains."""
-        return self.curves.external(self.solution.internal) * self.true_share
-
-    @property
-    def true_share(self) -> Array:
-        """What to multiply parameters by, shape (n, p): torques are found as sensors see them, whose gains are off."""
-        there = self.model.corrections
-        share = np.ones(self.solution.internal.shape)
-        if there.gains:
-            gains = self.corrections[there.inertial_parameters.size :][: there.gains]
-            torques = ["N m" in parameter.unit for parameter in self.curves.law.parameters]
-            share[:, torques] /= 1 + gains[:, None]
-        return share
+        """Parameters of the law, shape (n, p)."""
+        return self.curves.external(self.solution.internal)
 
     @property
     def corrections(self) -> Array:

@@ -27,7 +27,7 @@ def _joint_fit(fit: WholeLogFit, joint: int, scale: float, freedom: float, joint
     solution, law = fit.solution, fit.curves.law
     count, there = len(law.parameters), fit.model.corrections
     own = list(range(joint * count, (joint + 1) * count))
-    parameters, coordinates, share = law.parameters, solution.internal[joint], fit.true_share[joint]
+    parameters, coordinates, share = law.parameters, solution.internal[joint], np.ones(count)
     held = solution.held[joint]
     if joint in there.rotors:
         place = there.size - len(there.rotors) + there.rotors.index(joint)

@@ -37,7 +37,7 @@ class ModelCorrections:
     bodies
         Where the inertias start from.
     loaded
-        Which of the torque sensors have gains that are right on average.
+        Which of the torque sensors have gains that are corrected; they are right on average.
     gaits
         Number of gait phases whose repeated errors are looked for.
     repeated
@@ -75,6 +75,7 @@ class ModelCorrections:
         """Units of the coordinates of calibration and repeated errors."""
         c = self.corrections
         calibration = np.repeat([GAIN, ZERO, TILT, ROTOR], [c.gains, c.zeros, c.tilts, len(c.rotors)])
+        calibration[np.setdiff1d(np.arange(c.gains), self.loaded)] = 0.0
         return np.concatenate([calibration, np.tile(self.repeated, self.gaits * COSINES)])
 
 
@@ -82,7 +83,7 @@ def model_corrections(corrections: Corrections, loads: Array) -> ModelCorrection
     """Return the coordinates of what there is to correct, without repeated errors.
 
     `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). The gains of those that carry
-    next to nothing cannot be known, and would leave the common gain of the others free.
+    next to nothing are left alone: they cannot be told from friction, and noise would be taken for them.
     """
     loaded = np.flatnonzero(loads > LEAST_LOAD * loads.max(initial=0.0))
     return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), loaded, 0, np.zeros(0))
