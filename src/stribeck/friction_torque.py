@@ -104,19 +104,14 @@ def friction_torque(
         If the law shall be averaged over the window of a filter that has none.
     """
     _require_channels(log, settings)
-    used = [
-        (phase, support)
-        for phase, support in zip(phases, _supports(phases), strict=True)
-        if phase.kind != "flight" and phase.last > phase.first
-    ]
-    supports = tuple(dict.fromkeys(support for _, support in used))
+    supports, support_of_row, block_of_row, calm = _label_rows(
+        phases, len(log.time), max(1, round(settings.block / period))
+    )
     names = tuple(dict.fromkeys("+".join(support.feet) for support in supports))
     name_of = np.array([names.index("+".join(support.feet)) for support in supports], dtype=np.int64)
     guesses = [
         k for k, each in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
     ]
-    longest = max(1, round(settings.block / period))
-    support_of_row, block_of_row, calm = _label_rows(used, supports, len(log.time), longest)
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
@@ -178,12 +173,18 @@ def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
 
 
 def _label_rows(
-    used: list[tuple[SupportPhase, _Support]], supports: tuple[_Support, ...], rows: int, longest: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return each row's support, -1 where it is not used, the block it belongs to, and whether it is calm.
+    phases: tuple[SupportPhase, ...], rows: int, longest: int
+) -> tuple[tuple[_Support, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the supports, each row's one, -1 where it is not used, the block it belongs to, and whether it is calm.
 
     A block is a phase, or an equal part of one that lasts longer than `longest` rows.
     """
+    used = [
+        (phase, support)
+        for phase, support in zip(phases, _supports(phases), strict=True)
+        if phase.kind != "flight" and phase.last > phase.first
+    ]
+    supports = tuple(dict.fromkeys(support for _, support in used))
     support, block, calm = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
     begun = 0
     for phase, here in used:
@@ -193,7 +194,7 @@ def _label_rows(
         block[phase.first : phase.last] = begun + np.arange(length) * parts // length
         calm[phase.calm_first : phase.calm_last] = True
         begun += parts
-    return support, block, calm
+    return supports, support, block, calm
 
 
 def _stretches(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
