@@ -115,7 +115,7 @@ def test_torque_without_friction_is_never_identified_and_never_crashes(make_samp
     assert found.verdict == "weak"
     if torque == "random":
         assert found.reason.startswith("no friction is told from zero: ")
-        assert "Stribeck velocity, 100 " not in found.reason  # its bound, which says nothing of the motion
+        assert "Stribeck" not in found.reason  # the shape of no friction is nothing to explain
         assert "offset" not in found.reason
 
 

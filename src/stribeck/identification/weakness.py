@@ -60,7 +60,7 @@ def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic:
     resisting = _resisting(fit)
     without = all(fit.intervals[index, 0] <= 0.0 for index in resisting)
     named = [_describe(fit, index, prismatic) for index in (resisting if without else np.flatnonzero(weak).tolist())]
-    causes = _causes(fit, weak, velocity, prismatic)
+    causes = [] if without else _causes(fit, weak, velocity, prismatic)  # which are of the shape of friction
     if not causes:
         causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
     return f"{'no friction is told from zero: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
