@@ -65,6 +65,16 @@ def test_tx40_filter_that_is_chosen_by_itself_finds_the_same(converted):
         np.testing.assert_allclose(values(by_itself, name)[:4], values(by_hand, name)[:4], rtol=tolerance, err_msg=name)
 
 
+def test_tx40_whole_log_finds_the_published_friction_too(converted):
+    """A jump at standstill is not quite what this robot does: its friction takes 1 rad/s to rise to its full size."""
+    logs, robot = opened(converted("tx40"))
+    settings = robot.settings.model_copy(update={"method": "whole-log", "corrections": "none"})
+    result = identify(logs, robot, settings)
+    for name, figures in {"coulomb": [7.14, 8.26, 6.34, 2.48], "viscous": [8.05, 5.53, 1.97, 1.11]}.items():
+        np.testing.assert_allclose(values(result, name)[:4], figures, rtol=0.05, err_msg=name)
+    assert not any("chi^2" in warning for warning in result.warnings)
+
+
 def test_tx40_joints_that_share_a_motor_are_not_told_apart(converted):
     """Motor 6 resists v5 + v6: a law of one joint cannot say so, and validation shows what is left."""
     joints = identify(*opened(converted("tx40"))).joints

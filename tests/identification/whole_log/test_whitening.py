@@ -5,7 +5,8 @@ import pytest
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.errors import update_levels
-from stribeck.identification.whole_log.levels import ErrorLevels, bartlett
+from stribeck.identification.whole_log.fading import driving, fading
+from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.whitening import make_whitener
 from stribeck.log import Array
 
@@ -56,7 +57,7 @@ def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
             rho_a = equations.acceleration_overlap[j] if j < len(equations.acceleration_overlap) else 0.0
             part = rho_a * G[k] @ np.diag(equations.encoder_noise**2) @ G[other].T
             part += equations.torque_overlap[j] * P[k] @ np.diag(equations.torque_noise**2) @ P[other].T
-            dense[k, :, other, :] = part + bartlett(lags)[j] * V[k] @ V[other].T
+            dense[k, :, other, :] = part + fading(lags)[j] * V[k] @ V[other].T
     return dense.reshape(windows * rows, windows * rows)
 
 
@@ -94,3 +95,16 @@ def test_levels_are_larger_around_contact_changes() -> None:
     np.testing.assert_allclose(near[0], np.repeat([3.0, 4.0], [3, 6]))  # 0.03 s after one
     np.testing.assert_allclose(near[-1], np.repeat([2.0, 1.5], [3, 6]))  # 0.03 s before the next
     np.testing.assert_allclose(near[25], 1.0)
+
+
+@pytest.mark.parametrize("lags", [1, 4, 9])
+def test_no_frequency_is_taken_to_be_free_of_errors(lags: int) -> None:
+    frequency = np.linspace(0, np.pi, 501)
+    spectrum = 1 + 2 * np.cos(np.outer(frequency, np.arange(1, lags + 1))) @ fading(lags)[1:]
+    assert spectrum.min() > 0.01 * spectrum.max()
+
+
+@pytest.mark.parametrize("lags", [1, 4, 9])
+def test_drives_make_errors_that_fade_as_they_should(lags: int) -> None:
+    made = np.correlate(driving(lags), driving(lags), mode="full")[lags:]
+    np.testing.assert_allclose(made, fading(lags), atol=1e-6)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.equations import WeakEquations
+from stribeck.identification.whole_log.fading import driving
 from stribeck.identification.whole_log.levels import BINS, CALM, ErrorLevels, bin_of
 from stribeck.identification.whole_log.whitening import make_whitener
 from stribeck.log import Array
@@ -31,7 +32,7 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
         drives = whitener.apply(_drives(equations, levels))
         white = whitener.apply(residual[:, None])[:, 0]
         lags, windows = len(equations.torque_overlap) - 1, len(equations.time)
-        bins = bin_of(equations)[np.clip(_driven(windows, lags) - lags // 2, 0, windows - 1)]
+        bins = bin_of(equations)[np.clip(_driven(windows, lags), 0, windows - 1)]
         which = levels.which(equations)
         found = (white @ drives) ** 2, (drives**2).sum(axis=0)
         for total, part in zip((left, right), found, strict=True):
@@ -67,14 +68,14 @@ def _drives(equations: WeakEquations, levels: ErrorLevels) -> Array:
     response = levels.response(equations) * levels.at(equations)[:, None]
     windows, rows, components = response.shape
     lags = len(equations.torque_overlap) - 1
-    driven = _driven(windows, lags)
+    driven, effect = _driven(windows, lags), driving(lags)
     drives = np.zeros((windows, rows, len(driven), components))
-    for place, drive in enumerate(driven):  # a running mean over lags + 1 drives
-        reached = slice(max(0, drive - lags), min(windows, drive + 1))
-        drives[reached, :, place] = response[reached] / np.sqrt(lags + 1)
+    for place, drive in enumerate(driven):
+        reached = np.arange(max(0, drive), min(windows, drive + lags + 1))
+        drives[reached, :, place] = response[reached] * effect[reached - drive, None, None]
     return drives.reshape(windows * rows, -1)
 
 
 def _driven(windows: int, lags: int) -> NDArray[np.int64]:
-    """Return which drives are looked at: neighbours do nearly the same."""
-    return np.arange(0, windows + lags, max(1, (lags + 1) // 2))
+    """Return the windows of the drives that are looked at, a share of all; the first lie before the stretch."""
+    return np.arange(-lags, windows, max(1, (lags + 1) // 2))

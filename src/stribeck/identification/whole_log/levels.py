@@ -98,8 +98,3 @@ def resting(equations: WeakEquations, rest: Array) -> Array:
     slow = (np.abs(equations.velocity) < rest).astype(float)
     views = np.lib.stride_tricks.sliding_window_view(slow, len(equations.taps), axis=0)
     return np.asarray(views[:: equations.step][: len(equations.time)] @ equations.taps)
-
-
-def bartlett(lags: int) -> Array:
-    """Return the correlation of these errors at lags 0 to `lags` [1]: that of a running mean over lags + 1."""
-    return np.asarray(1 - np.arange(lags + 1) / (lags + 1))

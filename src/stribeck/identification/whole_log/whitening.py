@@ -8,7 +8,8 @@ import numpy as np
 from scipy.linalg.lapack import dtrtri
 
 from stribeck.equations import WeakEquations
-from stribeck.identification.whole_log.levels import ErrorLevels, bartlett
+from stribeck.identification.whole_log.fading import fading
+from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.log import Array
 
 
@@ -62,7 +63,7 @@ def _covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
     blocks = np.zeros((count, lags, rows, 2 * lags, rows))
     response = equations.encoder_response * equations.encoder_noise
     torque = equations.weights * equations.torque_noise
-    shape = bartlett(lags)
+    shape = fading(lags)
     drift = levels.response(equations) * levels.at(equations)[:, None]
     window = np.arange(count * lags)
     for lag in range(lags + 1):

@@ -1,0 +1,35 @@
+"""How errors that no sensor makes fade from window to window."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from scipy.linalg import toeplitz
+
+from stribeck.log import Array
+
+SETTLED = 16
+"""Times [1] the reach of the correlation after which the rows of its Cholesky factor no longer change."""
+
+
+def fading(lags: int) -> Array:
+    """Return the correlation of these errors at lags 0 to `lags` [1], (1 - k / (lags + 1))^2.
+
+    It is strictly convex, so that its spectrum is positive everywhere (Polya 1949). A running mean's, a triangle, has
+    frequencies without any error at all. A fit would trust these more than anything: above all what changes as fast as
+    friction does at a reversal, where no law of velocity is quite true.
+    """
+    return np.asarray((1 - np.arange(lags + 1) / (lags + 1)) ** 2)
+
+
+@cache
+def driving(lags: int) -> Array:
+    """Return what a unit of white noise does to its own window and the `lags` next, shape (lags + 1,).
+
+    The errors are sums of what all such drives do: this is the last row of their covariance's Cholesky factor (Bauer
+    1955).
+    """
+    correlation = np.zeros(SETTLED * (lags + 1))
+    correlation[: lags + 1] = fading(lags)
+    return np.asarray(np.linalg.cholesky(toeplitz(correlation))[-1, : -lags - 2 : -1])
