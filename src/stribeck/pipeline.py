@@ -70,7 +70,11 @@ def identify(
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     with one_blas_thread(), friction_table(table) if table else nullcontext(_drop) as write:
         found = find_whole_log(sources, robot, law, settings, progress) if settings.method == "whole-log" else None
+        correction = None
         if found:
+            if settings.corrections != "none":
+                given = _swinging(sources, robot, settings, progress)
+                correction = given, _swinging(found.logs, found.robot, settings, progress)
             robot, sources = found.robot, list(found.logs)
             settings = settings.model_copy(update={"standing_legs": True, "double_support": "skip"})
         surveys: list[Survey] = []
@@ -85,7 +89,7 @@ def identify(
         if all(joint.verdict == "not excited" for joint in joints.values()):
             reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
             raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
-    return _result(robot, settings, surveys, samples, fits, joints, found)
+    return _result(robot, settings, surveys, samples, fits, joints, found, correction)
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
@@ -123,6 +127,7 @@ def _result(
     fits: dict[str, JointFit],
     joints: dict[str, JointResult],
     found: WholeLog | None,
+    correction: tuple[Samples, Samples] | None,
 ) -> Result:
     """Put the findings together."""
     filters = tuple(dict.fromkeys(part.filter_name for part in surveys))
@@ -158,8 +163,21 @@ def _result(
                 name for name, slides in zip(robot.joint_names, robot.prismatic, strict=True) if slides
             ),
             notes=[note for part in surveys for note in part.notes],
+            correction=correction,
         ),
     )
+
+
+def _swinging(
+    sources: Sequence[RobotLog | str | Path], robot: Robot, settings: Settings, progress: Progress
+) -> Samples:
+    """Return the samples of free and swinging limbs, which show best what a model does to friction."""
+    settings = settings.model_copy(update={"standing_legs": False, "double_support": "skip"})
+    parts = []
+    for k, source in enumerate(sources):
+        parts.append(survey(source, k, len(sources), robot, settings, _drop, progress))
+        settings = settings.model_copy(update={"filter": parts[0].filter_settings})
+    return join_logs([part.samples for part in parts])
 
 
 def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:

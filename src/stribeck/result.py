@@ -122,6 +122,8 @@ class Evidence:
         Of a simulated robot, by joint and name, where its friction is of the law that was fitted.
     walk
         Of a simulated robot that walked: what there is to see of it.
+    correction
+        Samples of free and swinging limbs by model and log as they were given, and as they were corrected.
     """
 
     samples: Samples
@@ -134,6 +136,7 @@ class Evidence:
     truth_curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     truth_parameters: dict[str, dict[str, float]] = field(default_factory=dict)
     walk: WalkPicture | None = None
+    correction: tuple[Samples, Samples] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

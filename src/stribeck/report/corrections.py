@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stribeck.report.branches import branch_figures
 from stribeck.report.page import Section, render
 from stribeck.result import BodyCorrection, Result
 
@@ -35,6 +36,7 @@ def corrections(result: Result) -> Section | None:
         bodies=bodies,
         others=len(found.bodies) - len(bodies),
         calibration=calibration,
+        figures=branch_figures(result),
     )
     return Section(anchor="corrections", title="Corrections of the model", body=body)
 

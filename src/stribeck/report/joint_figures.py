@@ -64,7 +64,7 @@ def residual_over_velocity(data: JointData, prediction: Array) -> Axes:
     reach = max(abs(low), abs(high))
     draw_density(axes, data.velocity, residual, limits, (-reach, reach))
     _zero_lines(axes)
-    centre, mean = _running_mean(data.velocity, residual, limits)
+    centre, mean = running_mean(data.velocity, residual, limits)
     axes.plot(centre, mean, color=COLOURS["law"], linewidth=1.5, zorder=4)
     return axes
 
@@ -121,7 +121,7 @@ def _broken(x: Array, y: Array, breaks: NDArray[np.int64]) -> tuple[Array, Array
     return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
 
 
-def _running_mean(x: Array, y: Array, limits: tuple[float, float], bins: int = 40) -> tuple[Array, Array]:
+def running_mean(x: Array, y: Array, limits: tuple[float, float], bins: int = 40) -> tuple[Array, Array]:
     """Return centres and means of y over bins of x; bins that hold less than 0.05 % of the samples are NaN."""
     counts, edges = np.histogram(x, bins=bins, range=limits)
     sums, _ = np.histogram(x, bins=bins, range=limits, weights=y)

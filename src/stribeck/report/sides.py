@@ -16,6 +16,9 @@ from stribeck.report.joint_data import JointData, joint_data
 from stribeck.report.page import Section, render
 from stribeck.result import Evidence, Result
 
+LARGEST_CHANGE = 10.0
+"""From left to right [1]; more says that the left is next to nothing."""
+
 SIDE_HEIGHT = 170.0
 """Height of a pair's figure [SVG units]."""
 
@@ -52,7 +55,7 @@ def _cell(
         "left": result.joints[left].parameters[parameter],
         "right": result.joints[right].parameters[parameter],
         "differs": not difference.agrees,
-        "change": difference.difference / abs(difference.a) if difference.a else None,
+        "change": difference.difference / abs(difference.a) if _comparable(difference) else None,
     }
 
 
@@ -75,3 +78,8 @@ def _draw_law(axes: Any, data: JointData, velocity_range: tuple[float, float], c
     if band is not None:
         axes.fill_between(grid, torque - band, torque + band, color=colour, alpha=0.25, linewidth=0)
     axes.plot(grid, torque, color=colour, linewidth=1.8)
+
+
+def _comparable(difference: Difference) -> bool:
+    """Return whether a change is worth a percentage: not from zero, or nearly."""
+    return abs(difference.difference) <= LARGEST_CHANGE * abs(difference.a) and difference.a != 0
