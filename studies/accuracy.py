@@ -6,7 +6,7 @@ A humanoid like TORO walks about 45 s straight on, 45 s to the left and 45 s to 
 friction of Table 6.2 of the paper in its legs, by sensors without errors. Then white noise is added (A: encoders
 2e-5 rad, torque sensors 0.1 N m; B: 1e-4 rad, 0.3 N m), and the estimators are given a model whose principal moments
 are off by up to 20 %, centres of mass by 5 to 10 mm and masses by up to 5 %, or torque gains off by 1 % and encoder
-zeros by 2 mrad. The walks are simulated once, and kept in build/.
+zeros by 2 mrad.
 
 Of all leg joints: Coulomb friction's relative error; how far the friction curves are apart without the offset, root
 mean square over the velocities that a joint moves with (its middle 98 %), relative to the Coulomb friction; the
@@ -24,15 +24,13 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from stribeck import Robot, Settings, identify, read_log
+from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
 from stribeck.log import Array, RobotLog
 from stribeck.result import Result
-from stribeck.simulation.files import write_simulated
-from stribeck.simulation.run import run_scenario
+from stribeck.simulation.run import Simulated, run_scenario
 from stribeck.simulation.scenario import Scenario, StepsTable, read_scenario
 from stribeck.simulation.sensors import with_noise
-from stribeck.simulation.toro import ROBOT_FILE
 
 ROOT = Path(__file__).parents[1]
 SCENARIO = ROOT / "examples" / "scenarios" / "straight-and-sideways.toml"
@@ -80,17 +78,9 @@ def walk_scenario(name: str) -> Scenario:
     return read_scenario(SCENARIO).model_copy(update={"walk": [WALKS[name]]})
 
 
-def exact_walks(robot: Robot, folder: Path) -> list[RobotLog]:
-    """Return the walks as sensors without errors see them; simulated where they are not in the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    logs = []
-    for name in WALKS:
-        path = folder / f"accuracy-{name}.npz"
-        if not path.exists():
-            found = run_scenario(walk_scenario(name))
-            write_simulated(found.log, found.truth, path)
-        logs.append(read_log(path, robot))
-    return logs
+def exact_walks() -> list[Simulated]:
+    """Return the walks as sensors without errors see them."""
+    return [run_scenario(walk_scenario(name)) for name in WALKS]
 
 
 def wrong_model(robot: Robot, seed: int) -> Robot:
@@ -152,11 +142,10 @@ def run(case: Case, settings: Settings, robot: Robot, walks: list[RobotLog], see
     return result, (time.perf_counter() - begin) / result.log.duration
 
 
-def study(seeds: int, folder: Path, only: list[str]) -> dict[str, dict[str, dict[str, float]]]:
+def study(seeds: int, only: list[str]) -> dict[str, dict[str, dict[str, float]]]:
     """Return the table: case, method, number; printed row by row."""
-    robot = Robot.from_file(ROBOT_FILE)
-    walks = exact_walks(robot, folder)
-    truth = json.loads(str(np.load(folder / "accuracy-straight.truth.npz")["parameters"]))
+    walked = exact_walks()
+    robot, truth, walks = walked[0].robot, walked[0].truth.parameters, [walk.log for walk in walked]
     velocity = np.concatenate([np.gradient(log.position, log.time, axis=0) for log in walks])
     low, high = np.percentile(velocity, [1, 99], axis=0)
     speeds = {joint: np.linspace(low[k], high[k], 401) for k, joint in enumerate(robot.joint_names)}
@@ -195,11 +184,10 @@ def summary(found: list[dict[str, Array]], seconds: float) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--walks", type=Path, default=ROOT / "build" / "walks", help="where the walks are kept")
     parser.add_argument("--cases", nargs="*", default=[], choices=[*CASES, []], help="only these")
     parser.add_argument("--save", type=Path, help="write the table as JSON")
     arguments = parser.parse_args()
-    table = study(arguments.seeds, arguments.walks, arguments.cases)
+    table = study(arguments.seeds, arguments.cases)
     if arguments.save:
         document = {"seeds": arguments.seeds, "cases": table}
         arguments.save.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
