@@ -75,7 +75,7 @@ def standing(robot: Robot, friction: FrictionTruth) -> tuple[MujocoSim, Dynamics
     body = compile_body(robot)
     dynamics = Dynamics(robot, body.soles)
     start = start_standing(robot, dynamics, POSTURE["toro"])
-    return MujocoSim(body, friction, start.configuration, control_period=body.model.opt.timestep), dynamics
+    return MujocoSim(body, friction, start.configuration, period=body.model.opt.timestep), dynamics
 
 
 def test_ground_gravity_and_friction_are_all_that_acts() -> None:

@@ -53,7 +53,7 @@ class Snapshot(NamedTuple):
         As Pinocchio has them for the rooted tree: base position, quaternion xyzw, joints; base velocity in the base's
         own coordinates, linear then angular, joints.
     specific_force
-        Specific force of the base over the last control period, in the base's coordinates [m/s^2], shape (3,).
+        Specific force of the base over the last period, in the base's coordinates [m/s^2], shape (3,).
     friction_torque
         R in the last physics step [N m], shape (n,).
     """
@@ -65,7 +65,7 @@ class Snapshot(NamedTuple):
 
 
 class MujocoSim:
-    """A robot on the ground: it is given torques for one control period after another.
+    """A robot on the ground: it is given torques for one period after another.
 
     Parameters
     ----------
@@ -75,14 +75,14 @@ class MujocoSim:
         In its joints, in the tree's order.
     configuration
         To start from at rest, as Pinocchio has it for the rooted tree.
-    control_period
+    period
         How long each torque is held [s], a multiple of the physics step.
     """
 
-    def __init__(self, body: Body, friction: FrictionTruth, configuration: Array, control_period: float = 1e-3):
+    def __init__(self, body: Body, friction: FrictionTruth, configuration: Array, period: float = 1e-3):
         self.body, self.friction = body, friction
-        self.substeps = round(control_period / body.model.opt.timestep)
-        self.period = control_period
+        self.substeps = round(period / body.model.opt.timestep)
+        self.period = period
         self.data = mujoco.MjData(body.model)
         self._positions, self._velocities = span(body.position_index), span(body.velocity_index)
         self.data.qpos[:7] = configuration[[0, 1, 2, 6, 3, 4, 5]]
@@ -105,7 +105,7 @@ class MujocoSim:
         self._gravity = body.model.opt.gravity.copy()
 
     def advance(self, torque: Array, push: Array | None = None) -> tuple[Array, Array, Array]:
-        """Hold joint torques for one control period.
+        """Hold joint torques for one period.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The plan of a walk: which feet stand, where the swing foot goes, and the DCM, at every control period."""
+"""The plan of a walk: which feet stand, where the swing foot goes, and the DCM, at every sample."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BOTH = -1
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A walk, sampled at every control period.
+    """A walk, sampled at every period of the log.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Plan:
 
     @property
     def samples(self) -> int:
-        """Number of control periods."""
+        """Number of samples."""
         return len(self.zmp)
 
 
@@ -80,7 +80,7 @@ def plan_walk(walk: Sequence[Steps], feet: tuple[Footprint, Footprint], pulsatio
     pulsation
         sqrt(g / z) of the centre of mass [1/s].
     period
-        Of the control [s].
+        Of the log [s].
     """
     steps = plan_steps(walk, feet)
     phases = _phases(walk, steps, feet)

@@ -23,7 +23,7 @@ BOUNCE = 0.1
 
 
 class Recorder:
-    """Collects one sample a control period; the arrays are in the tree's order of joints until the end.
+    """Collects one sample a period of the log; the arrays are in the tree's order of joints until the end.
 
     What is held between samples jumps at a sample: the torque and the foot wrench that belong there are the means of
     both sides, as the second difference of the position is the mean of two accelerations.
