@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from studies import kept_walks
 from studies.paper import figures, pages, walks
 from studies.paper.statements import read_statements
 from studies.paper.study import NUMBERS, find_studies, plain
+
+from stribeck.simulation.run import run_scenario
 
 STUDIES = find_studies()
 
@@ -80,14 +83,14 @@ def test_statements_have_an_outcome_where_their_study_is_there() -> None:
 def test_a_kept_walk_is_the_walk_that_was_simulated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = walks.SCENARIOS["right-knee-ideal"]
     still = scenario.model_copy(update={"walk": []})
-    monkeypatch.setattr(walks, "FOLDER", tmp_path)
+    monkeypatch.setattr(kept_walks, "FOLDER", tmp_path)
     monkeypatch.setitem(walks.SCENARIOS, "right-knee-ideal", still)
     first = walks.get_walk("right-knee-ideal")
     (kept,) = (path for path in tmp_path.iterdir() if "truth" not in path.name)
     changed = kept.stat().st_mtime_ns
     again = walks.get_walk("right-knee-ideal")
     assert kept.stat().st_mtime_ns == changed
-    expected = walks.run_scenario(still)
+    expected = run_scenario(still)
     for walk in (first, again):
         np.testing.assert_array_equal(walk.log.torque, expected.log.torque)
         np.testing.assert_array_equal(walk.truth.friction_torque, expected.truth.friction_torque)

@@ -1,26 +1,15 @@
-"""The walks that the studies share: each simulated once, and kept under build/ until its scenario or the code changes.
+"""The walks that the studies of the paper share.
 
 They are the scenarios of examples/scenarios, and what the paper does with them.
 """
 
 from __future__ import annotations
 
-import hashlib
-from functools import cache
-from importlib.metadata import version
-from pathlib import Path
-
-import stribeck
-from stribeck import Robot, read_log
-from stribeck.simulation.files import read_truth, write_simulated
-from stribeck.simulation.run import Simulated, run_scenario
+from stribeck.simulation.run import Simulated
 from stribeck.simulation.scenario import Scenario, read_scenario
-from stribeck.simulation.toro import ROBOT_FILE
+from studies.kept_walks import kept_walk
 from studies.paper.study import ROOT
 
-FOLDER = ROOT / "build" / "walks"
-SOURCES = ("simulation", "friction", "robot.py", "rooting.py")
-"""Parts of the package that a simulated log depends on."""
 QUICK_STEPS = 2
 """Of each kind, in the quick variant of a walk."""
 QUICK_STAND = 0.1
@@ -57,31 +46,4 @@ def get_walk(name: str, quick: bool = False) -> Simulated:
         change = {"count": QUICK_STEPS, "stand": QUICK_STAND}
         short = [steps.model_copy(update=change) for steps in scenario.walk]
         scenario = scenario.model_copy(update={"walk": short})
-    label = f"{name}-quick" if quick else name
-    path = FOLDER / f"{label}.{_digest(scenario)}.npz"
-    if not path.exists():
-        found = run_scenario(scenario)
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        for outdated in FOLDER.glob(f"{label}.*.npz"):
-            outdated.unlink()
-        write_simulated(found.log, found.truth, path)
-    robot = Robot.from_file(ROBOT_FILE)
-    return Simulated(robot, read_log(path, robot), read_truth(path))
-
-
-def _digest(scenario: Scenario) -> str:
-    """Return a short hash of all that a simulated log follows from."""
-    text = "\n".join([scenario.model_dump_json(), version("mujoco"), version("pin"), _source_digest()])
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-@cache
-def _source_digest() -> str:
-    package = Path(stribeck.__file__).parent
-    places = [package / source for source in SOURCES]
-    files = [file for place in places for file in ([place] if place.is_file() else sorted(place.rglob("*")))]
-    digest = hashlib.sha256()
-    for file in files:
-        if file.suffix in (".py", ".xml", ".toml"):
-            digest.update(file.read_bytes())
-    return digest.hexdigest()
+    return kept_walk(f"{name}-quick" if quick else name, scenario)

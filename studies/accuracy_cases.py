@@ -1,0 +1,160 @@
+"""What the accuracy study lets walk, and what it then makes wrong: three humanoids, three walks each, six cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck import Robot
+from stribeck.log import RobotLog
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.scenario import FrictionTable, Scenario, SoleTable, StepsTable
+from stribeck.simulation.sensors import with_noise
+from studies.kept_walks import FOLDER, kept_walk
+from studies.walking_cases import WALKERS
+
+COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
+"""Of the friction in every leg joint."""
+
+LEVELS = {
+    "hip roll": 1.0,
+    "hip pitch": 0.75,
+    "hip yaw": 0.75,
+    "knee": 1.0,
+    "ankle roll": 0.1,
+    "ankle pitch": 0.2,
+}
+"""Coulomb friction and offset [N m], Table 6.2 of the paper."""
+
+STEPS = 44
+"""Of a walk [1]: 45 s."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walked:
+    """A robot of `WALKERS`: patterns of its leg joints, a share of the paper's friction, and walks by name."""
+
+    walker: str
+    legs: Mapping[str, str]
+    walks: Mapping[str, StepsTable]
+    share: float = 1.0
+
+
+def _ways(forward: float, sideways: float, width: float | None = None) -> dict[str, StepsTable]:
+    """Return walks straight on, to the left and to the right."""
+    aside = {name: StepsTable(count=STEPS, sideways=way, width=width) for name, way in _both(sideways)}
+    return {"straight": StepsTable(count=STEPS, forward=forward), **aside}
+
+
+def _both(sideways: float) -> Iterator[tuple[str, float]]:
+    return zip(("left", "right"), (sideways, -sideways), strict=True)
+
+
+ROBOTS = {
+    "TORO-like": Walked(
+        walker="TORO-like",
+        legs={name: f"*_{name.replace(' ', '_')}" for name in LEVELS},
+        walks=_ways(0.3, 0.25, 0.16),
+    ),
+    "TALOS": Walked(
+        walker="TALOS",
+        legs={
+            "hip yaw": "leg_*_1_joint",
+            "hip roll": "leg_*_2_joint",
+            "hip pitch": "leg_*_3_joint",
+            "knee": "leg_*_4_joint",
+            "ankle pitch": "leg_*_5_joint",
+            "ankle roll": "leg_*_6_joint",
+        },
+        walks=_ways(0.3, 0.2),
+    ),
+    "G1": Walked(
+        walker="G1",
+        legs={name: f"*_{name.replace(' ', '_')}_joint" for name in LEVELS},
+        walks=_ways(0.2, 0.08, 0.13),
+        share=0.5,
+    ),
+}
+"""The G1 weighs half of the others and has half of the friction. No joint reaches a stop."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is wrong, beside nothing: noise [rad], [N m], the model, the sensors' calibration."""
+
+    encoder: float = 0.0
+    torque: float = 0.0
+    wrong_model: bool = False
+    wrong_calibration: bool = False
+
+
+CASES = {
+    "clean": Case(),
+    "A": Case(2e-5, 0.1),
+    "B": Case(1e-4, 0.3),
+    "A, wrong model": Case(2e-5, 0.1, True),
+    "B, wrong model": Case(1e-4, 0.3, True),
+    "A, wrong model and calibration": Case(2e-5, 0.1, True, True),
+}
+
+
+def exact_walks(name: str) -> list[Simulated]:
+    """Return the walks of a robot as sensors without errors see them."""
+    robot_file = FOLDER / f"{name}.toml"
+    robot_file.parent.mkdir(parents=True, exist_ok=True)
+    robot_file.write_text(WALKERS[ROBOTS[name].walker].robot_file, encoding="utf-8")
+    found = ROBOTS[name]
+    return [
+        kept_walk(f"{name}-{way}", walk_scenario(found, steps, robot_file.name), FOLDER)
+        for way, steps in found.walks.items()
+    ]
+
+
+def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenario:
+    """Return the scenario of one walk."""
+    walker = WALKERS[walked.walker]
+    levels = {pattern: walked.share * LEVELS[kind] for kind, pattern in walked.legs.items()}
+    return Scenario(
+        robot=robot_file,
+        posture=dict(walker.posture),
+        soles={
+            foot: SoleTable(centre=list(sole.centre), half_length=sole.half_length, half_width=sole.half_width)
+            for foot, sole in walker.soles.items()
+        },
+        walk=[steps],
+        friction=FrictionTable(
+            common=COMMON,
+            joints={pattern: {"coulomb": level, "offset": level} for pattern, level in levels.items()},
+        ),
+    )
+
+
+def wrong_model(robot: Robot, seed: int) -> Robot:
+    """Return the robot as the estimators believe it to be; its bodies can exist."""
+    generator = np.random.default_rng([seed, 1])
+    model = pin.Model(robot.tree.model)
+    for joint in range(1, model.njoints):
+        body = model.inertias[joint]
+        moments, axes = np.linalg.eigh(body.inertia)
+        wrong = moments * generator.uniform(0.8, 1.2, 3)
+        while 2 * wrong.max() > wrong.sum():
+            wrong = moments * generator.uniform(0.8, 1.2, 3)
+        shift = generator.standard_normal(3)
+        lever = body.lever + generator.uniform(0.005, 0.010) * shift / np.linalg.norm(shift)
+        mass = body.mass * generator.uniform(0.95, 1.05)
+        model.inertias[joint] = pin.Inertia(mass, lever, axes @ np.diag(wrong) @ axes.T)
+    return replace(robot, tree=replace(robot.tree, model=model))
+
+
+def measured(log: RobotLog, case: Case, seed: int, number: int) -> RobotLog:
+    """Return a walk as the sensors of a case see it; calibration errors are the same in all walks."""
+    log = with_noise(log, position=case.encoder, torque=case.torque, seed=10 * seed + number)
+    if case.wrong_calibration:
+        generator = np.random.default_rng([seed, 2])
+        joints = len(log.joint_names)
+        gains, zeros = 0.01 * generator.standard_normal(joints), 2e-3 * generator.standard_normal(joints)
+        log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
+    return log

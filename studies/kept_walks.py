@@ -1,0 +1,63 @@
+"""Walks that are simulated once, and kept under build/ until their scenario, their robot or the simulator changes."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+import stribeck
+from stribeck import Robot, read_log
+from stribeck.simulation.biped import MODELS
+from stribeck.simulation.files import read_truth, write_simulated
+from stribeck.simulation.run import PACKAGED, Simulated, run_scenario
+from stribeck.simulation.scenario import Scenario
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "build" / "walks"
+SOURCES = ("simulation", "friction", "robot.py", "rooting.py")
+"""Parts of the package that a simulated log depends on."""
+
+
+def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulated:
+    """Return the walk of a scenario, simulated if it is not at hand; an outdated one of the same label goes.
+
+    Parameters
+    ----------
+    label
+        What its file is called.
+    scenario
+        Says all about it.
+    folder
+        That a robot file's path is relative to.
+    """
+    file = MODELS / PACKAGED[scenario.robot] if scenario.robot in PACKAGED else folder / scenario.robot
+    path = FOLDER / f"{label}.{_digest(scenario, file)}.npz"
+    if not path.exists():
+        found = run_scenario(scenario, folder)
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        for outdated in FOLDER.glob(f"{label}.*.npz"):
+            outdated.unlink()
+        write_simulated(found.log, found.truth, path)
+    robot = Robot.from_file(file)
+    return Simulated(robot, read_log(path, robot), read_truth(path))
+
+
+def _digest(scenario: Scenario, robot_file: Path) -> str:
+    """Return a short hash of all that a simulated log follows from."""
+    parts = [scenario.model_dump_json(), robot_file.read_text(encoding="utf-8")]
+    text = "\n".join([*parts, version("mujoco"), version("pin"), _source_digest()])
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+@cache
+def _source_digest() -> str:
+    package = Path(stribeck.__file__).parent
+    places = [package / source for source in SOURCES]
+    files = [file for place in places for file in ([place] if place.is_file() else sorted(place.rglob("*")))]
+    digest = hashlib.sha256()
+    for file in files:
+        if file.suffix in (".py", ".xml", ".toml"):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
