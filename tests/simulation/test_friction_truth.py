@@ -17,6 +17,7 @@ from stribeck.simulation.friction_truth import (
     FrictionTruth,
     Instant,
     LawFriction,
+    Load,
     LuGre,
 )
 
@@ -171,3 +172,19 @@ def test_a_bar_without_play_is_a_damper():
 def test_wrong_parameters_are_refused(make, culprit):
     with pytest.raises(SettingsError, match=culprit):
         make()
+
+
+def test_load_takes_a_share_of_the_torque_and_only_energy_out():
+    """Half a period pulls along the motion and half against it: the loss is the same share of both."""
+    effect = Load(["a"], {"a": {"load_share": 0.1, "load_slope": 40.0}})
+    run = swing(effect, lambda t: 3.0 * np.cos(6.0 * t), 3.0, inertia=0.1)
+    assert np.all(run["velocity"] * run["friction"] >= 0)
+    moving = np.abs(run["velocity"]) > 0.5
+    assert moving.mean() > 0.8
+    sign = np.sign(run["velocity"])
+    np.testing.assert_allclose(run["friction"][moving], (0.1 * np.abs(run["torque"]) * sign)[moving], rtol=0.02)
+
+
+def test_load_holds_no_more_than_its_share():
+    run = swing(Load(["a"], {"a": {"load_share": 0.5, "load_slope": 1e4}}), lambda _: 2.0, 1.0)
+    assert run["velocity"][-1] == pytest.approx(1.0 * (2.0 - 1.0) / 0.01, rel=0.01)  # half of it is lost

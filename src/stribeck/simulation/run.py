@@ -15,7 +15,7 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import Truth, exact_log
-from stribeck.simulation.friction_truth import Backlash, Drift, FrictionEffect, FrictionTruth, LawFriction, LuGre
+from stribeck.simulation.friction_truth import Backlash, Drift, FrictionEffect, FrictionTruth, LawFriction, Load, LuGre
 from stribeck.simulation.scenario import Named, Scenario, by_joint
 from stribeck.simulation.sensor_profiles import PROFILES
 from stribeck.simulation.sensors import measure, sensors_for
@@ -124,6 +124,8 @@ def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
         effects.append(LuGre(joints, by_joint(table.lugre, {}, joints, "[friction.lugre]")))
     if table.backlash:
         effects.append(Backlash(joints, by_joint(table.backlash, {}, joints, "[friction.backlash]")))
+    if table.load:
+        effects.append(Load(joints, by_joint(table.load, {}, joints, "[friction.load]")))
     return FrictionTruth(len(joints), effects)
 
 
@@ -141,10 +143,10 @@ def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
 def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
     """Return an exact log: a prescribed random motion of an arm, a quadruped or a humanoid, nothing simulated."""
     table = scenario.friction
-    if scenario.walk or scenario.push or table.drift or table.lugre or table.backlash:
+    if scenario.walk or scenario.push or table.drift or table.lugre or table.backlash or table.load:
         raise SettingsError(
             "scenario: the simulator 'exact' prescribes a random motion; it takes gait, duration and "
-            "[friction.joints], no [[walk]], [[push]], drift, lugre or backlash"
+            "[friction.joints], no [[walk]], [[push]], drift, lugre, backlash or load"
         )
     parameters = by_joint(table.joints, table.common, robot.joint_names, "[friction.joints]")
     log, truth = exact_log(

@@ -63,6 +63,7 @@ class FrictionTable(Table):
     drift: DriftTable | None = None
     lugre: dict[str, Named] = {}  # pattern -> parameters
     backlash: dict[str, Named] = {}  # pattern -> parameters
+    load: dict[str, Named] = {}  # pattern -> parameters
 
 
 class Scenario(Table):

@@ -6,4 +6,5 @@ from stribeck.simulation.friction_truth.injection import FrictionEffect as Frict
 from stribeck.simulation.friction_truth.injection import FrictionTruth as FrictionTruth
 from stribeck.simulation.friction_truth.injection import Instant as Instant
 from stribeck.simulation.friction_truth.law import LawFriction as LawFriction
+from stribeck.simulation.friction_truth.load import Load as Load
 from stribeck.simulation.friction_truth.lugre import LuGre as LuGre
