@@ -31,7 +31,7 @@ extensions = [
 
 NAVIGATION = {
     "index": {
-        "First steps": ["tour", "logs", "robot-file", "result", "verdicts"],
+        "First steps": ["tour", "logs", "robot-file", "result", "verdicts", "export"],
         "The method": ["laws/index", "mathematics", "whole-log"],
         "Evidence": ["paper/index", "simulation", "real-robots"],
         "For developers": ["extending", "api/index"],

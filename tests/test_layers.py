@@ -10,6 +10,7 @@ GROUND = {"errors", "log", "settings", "samples", "equations", "pseudo_inertia",
 GROUND |= {"threads", "walk"}
 ALLOWED = {
     "friction": GROUND | {"friction"},
+    "export": GROUND | {"export", "model_file", "result", "robot"},
     "motion": GROUND | {"motion"},
     "identification": GROUND | {"friction", "identification", "result"},
     "compare": GROUND | {"mirror", "result"},

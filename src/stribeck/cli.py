@@ -17,6 +17,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck import console
 from stribeck.errors import SettingsError, StribeckError
+from stribeck.export import TARGETS
+from stribeck.export import export as write_model
 from stribeck.friction import LAWS
 from stribeck.outputs import staged_folder
 from stribeck.result import Result, read_result
@@ -96,6 +98,19 @@ def inspect(
     else:
         console.print_inspection(found)
         console.print_paths([output] if output else [])
+
+
+@app.command()
+def export(
+    result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
+    robot: RobotOption,
+    to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(TARGETS)}.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
+) -> None:
+    """Write the robot's model with the inertias and the friction that were found."""
+    lines = write_model(read_result(_result_file(result)), Robot.from_file(robot), output, to)
+    typer.echo("\n".join(lines))
+    console.print_paths([output])
 
 
 @app.command()

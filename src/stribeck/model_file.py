@@ -32,7 +32,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     RobotFileError
         If the file cannot be read, or Pinocchio reads another robot from it than it describes.
     """
-    kind = _kind_of(path)
+    kind = kind_of(path)
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     try:
         if kind == "urdf":
@@ -65,7 +65,14 @@ def _mjcf_with_root(path: Path, root: pin.JointModelFreeFlyer) -> pin.Model:
         return pin.buildModelFromMJCF(str(path), root, "root_joint")[0]
 
 
-def _kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:
+def kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:
+    """Return which format a model file has, by its root element.
+
+    Raises
+    ------
+    RobotFileError
+        If there is no such file, or it is none of these.
+    """
     if not path.is_file():
         raise RobotFileError(f"{path}: no such model file; [robot] model is taken relative to the robot file")
     try:

@@ -1,0 +1,4 @@
+"""What was found, written as a model that a simulator reads."""
+
+from stribeck.export.write import TARGETS as TARGETS
+from stribeck.export.write import export as export

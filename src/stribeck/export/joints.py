@@ -1,0 +1,58 @@
+"""What a result says of each joint, in a model format's own words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from stribeck.result import JointResult, Result
+
+SOURCES = {
+    "coulomb": ("coulomb", "coulomb_positive", "coulomb_negative"),
+    "viscous": ("viscous", "viscous_positive", "viscous_negative"),
+    "armature": ("armature",),
+}
+"""Parameters of laws behind each term that models know; of the two directions they get the mean."""
+
+Quantity = tuple[float, str]
+"""Value and unit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTerms:
+    """What a model is told of a joint, by the format's attribute, and the parameters that it has no place for."""
+
+    stated: dict[str, Quantity] = field(default_factory=dict)
+    unsaid: dict[str, Quantity] = field(default_factory=dict)
+
+
+def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerms]:
+    """Return the terms of the joints that the log identified.
+
+    Friction is stated as a whole if Coulomb or viscous friction is identified, of any direction: the two make up for
+    each other's errors. A rotor inertia stands by itself.
+
+    Parameters
+    ----------
+    result
+        What was found.
+    words
+        Term of `SOURCES` -> the format's attribute, of the terms that it has a place for.
+    """
+    terms = {name: _terms(joint, words) for name, joint in result.joints.items()}
+    return {name: found for name, found in terms.items() if found.stated}
+
+
+def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
+    there = joint.parameters
+    names = {term: [name for name in sources if name in there] for term, sources in SOURCES.items()}
+    identified = {term for term, own in names.items() if any(there[name].verdict == "identified" for name in own)}
+    if identified & {"coulomb", "viscous"}:
+        identified |= {"coulomb", "viscous"}
+    stated: dict[str, Quantity] = {}
+    for term in words:
+        if term in identified and names[term]:
+            own = [there[name] for name in names[term]]
+            stated[words[term]] = sum(parameter.value for parameter in own) / len(own), own[0].unit
+    unsaid = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
+    return JointTerms(stated=stated, unsaid=unsaid)

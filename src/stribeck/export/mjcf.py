@@ -1,0 +1,88 @@
+"""An MJCF with other inertias, joint friction and rotor inertias."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from xml.dom.minidom import Document, Element
+
+from stribeck.export.document import child, children, moved, read_document, remove, set_numbers
+from stribeck.export.joints import JointTerms
+from stribeck.export.links import LinkInertia
+
+TERMS = {"coulomb": "frictionloss", "viscous": "damping", "armature": "armature"}
+"""How MJCF calls what it has a place for."""
+
+ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia")
+"""What an inertial may state and must not beside the whole matrix."""
+
+
+def changed_mjcf(
+    path: Path, links: Mapping[str, LinkInertia], joints: Mapping[str, JointTerms], folder: Path
+) -> Document:
+    """Return an MJCF file's document with bodies and joints changed, for a file in another folder.
+
+    Included files are put in their place.
+    """
+    document, root = read_document(path)
+    _include(root, path.parent)
+    for world in children(root, "worldbody"):
+        for name, body in _bodies(world, ""):
+            if name in links:
+                _set_inertia(child(body, "inertial"), links[name])
+            for joint in children(body, "joint"):
+                terms = joints.get(joint.getAttribute("name"), JointTerms())
+                set_numbers(joint, **{name: value for name, (value, _) in terms.stated.items()})
+    if links:
+        _state_inertias(root)
+    _move_files(root, path.parent, folder)
+    return document
+
+
+def _include(parent: Element, folder: Path) -> None:
+    """Put what included files hold in the place of each <include>; all paths are relative to the main file."""
+    for element in [node for node in parent.childNodes if isinstance(node, Element)]:
+        if element.tagName == "include":
+            _, included = read_document(folder / element.getAttribute("file"))
+            _include(included, folder)
+            for node in list(included.childNodes):
+                parent.insertBefore(node, element)
+            remove(element)
+        else:
+            _include(element, folder)
+
+
+def _bodies(parent: Element, name: str) -> Iterator[tuple[str, Element]]:
+    """Yield the bodies below an element with Pinocchio's names: one without a name has its parent's and "Bis"."""
+    for body in children(parent, "body"):
+        own = body.getAttribute("name") or f"{name}Bis"
+        yield own, body
+        yield from _bodies(body, own)
+
+
+def _set_inertia(inertial: Element, link: LinkInertia) -> None:
+    for name in ORIENTATIONS:
+        if inertial.hasAttribute(name):
+            inertial.removeAttribute(name)
+    rows, columns = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
+    set_numbers(inertial, pos=link.centre, mass=link.mass, fullinertia=link.inertia[rows, columns])
+
+
+def _state_inertias(root: Element) -> None:
+    """Let stated inertias count where the file would take those of the shapes instead."""
+    for compiler in children(root, "compiler"):
+        if compiler.getAttribute("inertiafromgeom") == "true":
+            compiler.setAttribute("inertiafromgeom", "auto")
+
+
+def _move_files(root: Element, source: Path, folder: Path) -> None:
+    """Let the folders of meshes and textures be the same, seen from another folder."""
+    if source.resolve() == folder.resolve():
+        return
+    compilers = children(root, "compiler") or [child(root, "compiler")]
+    stated = [(compiler, name) for compiler in compilers for name in ("assetdir", "meshdir", "texturedir")]
+    stated = [(compiler, name) for compiler, name in stated if compiler.hasAttribute(name)]
+    for compiler, name in stated:
+        compiler.setAttribute(name, moved(compiler.getAttribute(name), source, folder))
+    if "assetdir" not in [name for _, name in stated]:
+        compilers[-1].setAttribute("assetdir", moved("", source, folder))

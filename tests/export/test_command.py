@@ -1,0 +1,126 @@
+"""`stribeck export` as a user types it: the model that was found, or one sentence and no file."""
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.arm import URDF, write_arm
+from tests.export.found import FRICTION, found_in, joint_result
+from tests.export.test_export import read_again, robot_of
+from tests.identification.whole_log.test_whole_log import TRUTH
+from tests.test_cli import refused, run
+
+from stribeck import Robot, export
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import get_law
+from stribeck.result import Result
+from stribeck.simulation.exact import exact_log
+from stribeck.simulation.files import write_npz
+from stribeck.simulation.sensors import with_noise
+
+
+def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    true, _ = robot_of("arm", tmp_path)
+    export(found_in(true)[0], true, tmp_path / "wrong.urdf", "urdf")
+    wrong = read_again(true, tmp_path / "wrong.urdf")
+    exact, _ = exact_log(true, get_law("stribeck"), dict.fromkeys(true.joint_names, TRUTH), duration=20.0, seed=1)
+    write_npz(with_noise(exact, position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
+    out = tmp_path / "out"
+    assert run("identify", tmp_path / "log.npz", "-r", wrong.path, "-o", out, "--method", "whole-log") == 0
+    capsys.readouterr()
+    assert run("export", out / "result.json", "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf") == 0
+    printed = capsys.readouterr().out
+    assert "Inertias are changed" in printed
+    assert printed.endswith(f"{out / 'new.urdf'}\n")
+    new = read_again(true, out / "new.urdf")
+
+    def torque(robot: Robot) -> np.ndarray:
+        model, data = robot.tree.model, robot.tree.model.createData()
+        assert exact.velocity is not None
+        assert exact.acceleration is not None
+        states = zip(exact.position[::50], exact.velocity[::50], exact.acceleration[::50], strict=True)
+        return np.array([pin.rnea(model, data, *state) for state in states])
+
+    off = [np.sqrt(np.mean((torque(robot) - torque(true)) ** 2)) for robot in (wrong, new)]
+    assert off[1] < 0.1 * off[0]
+
+
+def _other_joints(result: Result) -> Result:
+    return replace(result, joints={"knee": joint_result(FRICTION)})
+
+
+def _other_bodies(result: Result) -> Result:
+    assert result.corrections is not None
+    elbow = result.corrections.bodies["elbow"]
+    bodies = {"elbow": replace(elbow, mass=(2 * elbow.mass[0], elbow.mass[1]))}
+    return replace(result, corrections=replace(result.corrections, bodies=bodies))
+
+
+def _unknown_body(result: Result) -> Result:
+    assert result.corrections is not None
+    bodies = {"knee": result.corrections.bodies["elbow"]}
+    return replace(result, corrections=replace(result.corrections, bodies=bodies))
+
+
+def _same(result: Result) -> Result:
+    return result
+
+
+REFUSED: list[tuple[Callable[[Result], Result], str, str, list[str]]] = [
+    (_same, "isaac", "new.urdf", ["'isaac'", "mjcf or urdf"]),
+    (_same, "mjcf", "new.xml", ["arm.urdf", "is URDF", "export to urdf"]),
+    (_same, "urdf", "arm.urdf", ["is the robot's own model"]),
+    (_other_joints, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
+    (_other_bodies, "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
+    (_unknown_body, "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),
+]
+
+
+@pytest.mark.parametrize(("change", "target", "name", "words"), REFUSED)
+def test_what_does_not_fit_is_refused(
+    change: Callable[[Result], Result],
+    target: str,
+    name: str,
+    words: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    (tmp_path / "result.json").write_text(change(found_in(robot)[0]).to_json())
+    before = sorted(os.listdir(tmp_path))
+    sentence = refused(capsys, "export", tmp_path, "-r", tmp_path / "robot.toml", "--to", target, "-o", tmp_path / name)
+    for word in words:
+        assert word in sentence
+    assert sorted(os.listdir(tmp_path)) == before
+    assert (tmp_path / "arm.urdf").read_text() == URDF
+
+
+def test_sdf_and_a_broken_result_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot, _ = robot_of("cassie", tmp_path)
+    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    arguments = ("export", tmp_path / "result.json", "-r", tmp_path / "robot.toml", "--to", "urdf", "-o")
+    assert "cassie_v2.sdf: is SDF" in refused(capsys, *arguments, tmp_path / "new.urdf")
+    (tmp_path / "result.json").write_text(json.dumps({"schema": 99}))
+    assert "schema" in refused(capsys, *arguments, tmp_path / "new.urdf")
+
+
+def test_a_result_with_nothing_to_say_of_the_model(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    rotor = joint_result({"armature": (0.1, "kg m^2")})  # URDF has no place for it
+    result = replace(found_in(robot)[0], corrections=None, joints=dict.fromkeys(robot.joint_names, rotor))
+    with pytest.raises(NothingIdentifiedError, match="neither corrected inertias nor"):
+        export(result, robot, tmp_path / "new.urdf", "urdf")
+    assert not (tmp_path / "new.urdf").exists()
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    (tmp_path / "there").mkdir()
+    refused(capsys, "export", tmp_path, "-r", tmp_path / "robot.toml", "--to", "urdf", "-o", tmp_path / "there")
+    assert sorted(os.listdir(tmp_path)) == ["arm.urdf", "result.json", "robot.toml", "there"]
