@@ -1,1 +1,1 @@
-"""Speed, as ratios measured in one run: `python -m benchmarks.friction_torque`, `.identify`, `.walking`, `.balance`."""
+"""Speed, as ratios measured in one run: `python -m benchmarks.friction_torque`, `.identify`, `.whole_log`, ..."""

@@ -16,6 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -67,14 +68,14 @@ def main() -> None:
     report(figures, options.save, options.compare)
 
 
-def peak_memory(job: subprocess.Popen[bytes]) -> float:
-    """Wait for a process and return the most memory it had at any time [GB] (Linux; nan elsewhere)."""
+def peak_memory(job: subprocess.Popen[bytes], kind: str = "VmHWM") -> float:
+    """Wait for a process and return the most memory of a kind it had at any time [GB] (Linux; nan elsewhere)."""
     peak = float("nan")
     status = Path(f"/proc/{job.pid}/status")
     while job.poll() is None:
         if status.exists():
-            lines = [line for line in status.read_text().splitlines() if line.startswith("VmHWM")]
-            peak = float(lines[0].split()[1]) * 1024 / 1e9 if lines else peak
+            lines = [line for line in status.read_text().splitlines() if line.startswith(kind)]
+            peak = float(np.fmax(peak, float(lines[0].split()[1]) * 1024 / 1e9)) if lines else peak
         time.sleep(0.02)
     if job.returncode:
         raise SystemExit(f"identify ended with exit code {job.returncode}")
