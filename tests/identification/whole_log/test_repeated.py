@@ -23,7 +23,7 @@ VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])  # visco
 def steps(repeated: float) -> list[WeakEquations]:
     """Steps on two feet: friction, little noise, and a torque that comes back with every step on the same foot."""
     generator = np.random.default_rng(3)
-    torques = repeated * generator.standard_normal(2 * 4 * 3)
+    torques = repeated * generator.standard_normal((2, 4 * 3))
     law = get_law("coulomb-viscous")
     found = []
     for seed in range(30):
@@ -35,7 +35,9 @@ def steps(repeated: float) -> list[WeakEquations]:
         windows = np.stack([friction[3 * k : 3 * k + 7].T @ step.taps for k in range(40)])
         noise = 0.005 * generator.standard_normal((40, 3))
         step = replace(step, velocity=velocity, residual=windows + noise)
-        found.append(replace(step, residual=step.residual + (repeated_columns(step, 2) @ torques).reshape(40, 3)))
+        found.append(
+            replace(step, residual=step.residual + (repeated_columns(step) @ torques[seed % 2]).reshape(40, 3))
+        )
     return found
 
 

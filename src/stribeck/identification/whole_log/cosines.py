@@ -17,14 +17,11 @@ COSINES = 4
 """Of each joint and gait phase [1], the constant included."""
 
 
-def repeated_columns(equations: WeakEquations, gaits: int) -> Array:
-    """Return the equations' derivatives by all cosines, shape (K m, gaits COSINES n)."""
-    windows, rows, joints = equations.weights.shape
-    columns = np.zeros((windows, rows, gaits, COSINES, joints))
-    if equations.gait >= 0:
-        whole = np.isfinite(equations.since + equations.until)
-        length = np.where(whole, equations.since + equations.until, 1.0)
-        progress = np.where(whole, equations.since / length, 0.5)  # a phase that is cut off: its middle, as it were
-        waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))
-        columns[:, :, equations.gait] = waves[:, None, :, None] * equations.weights[:, :, None, :]
-    return columns.reshape(windows * rows, -1)
+def repeated_columns(equations: WeakEquations) -> Array:
+    """Return the equations' derivatives by the cosines of their own gait phase, shape (K m, COSINES n)."""
+    whole = np.isfinite(equations.since + equations.until)
+    length = np.where(whole, equations.since + equations.until, 1.0)
+    progress = np.where(whole, equations.since / length, 0.5)  # a phase that is cut off: its middle, as it were
+    waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))
+    columns = waves[:, None, :, None] * equations.weights[:, :, None, :]
+    return np.asarray(columns.reshape(equations.residual.size, -1))

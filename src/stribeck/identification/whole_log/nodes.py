@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -68,18 +69,33 @@ class Nodes:
         return np.asarray(values @ self.functions)
 
     def _weights(self, velocity: Array) -> csr_array:
-        """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N)."""
+        """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).
+
+        The weight of node i among the four is the product of the distances to the others over that of i to them.
+        """
         samples, joints = velocity.shape
         count = self.velocity.shape[1]
-        first = np.empty((samples, joints), dtype=np.int64)
-        weights = np.empty((samples, joints, ORDER))
+        first = np.empty((samples, joints), dtype=np.int32)
         for k, nodes in enumerate(self.velocity):
-            v = np.clip(velocity[:, k], nodes[0], nodes[-1])
-            first[:, k] = np.clip(np.searchsorted(nodes, v) - ORDER // 2, 0, count - ORDER)
-            weights[:, k] = _lagrange(nodes[first[:, k, None] + np.arange(ORDER)], v)
-        columns = (first + count * np.arange(joints))[:, :, None] + np.arange(ORDER)
-        starts = np.arange(samples + 1) * joints * ORDER
+            first[:, k] = np.searchsorted(nodes, velocity[:, k])
+        first = np.clip(first - ORDER // 2, 0, count - ORDER)
+        first += count * np.arange(joints, dtype=np.int32)
+        v = np.clip(velocity, self.velocity[:, 0], self.velocity[:, -1])
+        a, b, c, d = (v - self.velocity.ravel()[first + i] for i in range(ORDER))
+        ab, cd = a * b, c * d
+        weights = np.stack([b * cd, a * cd, ab * d, ab * c], axis=2)
+        weights /= self._spans[first]
+        columns = first[:, :, None] + np.arange(ORDER, dtype=np.int32)
+        starts = np.arange(samples + 1, dtype=np.int32) * joints * ORDER
         return csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, joints * count))
+
+    @cached_property
+    def _spans(self) -> Array:
+        """Products of the distances of each node of four to the other three, by the first of them, (n N, ORDER)."""
+        nodes = self.velocity.ravel()
+        four = np.minimum(np.arange(len(nodes))[:, None] + np.arange(ORDER), len(nodes) - 1)
+        apart = nodes[four][:, :, None] - nodes[four][:, None] + np.eye(ORDER)
+        return np.asarray(apart.prod(axis=2))
 
 
 def make_nodes(law: FrictionLaw, top_speed: Array) -> Nodes:
@@ -109,13 +125,3 @@ def _functions(law: FrictionLaw, velocity: Array) -> Array:
     missed = left.sum(axis=0) - np.cumsum((functions.T @ curves) ** 2, axis=0)  # (rank, curves)
     enough = np.flatnonzero(np.sqrt(np.maximum(missed, 0.0) / len(velocity)).max(axis=1) < TOLERANCE)
     return functions[:, : int(enough[0]) + 1] if len(enough) else functions
-
-
-def _lagrange(nodes: Array, velocity: Array) -> Array:
-    """Return Lagrange's weights of the nodes, shape (T, ORDER), at velocities (T,)."""
-    weights = np.ones_like(nodes)
-    for i in range(ORDER):
-        for j in range(ORDER):
-            if i != j:
-                weights[:, i] *= (velocity - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
-    return weights

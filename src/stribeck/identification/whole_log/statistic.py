@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,15 +51,18 @@ class Statistic:
 
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
-        whitener = make_whitener(equations, levels)
-        columns = design(equations, self.nodes)
-        if self.gaits:
-            columns = np.column_stack([columns, repeated_columns(equations, self.gaits)])
-        white = whitener.apply(columns)
-        residual = whitener.apply(equations.residual.reshape(-1, 1))[:, 0]
-        self.gram += white.T @ white  # NumPy knows the product to be symmetric
-        self.right += residual @ white
-        self.square += float(residual @ residual)
+        parts = {0: design(equations, self.nodes)}  # by the place of their first column
+        if self.gaits and equations.gait >= 0:
+            own = repeated_columns(equations)
+            parts[len(self.right) - (self.gaits - equations.gait) * own.shape[1]] = own
+        white = make_whitener(equations, levels).apply(*parts.values(), equations.residual.reshape(-1, 1))
+        product = white.T @ white  # NumPy knows it to be symmetric
+        places = _places(parts)
+        for here, there in itertools.product(places, places):
+            self.gram[there[0], here[0]] += product[there[1], here[1]]
+        for here in places:
+            self.right[here[0]] += product[here[1], -1]
+        self.square += float(product[-1, -1])
         self.count += equations.residual.size
 
     def merge(self, other: Statistic) -> None:
@@ -69,11 +73,27 @@ class Statistic:
         self.count += other.count
 
 
+def _places(parts: dict[int, Array]) -> list[tuple[slice, slice]]:
+    """Return where the columns of each part are among all, and where side by side."""
+    ends = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
+    return [
+        (slice(first, first + stop - start), slice(start, stop))
+        for first, (start, stop) in zip(parts, itertools.pairwise(ends), strict=True)
+    ]
+
+
 def design(equations: WeakEquations, nodes: Nodes) -> Array:
     """Return the equations' derivatives by coefficients, then corrections, shape (K m, D)."""
     windows, rows = equations.residual.shape
     curves = nodes.windows(equations.velocity, equations.taps, equations.step, windows)
-    matrix = (equations.weights[:, :, :, None] * curves[:, None]).reshape(windows * rows, nodes.size)
-    if equations.columns is None:
-        return matrix
-    return np.column_stack([matrix, equations.columns.reshape(windows * rows, -1)])
+    corrections = 0 if equations.columns is None else equations.columns.shape[2]
+    matrix = np.empty((windows, rows, nodes.size + corrections))
+    friction = matrix[:, :, : nodes.size].reshape(windows, rows, *curves.shape[1:])  # a view: its last axis in two
+    if equations.projection is None:
+        friction[:] = 0.0
+        np.einsum("kjjr->kjr", friction)[:] = curves
+    else:
+        np.multiply(equations.projection[:, :, :, None], curves[:, None], out=friction)
+    if equations.columns is not None:
+        matrix[:, :, nodes.size :] = equations.columns
+    return matrix.reshape(windows * rows, -1)

@@ -17,65 +17,113 @@ from stribeck.log import Array
 class Whitener:
     """The inverse Cholesky factor of a block-tridiagonal covariance, block by block.
 
+    A block is as many windows as errors reach over, so that windows of two blocks have to do with one another only if
+    the later one has the lower place in its block.
+
     Attributes
     ----------
     inverse
-        Inverse of the factor's diagonal blocks, shape (B, b, b).
+        Inverse of the factor's diagonal blocks, shape (B, b, b): lower triangular.
     coupling
-        The factor's blocks below the diagonal, shape (B, b, b); the first is zero.
+        The factor's blocks below the diagonal, shape (B, b, b): upper triangular, window by window; the first is zero.
+    rows
+        Of a window.
     """
 
     inverse: Array
     coupling: Array
+    rows: int
 
-    def apply(self, rows: Array) -> Array:
-        """Return whitened rows, shape (r, c) -> (B b, c); rows that are missing to full blocks are zero."""
+    def apply(self, *parts: Array) -> Array:
+        """Return whitened rows, parts (r, c1), (r, c2), ... side by side, shape (B b, c); beyond the r rows zero."""
         blocks, size = self.inverse.shape[:2]
-        white = np.zeros((blocks * size, rows.shape[1]))
-        white[: len(rows)] = rows
-        for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
-            here = slice(k * size, (k + 1) * size)
-            if k:
-                white[here] -= coupling @ white[(k - 1) * size : k * size]
-            white[here] = inverse @ white[here]
+        white = np.zeros((blocks * size, sum(part.shape[1] for part in parts)))
+        first = 0
+        for part in parts:
+            white[: len(part), first : first + part.shape[1]] = part
+            first += part.shape[1]
+        self.whiten(white)
         return white
+
+    def whiten(self, rows: Array) -> None:
+        """Whiten rows where they are, shape (B b, c), window by window: what is zero in the factors is left out."""
+        blocks = rows.reshape(len(self.inverse), -1, rows.shape[1])
+        windows = [slice(start, start + self.rows) for start in range(0, blocks.shape[1], self.rows)]
+        product = np.empty((self.rows, rows.shape[1]))
+        for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
+            here = blocks[k]
+            if k:
+                for window in windows:
+                    on = slice(window.start, None)
+                    here[window] -= np.matmul(coupling[window, on], blocks[k - 1, on], out=product)
+            for window in reversed(windows):
+                up = slice(0, window.stop)
+                here[window] = np.matmul(inverse[window, up], here[up], out=product)
 
 
 def make_whitener(equations: WeakEquations, levels: ErrorLevels) -> Whitener:
     """Return the whitener of a stretch, given the levels of the errors that no sensor makes."""
-    blocks = _covariance(equations, levels)
-    count, size = blocks.shape[:2]
-    inverse, coupling = np.zeros((2, count, size, size))
-    for k in range(count):
-        diagonal = blocks[k, :, size:]
-        if k:
-            coupling[k] = blocks[k, :, :size] @ inverse[k - 1].T
-            diagonal = diagonal - coupling[k] @ coupling[k].T
-        inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
-    return Whitener(inverse, coupling)
-
-
-def _covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
-    """Return blocks [left of the diagonal, diagonal], shape (B, b, 2 b), lower triangle, of windows in groups."""
     windows, rows = equations.residual.shape
     lags = len(equations.torque_overlap) - 1
-    count = -(-windows // lags)
-    blocks = np.zeros((count, lags, rows, 2 * lags, rows))
-    response = equations.encoder_response * equations.encoder_noise
-    torque = equations.weights * equations.torque_noise
-    shape = fading(lags)
-    drift = levels.response(equations) * levels.at(equations)[:, None]
-    window = np.arange(count * lags)
-    for lag in range(lags + 1):
-        late, early = slice(lag, windows), slice(0, windows - lag)
-        if windows <= lag:
-            break
-        covariance = equations.acceleration_overlap[lag] * (response[late] @ response[early].transpose(0, 2, 1))
-        covariance += equations.torque_overlap[lag] * (torque[late] @ torque[early].transpose(0, 2, 1))
-        covariance += shape[lag] * (drift[late] @ drift[early].transpose(0, 2, 1))
-        k = window[lag:windows]
-        group = k // lags
-        blocks[group, k % lags, :, k - lag - lags * (group - 1), :] = covariance
-    for k in window[windows:]:  # rows that fill the last block up
-        blocks[-1, k % lags, :, lags + k % lags, :] = np.eye(rows)
-    return blocks.reshape(count, lags * rows, 2 * lags * rows)
+    count, size = -(-windows // lags), lags * rows
+    errors = _errors(equations, levels)
+    inverse, coupling = np.zeros((2, count, size, size))
+    for k in range(count):
+        diagonal = _covariance(errors, k, k)
+        filled = windows * rows - k * size
+        if filled < size:  # rows that fill the last block up
+            diagonal[range(filled, size), range(filled, size)] = 1.0
+        if k:
+            coupling[k] = _covariance(errors, k, k - 1) @ inverse[k - 1].T
+            diagonal -= coupling[k] @ coupling[k].T
+        inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
+    return Whitener(inverse, coupling, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """One kind of errors: what they do to groups of windows, shape (B, b, e), and how they fade between two groups.
+
+    `fades` holds the factors for windows of the same group, and for windows of a group and of the one before, shape
+    (2, b, b).
+    """
+
+    response: Array
+    fades: Array
+
+
+def _errors(equations: WeakEquations, levels: ErrorLevels) -> list[_Errors]:
+    """Return the errors of encoders and of torque sensors, and those that no sensor makes."""
+    windows, rows = equations.residual.shape
+    lags = len(equations.torque_overlap) - 1
+    found = []
+    for response, fades in (
+        (equations.encoder_response * equations.encoder_noise, equations.acceleration_overlap),
+        (equations.weights * equations.torque_noise, equations.torque_overlap),
+        (levels.response(equations) * levels.at(equations)[:, None], fading(lags)),
+    ):
+        groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
+        groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
+        found.append(_Errors(groups, _between_groups(fades, rows)))
+    return found
+
+
+def _between_groups(fades: Array, rows: int) -> Array:
+    """Return the factors between windows of groups, shape (2, b, b), from those at lags 0 to `lags`; none beyond."""
+    lags = len(fades) - 1
+    window = np.arange(lags)
+    apart = np.abs(window[:, None] - window + np.array([0, lags])[:, None, None])
+    factors = np.append(fades, np.zeros(lags))[apart]
+    return np.repeat(np.repeat(factors, rows, axis=1), rows, axis=2)
+
+
+def _covariance(errors: list[_Errors], late: int, early: int) -> Array:
+    """Return the covariance of a group of windows with itself or with the one before, shape (b, b)."""
+    parts: list[Array] = []
+    for each in errors:
+        part = each.response[late] @ each.response[early].T
+        part *= each.fades[late - early]
+        parts.append(part)
+    for part in parts[1:]:
+        parts[0] += part
+    return parts[0]
