@@ -58,7 +58,8 @@ class WeakEquations:
             + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
 
     The levels of the last two terms are not known beforehand: how much the root accelerates that is taken to stand, or
-    is tilted otherwise than measured, and what is wrong with the model.
+    is tilted otherwise than measured, and what is wrong with the model. Nor is by how much the first term is larger
+    than the encoders' noise makes it.
 
     Attributes
     ----------

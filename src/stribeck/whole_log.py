@@ -19,6 +19,7 @@ from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.identification.whole_log.intervals import joint_fits
 from stribeck.log import Array, RobotLog
+from stribeck.pseudo_inertia import SIZE
 from stribeck.result import Corrections as Found
 from stribeck.result import Validation
 from stribeck.robot import Robot
@@ -32,6 +33,9 @@ PLAIN = FilterSettings(kind="savitzky-golay", window=31)
 
 SUSPICIOUS = 1.5
 """Chi^2 a degree of freedom [1] from which a warning is given."""
+
+FAR = 10.0
+"""Corrections of bodies [1], over how wrong a model is believed to be, from which no model is as wrong as that."""
 
 TOP_SPEED = 99.9
 """Percentile of |v| [%] that the nodes of the friction curves reach to; impacts are faster."""
@@ -69,14 +73,28 @@ class WholeLog:
 
     @property
     def warnings(self) -> list[str]:
-        """A sentence where the errors are not what they were taken to be."""
-        if self.fit.chi_square < SUSPICIOUS:
-            return []
-        return [
-            f"chi^2 a degree of freedom is {self.fit.chi_square:.2g}: the equations of motion are off by more than "
-            "noise and the model's measured errors explain; look at delays, calibration and contacts, or set "
-            "corrections to 'calibration'; the intervals are widened accordingly"
-        ]
+        """A sentence where the errors are not what they were taken to be, or the bodies not what they can be."""
+        found = []
+        if self.fit.chi_square >= SUSPICIOUS:
+            found.append(
+                f"chi^2 a degree of freedom is {self.fit.chi_square:.2g}: the equations of motion are off by more than "
+                "noise and the model's measured errors explain; look at delays, calibration and contacts, or set "
+                "corrections to 'calibration'; the intervals are widened accordingly"
+            )
+        if bodies := self._bodies_far_off():
+            found.append(
+                f"the log would have {', '.join(bodies)} over {FAR:.0f} times as far from the model as models are "
+                "wrong: the equations of motion are wrong in another way, and the friction found with them may be; "
+                "look at the signs and units of the torques and at motors that log none, or set corrections to 'none'"
+            )
+        return found
+
+    def _bodies_far_off(self) -> list[str]:
+        """Return the bodies whose corrections are beyond belief."""
+        bodies = self.fit.model.corrections.bodies
+        coordinates = self.fit.solution.corrections[: SIZE * len(bodies)].reshape(-1, SIZE)
+        furthest = np.abs(coordinates).max(axis=1, initial=0.0)
+        return [name for name, far in zip(bodies, furthest, strict=True) if far > FAR]
 
 
 def find_whole_log(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +70,8 @@ class WeakForm:
         left = support.left_side(state, torque)
         columns = None
         if self.corrections.size:
-            columns = self._columns(stretch.feet, support, state, torque[:, self.joints])
+            calm = replace(state, acceleration=self.filter.calm_acceleration(self.log, stretch.first, stretch.last))
+            columns = self._columns(stretch.feet, support, calm, torque[:, self.joints])
         centres = window.apply(state.position)
         jacobian = support.jacobian(centres) if support.feet else None
         encoder, root = support.responses(centres, jacobian)

@@ -40,7 +40,12 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
 
 UNREST = np.array([[3.0, 2.0, 1.5, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0, 1.5]])
 LEVELS = ErrorLevels(
-    np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]), np.repeat([0.1, 0.2], 3), UNREST, np.zeros(3), np.zeros(3)
+    np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]),
+    np.repeat([0.1, 0.2], 3),
+    UNREST,
+    np.zeros(3),
+    np.zeros(3),
+    np.array([1.0, 2.0, 3.0, 1.0]),
 )
 
 
@@ -55,7 +60,7 @@ def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
         for other in range(max(0, k - lags), min(windows, k + lags + 1)):
             j = abs(k - other)
             rho_a = equations.acceleration_overlap[j] if j < len(equations.acceleration_overlap) else 0.0
-            part = rho_a * G[k] @ np.diag(equations.encoder_noise**2) @ G[other].T
+            part = rho_a * G[k] @ np.diag((equations.encoder_noise * levels.shake) ** 2) @ G[other].T
             part += equations.torque_overlap[j] * P[k] @ np.diag(equations.torque_noise**2) @ P[other].T
             dense[k, :, other, :] = part + fading(lags)[j] * V[k] @ V[other].T
     return dense.reshape(windows * rows, windows * rows)
@@ -80,13 +85,14 @@ def test_levels_are_found_from_what_is_left_over() -> None:
         equations = some_equations(80, False, seed)
         factor = np.linalg.cholesky(covariance(equations, LEVELS))
         parts.append((equations, factor @ generator.standard_normal(len(factor))))
-    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), np.zeros(3), np.zeros(3))
+    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *np.zeros((2, 3)), np.ones(4))
     for _ in range(15):
         levels = update_levels(levels, parts)
     heard = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands
     np.testing.assert_allclose(levels.calm[heard], LEVELS.calm[heard], rtol=0.5)
     assert np.all(levels.unrest[:, 0] > 1.5)
     np.testing.assert_allclose(levels.unrest[:, 3], 1.0)
+    np.testing.assert_allclose(levels.shake, LEVELS.shake, rtol=0.25)
 
 
 def test_levels_are_larger_around_contact_changes() -> None:
@@ -106,5 +112,5 @@ def test_no_frequency_is_taken_to_be_free_of_errors(lags: int) -> None:
 
 @pytest.mark.parametrize("lags", [1, 4, 9])
 def test_drives_make_errors_that_fade_as_they_should(lags: int) -> None:
-    made = np.correlate(driving(lags), driving(lags), mode="full")[lags:]
-    np.testing.assert_allclose(made, fading(lags), atol=1e-6)
+    effect = driving(fading(lags))
+    np.testing.assert_allclose(np.correlate(effect, effect, mode="full")[lags:], fading(lags), atol=1e-5)

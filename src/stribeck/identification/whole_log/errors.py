@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.equations import WeakEquations
-from stribeck.identification.whole_log.fading import driving
+from stribeck.identification.whole_log.fading import driving, fading
 from stribeck.identification.whole_log.levels import BINS, CALM, ErrorLevels, bin_of
 from stribeck.identification.whole_log.whitening import make_whitener
 from stribeck.log import Array
@@ -27,16 +27,20 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     three directions share one level, of lines and of turns.
     """
     left, right = np.zeros((2, len(levels.calm), BINS))
+    shaken = np.zeros((2, len(levels.shake)))
     for equations, residual in left_over:
         whitener = make_whitener(equations, levels)
-        drives = whitener.apply(_drives(equations, levels))
-        white = whitener.apply(residual[:, None])[:, 0]
         lags, windows = len(equations.torque_overlap) - 1, len(equations.time)
+        response = levels.response(equations) * levels.at(equations)[:, None]
+        drives = whitener.apply(_drives(response, fading(lags)))
+        white = whitener.apply(residual[:, None])[:, 0]
         bins = bin_of(equations)[np.clip(_driven(windows, lags), 0, windows - 1)]
         which = levels.which(equations)
         found = (white @ drives) ** 2, (drives**2).sum(axis=0)
         for total, part in zip((left, right), found, strict=True):
             np.add.at(total, (which[None, :], bins[:, None]), part.reshape(len(bins), len(which)))
+        drives = whitener.apply(_drives(levels.shaken(equations), equations.acceleration_overlap))
+        shaken += [part.reshape(len(bins), -1).sum(axis=0) for part in ((white @ drives) ** 2, (drives**2).sum(axis=0))]
     joints = levels.model.size
     calm = _ratio(_shared(left.sum(axis=1), joints), _shared(right.sum(axis=1), joints))
     kinds = [levels.kinds == kind for kind in (0, 1)]
@@ -45,7 +49,8 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     unrest /= np.maximum(unrest[:, [CALM]], 1e-12)
     values = levels.calm * calm
     model = values[:joints].reshape(levels.model.shape)
-    return replace(levels, model=model, root=values[joints:], unrest=unrest)
+    shake = np.maximum(levels.shake * _ratio(*shaken), 1.0)
+    return replace(levels, model=model, root=values[joints:], unrest=unrest, shake=shake)
 
 
 def _ratio(left: Array, right: Array) -> Array:
@@ -63,15 +68,14 @@ def _shared(sums: Array, joints: int) -> Array:
     return shared
 
 
-def _drives(equations: WeakEquations, levels: ErrorLevels) -> Array:
-    """Return what white drives of each error do to the equations, shape (K m, drives components)."""
-    response = levels.response(equations) * levels.at(equations)[:, None]
+def _drives(response: Array, overlap: Array) -> Array:
+    """Return what white drives do to the equations through a response, shape (K m, drives components)."""
     windows, rows, components = response.shape
-    lags = len(equations.torque_overlap) - 1
-    driven, effect = _driven(windows, lags), driving(lags)
+    effect = driving(overlap)
+    driven = _driven(windows, len(effect) - 1)
     drives = np.zeros((windows, rows, len(driven), components))
     for place, drive in enumerate(driven):
-        reached = np.arange(max(0, drive), min(windows, drive + lags + 1))
+        reached = np.arange(max(0, drive), min(windows, drive + len(effect)))
         drives[reached, :, place] = response[reached] * effect[reached - drive, None, None]
     return drives.reshape(windows * rows, -1)
 

@@ -13,6 +13,10 @@ SETTLED = 16
 """Times [1] the reach of the correlation after which the rows of its Cholesky factor no longer change."""
 
 
+LEAST_POWER = 1e-6
+"""White noise [1], relative to the errors, that keeps their factor apart from zero at every frequency."""
+
+
 def fading(lags: int) -> Array:
     """Return the correlation of these errors at lags 0 to `lags` [1], (1 - k / (lags + 1))^2.
 
@@ -23,13 +27,18 @@ def fading(lags: int) -> Array:
     return np.asarray((1 - np.arange(lags + 1) / (lags + 1)) ** 2)
 
 
-@cache
-def driving(lags: int) -> Array:
-    """Return what a unit of white noise does to its own window and the `lags` next, shape (lags + 1,).
+def driving(overlap: Array) -> Array:
+    """Return what a unit of white noise does to its own window and the next, shape (lags + 1,), from a correlation.
 
     The errors are sums of what all such drives do: this is the last row of their covariance's Cholesky factor (Bauer
     1955).
     """
-    correlation = np.zeros(SETTLED * (lags + 1))
-    correlation[: lags + 1] = fading(lags)
-    return np.asarray(np.linalg.cholesky(toeplitz(correlation))[-1, : -lags - 2 : -1])
+    return _driving(tuple(overlap.tolist()))
+
+
+@cache
+def _driving(overlap: tuple[float, ...]) -> Array:
+    correlation = np.zeros(SETTLED * len(overlap))
+    correlation[: len(overlap)] = overlap
+    correlation[0] *= 1 + LEAST_POWER  # accelerations have no error that does not change
+    return np.asarray(np.linalg.cholesky(toeplitz(correlation))[-1, : -len(overlap) - 1 : -1])

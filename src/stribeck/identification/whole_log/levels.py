@@ -43,6 +43,9 @@ class ErrorLevels:
     rest, stuck
         Speed [rad/s] below which a joint is at rest, and the torque [N m] that then holds it, which a law that jumps at
         standstill says nothing about, shape (n,) each; zeros for other laws.
+    shake
+        How many times larger the errors of each joint's acceleration are than its encoder's noise makes them [1],
+        shape (encoders,); at least one. Clocks jitter, and links vibrate.
     """
 
     model: Array
@@ -50,6 +53,11 @@ class ErrorLevels:
     unrest: Array
     rest: Array
     stuck: Array
+    shake: Array
+
+    def shaken(self, equations: WeakEquations) -> Array:
+        """Return what errors of the accelerations do to the equations, of unit overlap, shape (K, m, encoders)."""
+        return equations.encoder_response * (equations.encoder_noise * self.shake)
 
     def response(self, equations: WeakEquations) -> Array:
         """Return what errors of unit level do to the equations, shape (K, m, n + root)."""
@@ -84,7 +92,8 @@ def first_levels(equations: WeakEquations, rest: Array, stuck: Array) -> ErrorLe
     """Return the levels to begin with; `rest` and `stuck` are kept as they are."""
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
     both = np.repeat([FIRST_LINEAR, FIRST_ANGULAR], 3)[:root]
-    return ErrorLevels(np.full((2, joints), FIRST_MODEL), both, np.ones((2, BINS)), rest, stuck)
+    shake = np.ones(len(equations.encoder_noise))
+    return ErrorLevels(np.full((2, joints), FIRST_MODEL), both, np.ones((2, BINS)), rest, stuck, shake)
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:

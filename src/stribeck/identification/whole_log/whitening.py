@@ -98,7 +98,7 @@ def _errors(equations: WeakEquations, levels: ErrorLevels) -> list[_Errors]:
     lags = len(equations.torque_overlap) - 1
     found = []
     for response, fades in (
-        (equations.encoder_response * equations.encoder_noise, equations.acceleration_overlap),
+        (levels.shaken(equations), equations.acceleration_overlap),
         (equations.weights * equations.torque_noise, equations.torque_overlap),
         (levels.response(equations) * levels.at(equations)[:, None], fading(lags)),
     ):
