@@ -254,6 +254,16 @@ def test_the_accuracy_shown_is_the_studys() -> None:
             assert f"| {case} | {method} | {numbers} | {row['offset']:.3f} | {held} |" in page
 
 
+def test_the_held_out_errors_shown_are_the_studys() -> None:
+    robots = json.loads((ROOT / "studies/held_out.json").read_text())["robots"]
+    shown = list(rows_below("docs/real-robots.md", "Held out, side by side"))
+    assert shown == [
+        [robot, joint, *(f"{error:.3g}" for error in row.values())]
+        for robot, joints in robots.items()
+        for joint, row in joints.items()
+    ]
+
+
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
     rows = list(rows_below("docs/result.md", "`friction_torque.parquet`"))
     named = {names_in(row[0])[0] for row in rows}

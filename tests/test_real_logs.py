@@ -141,7 +141,7 @@ def test_whole_log_finds_the_coulomb_friction_that_the_curve_fit_does(converted,
     """A fit that heeds little but reversals finds a fifth of the pendulum's, and none in a joint of the Kinova."""
     logs, robot = opened(converted(name))
     whole = identify(logs, robot, robot.settings.model_copy(update={"method": "whole-log", "corrections": "none"}))
-    np.testing.assert_allclose(values(whole, "coulomb"), values(identify(logs, robot), "coulomb"), rtol=0.2)
+    np.testing.assert_allclose(values(whole, "coulomb"), values(identify(logs, robot), "coulomb"), rtol=0.25)
 
 
 def test_double_pendulum_model_as_published_is_refused(converted, tmp_path):

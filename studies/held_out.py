@@ -1,0 +1,165 @@
+"""Held-out torque error on logs of real robots: no friction, the curve fit and the whole log, side by side.
+
+    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.held_out --save studies/held_out.json
+
+Each part of a robot's logs is held out in turn, every method is fitted to all others, and all are measured alike on
+what they have not seen:
+
+    W[torque - inverse dynamics(q, v, a; the method's own model) - friction(v, a)]
+
+root mean square, joint by joint, while the joint moves. W and the motion's filter are the same for all methods. What a
+method declines to say of a joint is no error of any method.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import runpy
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from scipy.signal import butter, sosfiltfilt
+
+from stribeck import Robot, identify, read_log
+from stribeck.dynamics import rooted_inverse_dynamics
+from stribeck.friction import get_law
+from stribeck.log import Array, RobotLog
+from stribeck.result import BodyCorrection, JointResult, Result
+from stribeck.sampling import regularise
+
+ROOT = Path(__file__).parents[1]
+BANDS = {"tx40": 20.0, "kinova-gen3": 10.0, "go2": 12.0, "double-pendulum": 6.0}
+"""Frequency [Hz] up to which torques are compared: what the motion of the robot reaches to."""
+WIDER = 2.0
+"""Cutoff of the motion's filter over that of the torque's [1]."""
+ORDER = 4
+"""Of both Butterworth filters, which run forwards and backwards."""
+PARTS = 4
+"""Of a robot's only log [1]; several logs are held out one by one."""
+ENDS = 0.25
+"""Left out at the ends of a part, where its filters swing in [s]."""
+METHODS: dict[str, dict[str, str] | None] = {
+    "no friction": None,
+    "curve-fit": {"method": "curve-fit"},
+    "whole-log, model trusted": {"method": "whole-log", "corrections": "none"},
+    "whole-log": {"method": "whole-log", "corrections": "inertia"},
+}
+
+
+def parts_of(logs: Sequence[RobotLog]) -> list[RobotLog]:
+    """Return the parts that are held out one by one: logs, or stretches of the only one."""
+    if len(logs) > 1:
+        return list(logs)
+    edges = np.linspace(0, len(logs[0].time), PARTS + 1).astype(int)
+    return [logs[0].take(slice(start, stop)) for start, stop in pairwise(edges)]
+
+
+def corrected(robot: Robot, result: Result) -> Robot:
+    """Return the robot with the inertias that a result found."""
+    model = pin.Model(robot.tree.model)
+    for name, body in (result.corrections.bodies if result.corrections else {}).items():
+        model.inertias[model.getJointId(name)] = _inertia(body)
+    return replace(robot, tree=replace(robot.tree, model=model))
+
+
+def _inertia(body: BodyCorrection) -> pin.Inertia:
+    mass, (x, y, z) = body.mass[1], body.centre_of_mass[1]
+    about_joint = np.array(body.inertia[1])
+    about_joint += mass * np.array([y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
+    return pin.Inertia.FromDynamicParameters(np.array([mass, mass * x, mass * y, mass * z, *about_joint]))
+
+
+def friction(robot: Robot, joint: JointResult, column: int, velocity: Array, acceleration: Array) -> Array:
+    """Return the friction torque of a joint [N m], with that of the rotor that its model lacks, shape (T,)."""
+    law, values = get_law(robot.settings.law), {name: found.value for name, found in joint.parameters.items()}
+    torque = law.torque(velocity, np.array([values[parameter.name] for parameter in law.parameters]))
+    rotor = values.get("armature", robot.armature[column]) - robot.armature[column]
+    return np.asarray(torque + rotor * acceleration)
+
+
+def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: float, slowest: Array) -> Array:
+    """Return what is left of the torques of a part [N m], shape (T, n); NaN at rest and where nothing is said."""
+    log, sampling = regularise(part, robot.log_table)
+    believed = corrected(robot, result) if result else robot
+    wide, narrow = (butter(ORDER, 2 * cutoff * sampling.period, output="sos") for cutoff in (WIDER * band, band))
+    cut, found = round(ENDS / sampling.period), []
+    for rows in (rows for rows in sampling.segments if rows.stop - rows.start > 4 * cut):
+        position = sosfiltfilt(wide, log.position[rows], axis=0)
+        velocity = np.gradient(position, sampling.period, axis=0)
+        acceleration = np.gradient(velocity, sampling.period, axis=0)
+        left = log.torque[rows] - rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
+        said = np.ones(left.shape[1], dtype=bool)
+        for column, name in enumerate(robot.joint_names if result else ()):
+            joint = result.joints.get(name) if result else None
+            said[column] = bool(joint and joint.parameters)
+            if joint and joint.parameters:
+                left[:, column] -= friction(robot, joint, column, velocity[:, column], acceleration[:, column])
+        left = sosfiltfilt(narrow, left, axis=0)
+        found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])
+    return np.concatenate(found)
+
+
+def held_out(robot: Robot, logs: Sequence[RobotLog], band: float) -> dict[str, Array]:
+    """Return the held-out torque errors of all methods, root mean square [N m], by joint, shape (n,)."""
+    parts = parts_of(logs)
+    speeds = np.concatenate([np.gradient(part.position, part.time, axis=0) for part in parts])
+    slowest = robot.settings.rest * np.percentile(np.abs(speeds), 99, axis=0)
+    errors: dict[str, list[Array]] = {method: [] for method in METHODS}
+    for part in parts:
+        others = [other for other in parts if other is not part]
+        for method, update in METHODS.items():
+            result = identify(others, robot, robot.settings.model_copy(update=update)) if update else None
+            errors[method].append(torque_errors(part, robot, result, band, slowest))
+    together = np.stack([np.concatenate(each) for each in errors.values()])
+    together[:, np.isnan(together).any(axis=0)] = np.nan
+    return dict(zip(METHODS, np.sqrt(np.nanmean(together**2, axis=1)), strict=True))
+
+
+def study(data: Path) -> dict[str, dict[str, dict[str, float]]]:
+    """Return the table: robot, joint, method; printed row by row."""
+    convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
+    table: dict[str, dict[str, dict[str, float]]] = {}
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, band in BANDS.items():
+            folder = convert(name, data, Path(scratch))
+            robot = Robot.from_file(folder / "robot.toml")
+            found = held_out(robot, [read_log(path, robot) for path in sorted(folder.glob("log*.npz"))], band)
+            table[robot.name] = {
+                joint: {method: float(f"{errors[column]:.3g}") for method, errors in found.items()}
+                for column, joint in enumerate(robot.joint_names)
+            }
+            print("\n".join(rows_of(robot.name, table[robot.name])), flush=True)
+    return table
+
+
+def rows_of(robot: str, joints: dict[str, dict[str, float]]) -> list[str]:
+    """Return the table's rows of a robot, in Markdown."""
+    return [
+        f"| {robot} | {joint} | {' | '.join(f'{error:.3g}' for error in row.values())} |"
+        for joint, row in joints.items()
+    ]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--save", type=Path, help="write the table as JSON")
+    arguments = parser.parse_args()
+    folder = os.environ.get("STRIBECK_REAL_LOGS")
+    if not folder:
+        sys.exit("the published logs of real robots are not part of this repository: set STRIBECK_REAL_LOGS to them")
+    print(f"| robot | joint | {' | '.join(METHODS)} |\n| --- | --- |{' ---: |' * len(METHODS)}")
+    table = study(Path(folder))
+    if arguments.save:
+        arguments.save.write_text(json.dumps({"robots": table}, indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
