@@ -14,6 +14,7 @@ from stribeck.log import Array, RobotLog
 from stribeck.pseudo_inertia import SIZE
 from stribeck.robot import Robot
 from stribeck.rooting import BASE_FRAME
+from stribeck.storage import allocate
 
 
 def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Robot:
@@ -37,9 +38,12 @@ def corrected_log(
         return log
     ends = np.cumsum([corrections.inertial_parameters.size, corrections.gains, corrections.zeros, corrections.tilts])
     _, gains, zeros, tilt, _ = np.split(values, ends)
-    torque = log.torque.copy()
-    torque[:, columns] *= 1 - gains
+    factors = np.ones(log.torque.shape[1])
+    factors[columns] -= gains
+    torque, position = allocate(log.torque.shape), allocate(log.position.shape)
+    np.multiply(log.torque, factors, out=torque)
+    np.subtract(log.position, zeros, out=position)
     orientation = log.base_orientation
     if orientation is not None and robot.base_frame == BASE_FRAME:
         orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec(-tilt)).as_quat()
-    return replace(log, torque=torque, position=log.position - zeros, base_orientation=orientation)
+    return replace(log, torque=torque, position=position, base_orientation=orientation)

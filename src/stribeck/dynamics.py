@@ -117,11 +117,11 @@ def inertia_matrix(rooted: RootedModel, position: Array) -> Array:
     """
     model, size, columns = rooted.model, rooted.root_size, rooted.columns
     data = model.createData()
-    configuration = pin.neutral(model)
+    configuration = np.tile(pin.neutral(model), (len(position), 1))
+    configuration[:, model.nq - len(columns) :] = position[:, columns]
     upper = np.empty((len(position), model.nv, model.nv))
-    for k, row in enumerate(position):
-        configuration[model.nq - len(columns) :] = row[columns]
-        upper[k] = pin.crba(model, data, configuration)
+    for k, row in enumerate(configuration):
+        upper[k] = pin.crba(model, data, row)
     upper = np.triu(upper)
     order = np.concatenate([np.arange(size), size + np.argsort(columns)])  # of the model's joints by the robot's
     matrix = upper + np.triu(upper, 1).transpose(0, 2, 1)

@@ -76,6 +76,7 @@ def friction_torque(
     motion_filter: Filter,
     period: float,
     settings: Settings,
+    stride: int = 1,
 ) -> Iterator[Chunk]:
     """Yield the friction torque of a log, chunk by chunk.
 
@@ -95,6 +96,8 @@ def friction_torque(
         [s].
     settings
         `tilt`, `double_support`, `standing_legs`, `filter_torque`, `averaged_law` and `block` are used.
+    stride
+        One row of so many is worked out, counted in rows of the log.
 
     Raises
     ------
@@ -121,6 +124,7 @@ def friction_torque(
     reach = nodes.reach if nodes else 0
     for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
         kept = np.flatnonzero(support_of_row[stretch] >= 0)
+        kept = kept[(kept + stretch.start) % stride == 0]
         if len(kept) == 0:
             continue
         wide = slice(stretch.start - reach, stretch.stop + reach)

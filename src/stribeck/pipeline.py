@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from stribeck.collect import join_logs
 from stribeck.errors import NothingIdentifiedError, SettingsError
@@ -19,7 +21,7 @@ from stribeck.result import Evidence, JointResult, Result
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
-from stribeck.survey import Progress, Survey, quiet, survey
+from stribeck.survey import Progress, Survey, quiet, survey, thinned_samples
 from stribeck.threads import one_blas_thread
 from stribeck.version import __version__
 from stribeck.whole_log import WholeLog, find_whole_log
@@ -70,16 +72,14 @@ def identify(
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     with one_blas_thread(), friction_table(table) if table else nullcontext(_drop) as write:
         found = find_whole_log(sources, robot, law, settings, progress) if settings.method == "whole-log" else None
-        correction = None
+        given, correction = robot, None
+        as_used: Iterable[RobotLog | str | Path] = sources
         if found:
-            if settings.corrections != "none":
-                given = _swinging(sources, robot, settings, progress)
-                correction = given, _swinging(found.logs, found.robot, settings, progress)
-            robot, sources = found.robot, list(found.logs)
+            robot, as_used = found.robot, map(found.corrected, found.given)
             settings = settings.model_copy(update={"standing_legs": True, "double_support": "skip"})
         surveys: list[Survey] = []
-        for k, source in enumerate(sources):
-            surveys.append(survey(source, k, len(sources), robot, settings, write, progress))
+        for k, log in enumerate(as_used):
+            surveys.append(survey(log, k, len(sources), robot, settings, write, progress))
             # One filter for all logs: parameters from different bandwidths do not mix.
             settings = settings.model_copy(update={"filter": surveys[0].filter_settings})
         progress("fitting", 0.0)
@@ -89,6 +89,9 @@ def identify(
         if all(joint.verdict == "not excited" for joint in joints.values()):
             reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
             raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
+        if found and settings.corrections != "none":
+            progress("friction torque without corrections", 0.0)
+            correction = _before_and_after(found, given, samples, settings)
     return _result(robot, settings, surveys, samples, fits, joints, found, correction)
 
 
@@ -168,16 +171,17 @@ def _result(
     )
 
 
-def _swinging(
-    sources: Sequence[RobotLog | str | Path], robot: Robot, settings: Settings, progress: Progress
-) -> Samples:
-    """Return the samples of free and swinging limbs, which show best what a model does to friction."""
-    settings = settings.model_copy(update={"standing_legs": False, "double_support": "skip"})
-    parts = []
-    for k, source in enumerate(sources):
-        parts.append(survey(source, k, len(sources), robot, settings, _drop, progress))
-        settings = settings.model_copy(update={"filter": parts[0].filter_settings})
-    return join_logs([part.samples for part in parts])
+def _before_and_after(found: WholeLog, given: Robot, samples: Samples, settings: Settings) -> tuple[Samples, Samples]:
+    """Return the samples of free and swinging limbs by robot and logs as given, and as corrected.
+
+    These limbs show best what a model does to friction.
+    """
+    settings = settings.model_copy(update={"standing_legs": False})
+    before = join_logs([thinned_samples(log, len(found.given), given, settings) for log in found.given])
+    feet = [tuple(foot for foot in name.split("+") if foot in given.contacts) for name in samples.support_names]
+    standing = np.array([given.standing(standing) for standing in feet])
+    swinging = ~standing[:, given.torque_controlled][samples.support]
+    return before, replace(samples, usable=samples.usable & swinging)
 
 
 def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:

@@ -48,8 +48,8 @@ class PreparedLog:
     settings: Settings
     notes: tuple[str, ...] = ()
 
-    def chunks(self, robot: Robot, phases: tuple[SupportPhase, ...] | None = None) -> Iterator[Chunk]:
-        """Yield the friction torque of the log, or of some of its phases."""
+    def chunks(self, robot: Robot, phases: tuple[SupportPhase, ...] | None = None, stride: int = 1) -> Iterator[Chunk]:
+        """Yield the friction torque of the log, or of some of its phases or of one of `stride` rows."""
         return friction_torque(
             robot,
             self.log,
@@ -58,7 +58,13 @@ class PreparedLog:
             self.motion_filter,
             self.sampling.period,
             self.settings,
+            stride,
         )
+
+    def stride(self, count: int) -> int:
+        """Return one of how many rows is kept if there are `count` logs like this one."""
+        rows = sum(phase.last - phase.first for phase in self.support.phases)
+        return max(1, -(-rows * count // MOST_KEPT))
 
 
 def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> PreparedLog:
@@ -150,6 +156,19 @@ def survey(
         return _work_through(prepared, index, count, robot, write, progress)
 
 
+def thinned_samples(source: RobotLog | str | Path, count: int, robot: Robot, settings: Settings) -> Samples:
+    """Return the samples that `survey` keeps of one of `count` logs, and work no others out.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log cannot be used.
+    """
+    prepared = prepare(source, robot, settings)
+    stride = prepared.stride(count)
+    return join([thin(chunk, stride) for chunk in prepared.chunks(robot, stride=stride)])
+
+
 def _work_through(
     prepared: PreparedLog,
     index: int,
@@ -159,7 +178,7 @@ def _work_through(
     progress: Progress,
 ) -> Survey:
     log, phases = prepared.log, prepared.support.phases
-    stride = max(1, -(-sum(phase.last - phase.first for phase in phases) * count // MOST_KEPT))
+    stride = prepared.stride(count)
     ground = GroundReaction()
     kept, used = [], 0
     for chunk in prepared.chunks(robot):

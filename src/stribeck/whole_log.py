@@ -49,12 +49,31 @@ FEWEST = 5
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLog:
-    """What whole logs say: the fit, of which joints, and robot and logs without the errors that were found."""
+    """What whole logs say.
+
+    Attributes
+    ----------
+    fit, columns
+        The fit, and the columns of the joints that it is of.
+    robot
+        Without the errors that were found.
+    given
+        The logs, evenly sampled, as they are; `corrected` takes the errors that were found out of one.
+    """
 
     fit: WholeLogFit
-    joints: tuple[str, ...]
+    columns: NDArray[np.int64]
     robot: Robot
-    logs: tuple[RobotLog, ...]
+    given: tuple[RobotLog, ...]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints that the fit is of."""
+        return tuple(self.robot.joint_names[column] for column in self.columns)
+
+    def corrected(self, log: RobotLog) -> RobotLog:
+        """Return a log without the errors of its sensors that were found."""
+        return corrected_log(log, self.robot, self.columns, self.fit.model.corrections, self.fit.corrections)
 
     @property
     def fits(self) -> dict[str, JointFit]:
@@ -145,9 +164,9 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     fit = fit_whole_log(equations, equations.gaits, corrections, law, top_speed, rest)
     return WholeLog(
         fit=fit,
-        joints=tuple(robot.joint_names[column] for column in columns),
+        columns=columns,
         robot=corrected_robot(robot, corrections, fit.corrections),
-        logs=tuple(corrected_log(_with_notes(part), robot, columns, corrections, fit.corrections) for part in prepared),
+        given=tuple(_with_notes(part) for part in prepared),
     )
 
 

@@ -42,27 +42,37 @@ def inertia_columns(
     body that is passed the other way has moved into another frame, which its parameters follow linearly.
     """
     model, data = _workspace(rooted)
-    size, columns = rooted.root_size, rooted.columns
+    size, columns, samples = rooted.root_size, rooted.columns, len(state.position)
     order = np.concatenate([np.arange(size), size + np.argsort(columns)])[rows]
-    bodies = range(1, robot.tree.model.njoints)
-    places = np.array([rooted.bodies[body][0] - 1 for body in bodies]) if rooted is not robot.tree else None
-    raw = np.empty((len(state.position), len(rows), model.njoints - 1, SIZE))
-    configuration = pin.neutral(model)
-    rates = np.zeros((2, model.nv))
-    for k in range(len(raw)):  # Pinocchio has no batched call for it
-        configuration[model.nq - len(columns) :] = state.position[k, columns]
-        rates[0, size:], rates[1, size:] = state.velocity[k, columns], state.acceleration[k, columns]
-        if root is not None:
-            rates[0, :size] = 0.0 if root.velocity is None else root.velocity[k]
-            rates[1, :size] = 0.0 if root.acceleration is None else root.acceleration[k]
-            rates[1, :3] -= root.gravity[k]
-        regressor = pin.computeJointTorqueRegressor(model, data, configuration, rates[0], rates[1])
-        raw[k] = regressor[order].reshape(len(rows), -1, SIZE)
-    if places is None:
-        return raw.reshape(*raw.shape[:2], -1)
-    moves = np.stack([carried(rooted.bodies[body][1].homogeneous) for body in bodies])
-    moved = raw[:, :, places].transpose(2, 0, 1, 3).reshape(len(moves), -1, SIZE) @ moves
-    return np.asarray(moved.transpose(1, 0, 2).reshape(*raw.shape[:2], -1))
+    places, moves = _bodies_in(rooted, robot.tree)
+    configuration = np.tile(pin.neutral(model), (samples, 1))
+    configuration[:, model.nq - len(columns) :] = state.position[:, columns]
+    rates = np.zeros((2, samples, model.nv))
+    rates[0, :, size:], rates[1, :, size:] = state.velocity[:, columns], state.acceleration[:, columns]
+    if root is not None:
+        rates[0, :, :size] = 0.0 if root.velocity is None else root.velocity
+        rates[1, :, :size] = 0.0 if root.acceleration is None else root.acceleration
+        rates[1, :, :3] -= root.gravity
+    found = np.empty((samples, len(rows), len(places), SIZE))
+    for k, (q, v, a) in enumerate(zip(configuration, *rates, strict=True)):  # Pinocchio has no batched call for it
+        regressor = pin.computeJointTorqueRegressor(model, data, q, v, a)
+        found[k] = regressor.reshape(model.nv, -1, SIZE)[order[:, None], places]
+    for body, move in moves.items():
+        found[:, :, body] = found[:, :, body] @ move
+    return found.reshape(samples, len(rows), -1)
+
+
+@cache
+def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64], dict[int, Array]]:
+    """Return where the bodies of the robot's own tree are in another, and what their parameters become there.
+
+    Only those that are passed the other way, between the roots of both, have moved into another frame.
+    """
+    if rooted is tree:
+        return np.arange(tree.model.njoints - 1), {}
+    homes = [rooted.bodies[body] for body in range(1, tree.model.njoints)]
+    moves = {k: carried(pose.homogeneous) for k, (_, pose) in enumerate(homes) if not pose.isIdentity()}
+    return np.array([joint - 1 for joint, _ in homes]), moves
 
 
 def zero_columns(

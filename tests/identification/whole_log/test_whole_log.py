@@ -94,6 +94,26 @@ def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() ->
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
 
 
+def test_what_corrections_do_is_shown_by_limbs_that_swing() -> None:
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    exact, _ = exact_log(
+        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=8.0, posture=POSTURES["biped"], seed=2
+    )
+    settings = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
+    evidence = identify(with_noise(exact, position=1e-5, torque=0.05, seed=3), robot, settings).evidence
+    assert evidence is not None
+    assert evidence.correction is not None
+    before, after = evidence.correction
+    assert before.usable.any(axis=0).all()
+    np.testing.assert_array_equal(before.usable, after.usable)
+    np.testing.assert_array_equal(before.velocity, after.velocity)
+    legs = robot.standing(tuple(robot.contacts))[robot.torque_controlled]
+    for support, name in enumerate(after.support_names):
+        standing = robot.standing((name,))[robot.torque_controlled] if name in robot.contacts else legs
+        assert not after.usable[after.support == support][:, standing].any()
+
+
 def test_a_quadruped_on_three_point_feet_and_on_four() -> None:
     robot = Robot.from_file(MODELS / "quadruped.toml")
     truth = dict.fromkeys(robot.joint_names, TRUTH)
