@@ -91,6 +91,14 @@ class WeakEquations:
         that they reach.
     columns
         Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
+    torque
+        Measured, through the window [N m], shape (K, n).
+    elapsed
+        Time since the log began [s], shape (K,).
+    temperature
+        [deg C], shape (K, n); None if the log has none.
+    factors
+        What friction is proportional to beside functions of velocity, shape (K, n, f); None if it is not.
     """
 
     time: Array
@@ -110,6 +118,10 @@ class WeakEquations:
     acceleration_overlap: Array
     torque_overlap: Array
     columns: Array | None
+    torque: Array
+    elapsed: Array
+    temperature: Array | None = None
+    factors: Array | None = None
 
     @property
     def weights(self) -> Array:

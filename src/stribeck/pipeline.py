@@ -11,9 +11,10 @@ import numpy as np
 
 from stribeck.collect import join_logs
 from stribeck.errors import NothingIdentifiedError, SettingsError
-from stribeck.friction import get_law
+from stribeck.friction import AUTO, get_law
 from stribeck.friction_table import friction_table
 from stribeck.identification.curve_fit import JointFit, fit_law
+from stribeck.identification.selection import with_terms
 from stribeck.identification.verdict import judge
 from stribeck.log import RobotLog
 from stribeck.provenance import log_summary, provenance
@@ -69,6 +70,7 @@ def identify(
     law = get_law(settings.law)
     _refuse_unknown_joints(settings, robot)
     _refuse_unused(settings)
+    _refuse_auto(settings)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     with one_blas_thread(), friction_table(table) if table else nullcontext(_drop) as write:
         found = find_whole_log(sources, robot, law, settings, progress) if settings.method == "whole-log" else None
@@ -86,6 +88,7 @@ def identify(
         samples = join_logs([part.samples for part in surveys])
         fits = found.fits if found else fit_law(samples, law, settings)
         joints = judge(fits, samples, law, settings, found.validations if found else None)
+        joints = _with_terms(joints, found) if found else joints
         if all(joint.verdict == "not excited" for joint in joints.values()):
             reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
             raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
@@ -116,6 +119,14 @@ def _refuse_unused(settings: Settings) -> None:
             raise SettingsError(
                 f"[identify] {key} is {value!r}, which the method 'whole-log' does not use; leave it out"
             )
+
+
+def _refuse_auto(settings: Settings) -> None:
+    """Refuse the law auto where nothing can choose it."""
+    if settings.law == AUTO and settings.method != "whole-log":
+        raise SettingsError(
+            f"law '{AUTO}' needs method 'whole-log', found '{settings.method}'; set --method whole-log, or name a law"
+        )
 
 
 def _drop(*_: object) -> None:
@@ -182,6 +193,15 @@ def _before_and_after(found: WholeLog, given: Robot, samples: Samples, settings:
     standing = np.array([given.standing(standing) for standing in feet])
     swinging = ~standing[:, given.torque_controlled][samples.support]
     return before, replace(samples, usable=samples.usable & swinging)
+
+
+def _with_terms(joints: dict[str, JointResult], found: WholeLog) -> dict[str, JointResult]:
+    """Add which terms were chosen, and why, to joints of the law auto."""
+    changed = dict(joints)
+    for name, (terms, load) in found.terms.items():
+        if joints[name].parameters:
+            changed[name] = with_terms(joints[name], terms, load)
+    return changed
 
 
 def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:

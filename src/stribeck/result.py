@@ -18,6 +18,7 @@ from stribeck.walk import WalkPicture
 
 SCHEMA = 1
 Verdict = Literal["identified", "weak", "not excited"]
+TermDecision = Literal["kept", "refused", "open"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +42,30 @@ class Validation:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TermVerdict:
+    """Whether a joint's friction has a term, and why.
+
+    A term is open if the log shows something that the term explains, but not what it is. `gain` is by how much the term
+    lowers chi^2 where it was not fitted, `gain_error` the standard error of that; None where nothing could be tried.
+    """
+
+    verdict: TermDecision
+    reason: str
+    gain: float | None = None
+    gain_error: float | None = None
+
+    @property
+    def kept(self) -> bool:
+        """Whether the joint has it."""
+        return self.verdict == "kept"
+
+
+@dataclass(frozen=True, kw_only=True)
 class JointResult:
-    """What the log says about one joint; `parameters` is empty when it did not move enough."""
+    """What the log says about one joint; `parameters` is empty when it did not move enough.
+
+    Of the law "auto", `terms` says which of them the joint has, and `mean_load` is the torque that it carries [N m].
+    """
 
     parameters: dict[str, ParameterEstimate]
     verdict: Verdict
@@ -53,6 +76,8 @@ class JointResult:
     residual_rms: float | None = None
     validation: Validation | None = None
     positive_power_fraction: float | None = None
+    terms: dict[str, TermVerdict] | None = None
+    mean_load: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,7 +188,7 @@ class Result:
             "log": asdict(self.log),
             "law": self.law,
             "method": self.method,
-            "joints": {name: asdict(joint) for name, joint in self.joints.items()},
+            "joints": {name: _joint_to_plain(joint) for name, joint in self.joints.items()},
             **({"corrections": asdict(self.corrections)} if self.corrections else {}),
             "warnings": self.warnings,
         }
@@ -198,17 +223,25 @@ def read_result(path: str | Path) -> Result:
         raise SettingsError(f"{path}: key {error} is missing or unknown; expected a result.json") from error
 
 
+def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
+    """Return a joint as plain data; what only the law "auto" has is left out of others."""
+    plain = asdict(joint)
+    return {key: value for key, value in plain.items() if value is not None or key not in ("terms", "mean_load")}
+
+
 def _joint_from_plain(plain: dict[str, Any]) -> JointResult:
     parameters = {
         name: ParameterEstimate(**{**value, "interval_95": tuple(value["interval_95"])})
         for name, value in plain["parameters"].items()
     }
     validation = Validation(**plain["validation"]) if plain["validation"] else None
-    changed = {
+    changed: dict[str, Any] = {
         "parameters": parameters,
         "validation": validation,
         "velocity_range": tuple(plain["velocity_range"]),
     }
+    if "terms" in plain:
+        changed["terms"] = {name: TermVerdict(**value) for name, value in plain["terms"].items()}
     return JointResult(**{**plain, **changed})
 
 

@@ -21,7 +21,7 @@ from stribeck.identification.whole_log.intervals import joint_fits
 from stribeck.log import Array, RobotLog
 from stribeck.pseudo_inertia import SIZE
 from stribeck.result import Corrections as Found
-from stribeck.result import Validation
+from stribeck.result import TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.survey import PreparedLog, Progress, prepare
@@ -84,6 +84,12 @@ class WholeLog:
     def validations(self) -> dict[str, Validation | None]:
         """How the law does on stretches that it was not fitted to."""
         return dict(zip(self.joints, self.fit.validation, strict=True))
+
+    @property
+    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float]]:
+        """Which terms each joint has, of the law "auto", and the torque that it carries [N m]."""
+        load = np.zeros(0) if self.fit.mean_load is None else self.fit.mean_load
+        return dict(zip(self.joints, zip(self.fit.terms, load.tolist(), strict=True), strict=False))
 
     @property
     def corrections(self) -> Found:

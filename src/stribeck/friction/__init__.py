@@ -1,6 +1,7 @@
 """Friction laws: the contract and one file a law."""
 
 from stribeck.errors import SettingsError
+from stribeck.friction.assembled import Assembled as Assembled
 from stribeck.friction.asymmetric import Asymmetric as Asymmetric
 from stribeck.friction.coulomb_viscous import CoulombViscous as CoulombViscous
 from stribeck.friction.law import FrictionLaw as FrictionLaw
@@ -11,15 +12,20 @@ from stribeck.friction.stribeck_exponent import StribeckExponent as StribeckExpo
 
 LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (CoulombViscous, Stribeck, StribeckExponent, Asymmetric)}
 
+AUTO = Assembled.name
+"""In place of a law's name: each joint gets the terms that its log supports."""
+
 
 def get_law(name: str) -> FrictionLaw:
-    """Return the friction law of this name.
+    """Return the friction law of this name; of "auto", the one whose terms are chosen joint by joint.
 
     Raises
     ------
     SettingsError
         If there is no such law; the message lists the names there are.
     """
+    if name == AUTO:
+        return Assembled()
     if name not in LAWS:
-        raise SettingsError(f"law: found '{name}', expected one of {', '.join(sorted(LAWS))}")
+        raise SettingsError(f"law: found '{name}', expected one of {', '.join(sorted([*LAWS, AUTO]))}")
     return LAWS[name]()

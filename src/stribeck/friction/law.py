@@ -17,6 +17,8 @@ PRISMATIC_UNITS = {
     "rad/s": "m/s",
     "s/rad": "s/m",
     "kg m^2": "kg",
+    "N m/K": "N/K",
+    "N m s/(rad K)": "N s/(m K)",
 }
 """Unit of a revolute joint's parameter -> unit of the same parameter of a prismatic joint."""
 
@@ -27,7 +29,8 @@ class Parameter:
 
     `starts` is only for parameters that enter nonlinearly: the values a fit tries, times the joint's top speed to the
     power `start_speed_power`, so that one grid suits slow and fast, revolute and prismatic joints. `logarithmic`
-    parameters are scales, whose intervals are symmetric in their logarithm.
+    parameters are scales, whose intervals are symmetric in their logarithm. `neutral` is the value of a joint that does
+    without the parameter, of laws whose joints may.
     """
 
     name: str
@@ -38,6 +41,7 @@ class Parameter:
     starts: tuple[float, ...] = ()
     start_speed_power: int = 0
     logarithmic: bool = False
+    neutral: float | None = None
 
 
 def unit_for(parameter: Parameter, prismatic: bool) -> str:

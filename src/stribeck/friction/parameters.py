@@ -23,3 +23,13 @@ STRIBECK_VELOCITY = Parameter(
     start_speed_power=1,
     logarithmic=True,
 )
+SLOPE = Parameter(
+    name="slope",
+    symbol="a",
+    unit="s/rad",
+    lower=1e-1,
+    upper=1e4,
+    starts=(10.0, 60.0, 400.0),
+    start_speed_power=-1,
+    logarithmic=True,
+)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
-from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
+from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.log import Array
 
 
@@ -37,16 +37,7 @@ class Stribeck(FrictionLaw):
         STRIBECK_GAIN,
         STRIBECK_VELOCITY,
         OFFSET,
-        Parameter(
-            name="slope",
-            symbol="a",
-            unit="s/rad",
-            lower=1e-1,
-            upper=1e4,
-            starts=(10.0, 60.0, 400.0),
-            start_speed_power=-1,
-            logarithmic=True,
-        ),
+        SLOPE,
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
 

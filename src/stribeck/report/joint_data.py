@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw
+from stribeck.friction.terms import at_load
 from stribeck.log import Array
 from stribeck.result import Evidence, JointResult
 from stribeck.samples import Samples
+
+STEP = 1e-4
+"""Of differences, relative to a parameter [1]; what they differentiate is nearly linear."""
 
 MOST_DRAWN = 100_000
 """Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
@@ -110,14 +115,22 @@ def _errors_95(joint: JointResult, law: FrictionLaw) -> float:
 def fitted_values(
     name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw
 ) -> tuple[Array | None, Array | None]:
-    """Return the law's values and their covariance in the law's order, without what was fitted beside it."""
-    fitted = list(joint.parameters)
-    wanted = [parameter.name for parameter in law.parameters]
-    if not set(wanted) <= set(fitted):
+    """Return the law's values and their covariance in the law's order, without what was fitted beside it.
+
+    Of a joint whose friction grows with the load, they are those at its mean load.
+    """
+    fitted = {parameter: found.value for parameter, found in joint.parameters.items()}
+    if not fitted or any(p.neutral is None and p.name not in fitted for p in law.parameters):
         return None, None
-    values = np.array([joint.parameters[parameter].value for parameter in wanted])
-    covariance = evidence.covariance.get(name)
+
+    def at(found: Mapping[str, float]) -> Array:
+        loaded = at_load(found, joint.mean_load) if joint.mean_load and "load" in found else found
+        return np.array([loaded.get(p.name, p.neutral) for p in law.parameters], dtype=float)
+
+    values, covariance = at(fitted), evidence.covariance.get(name)
     if covariance is None or covariance.shape != (len(fitted), len(fitted)):
         return values, None
-    order = [fitted.index(parameter) for parameter in wanted]
-    return values, covariance[np.ix_(order, order)]
+    steps = {parameter: STEP * max(abs(value), STEP) for parameter, value in fitted.items()}
+    changes = [(at(fitted | {p: fitted[p] + step}) - at(fitted | {p: fitted[p] - step})) for p, step in steps.items()]
+    slopes = np.stack(changes, axis=1) / (2 * np.array(list(steps.values())))
+    return values, slopes @ covariance @ slopes.T

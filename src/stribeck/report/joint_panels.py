@@ -14,7 +14,7 @@ from stribeck.report.joint_figures import (
     velocity_coverage,
 )
 from stribeck.report.page import Section, render
-from stribeck.report.text import number
+from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result
 
 Figures = list[tuple[Markup, str]]
@@ -23,7 +23,6 @@ Figures = list[tuple[Markup, str]]
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
     """Return the section with every joint's panel, in the order of the result."""
-    symbols = {parameter.name: parameter.symbol for parameter in law.parameters}
     panels = []
     for index, (name, joint) in enumerate(result.joints.items()):
         data = joint_data(name, joint, evidence, law, evidence.samples)
@@ -42,7 +41,7 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw) -> Sectio
                 "velocity_unit": data.velocity_unit,
             }
         )
-    body = render("joint_panels.html.j2", panels=panels, symbols=symbols, truth=bool(evidence.truth_curves))
+    body = render("joint_panels.html.j2", panels=panels, symbols=symbols(law), truth=bool(evidence.truth_curves))
     return Section(anchor="joints", title="Joints", body=body)
 
 

@@ -9,10 +9,11 @@ from collections.abc import Callable
 from markupsafe import Markup
 
 from stribeck.friction.law import FrictionLaw
+from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import Result
 
 MINUS = "\N{MINUS SIGN}"
-GREEK = {"tau": "τ", "delta": "δ"}
+GREEK = {"tau": "τ", "delta": "δ", "mu": "μ", "alpha": "α"}
 THIN = "\N{NARROW NO-BREAK SPACE}"
 
 
@@ -91,14 +92,26 @@ def symbol(text: str) -> Markup:
         head = GREEK[head]
     elif not index:
         head, index = text[:1], text[1:]
-    return Markup("<i>{}</i><sub>{}</sub>").format(head, index.replace("-", MINUS))
+    lowered = Markup("<sub>{}</sub>").format(index.replace("-", MINUS)) if index else ""
+    return Markup("<i>{}</i>{}").format(head, lowered)
 
 
 def parameter_names(result: Result, law: FrictionLaw) -> list[str]:
     """Return the law's parameters, then what was fitted beside them (rotor inertia), in a fixed order."""
-    names = [parameter.name for parameter in law.parameters]
-    fitted = [name for joint in result.joints.values() for name in joint.parameters]
-    return list(dict.fromkeys([*names, *fitted]))
+    fitted = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
+    known = [p.name for p in law.parameters if p.neutral is None or p.name in fitted]
+    return list(dict.fromkeys([*known, *(p.name for p in BEYOND_VELOCITY if p.name in fitted), *fitted]))
+
+
+def symbols(law: FrictionLaw) -> dict[str, str]:
+    """Return the symbols of a law's parameters, and of those that are no function of velocity alone, by name."""
+    return {parameter.name: parameter.symbol for parameter in (*law.parameters, *BEYOND_VELOCITY)}
+
+
+def gain(value: float) -> str:
+    """Return what a term gains: whole numbers with their thousands apart, `4 932`, small ones with a decimal, `2.1`."""
+    text = count(round(value)) if abs(value) >= 10 else f"{value:.1f}"
+    return text.replace("-", MINUS)
 
 
 FILTERS: dict[str, Callable[..., str]] = {
@@ -106,6 +119,7 @@ FILTERS: dict[str, Callable[..., str]] = {
     "matched": matched,
     "percent": percent,
     "count": count,
+    "gain": gain,
     "duration": duration,
     "words": words,
     "unit": unit,

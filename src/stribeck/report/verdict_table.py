@@ -8,15 +8,15 @@ from stribeck.friction.law import FrictionLaw
 from stribeck.report.joint_data import fitted_values
 from stribeck.report.page import Section, render
 from stribeck.report.sparkline import sparkline
-from stribeck.report.text import parameter_names
+from stribeck.report.text import parameter_names, symbols
 from stribeck.result import Evidence, JointResult, Result
 
 
 def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
     """Return the section with a row a joint: verdict, reason, parameters, validation."""
     names = parameter_names(result, law)
-    symbols = {parameter.name: parameter.symbol for parameter in law.parameters}
-    columns = [{"name": name, "symbol": symbols.get(name, ""), "unit": _unit(result, name, law)} for name in names]
+    known = symbols(law)
+    columns = [{"name": name, "symbol": known.get(name, ""), "unit": _unit(result, name, law)} for name in names]
     rows = [
         {
             "name": name,

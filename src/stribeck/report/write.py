@@ -14,6 +14,7 @@ from stribeck.report.page import render_page
 from stribeck.report.power import power
 from stribeck.report.provenance import provenance
 from stribeck.report.sides import sides
+from stribeck.report.terms import terms
 from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import verdict_table
 from stribeck.report.walk import walk
@@ -47,6 +48,7 @@ def write_report(result: Result, path: str | Path) -> None:
         sections = [
             verdict_table(result, evidence, law),
             warnings(result),
+            terms(result),
             walk(evidence.walk),
             joint_panels(result, evidence, law),
             sides(result, evidence, law),

@@ -100,7 +100,15 @@ class WeakForm:
             acceleration_overlap=window.overlap(self.filter.sharp[2], lags),
             torque_overlap=window.overlap(np.ones(1), lags),
             columns=None if columns is None else _seen(projection, columns),
+            torque=window.apply(torque[:, self.joints]),
+            elapsed=time - self.log.time[0],
+            temperature=self._temperature(stretch),
         )
+
+    def _temperature(self, stretch: Stretch) -> Array | None:
+        if self.log.temperature is None:
+            return None
+        return self.window.apply(self.log.temperature[stretch.first : stretch.last, self.joints])
 
     def _standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
         if self.robot.base == "fixed":

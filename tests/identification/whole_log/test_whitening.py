@@ -35,6 +35,8 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
         acceleration_overlap=np.correlate(sharp, sharp, mode="full")[8::3],
         torque_overlap=full,
         columns=None,
+        torque=generator.standard_normal((windows, joints)),
+        elapsed=np.arange(windows) * 0.01,
     )
 
 

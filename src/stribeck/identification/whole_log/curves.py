@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from stribeck.friction import FrictionLaw
+from stribeck.friction import FrictionLaw, Parameter
 from stribeck.identification.descent import to_external, to_internal
 from stribeck.identification.whole_log.nodes import Nodes
 from stribeck.log import Array
@@ -44,14 +44,23 @@ class Curves:
     torque: Array
 
     @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of one joint."""
+        return self.law.parameters
+
+    def has(self, joint: int) -> NDArray[np.bool_]:  # noqa: ARG002 - laws alike in all joints
+        """Return which of them a joint has, shape (p,)."""
+        return np.ones(len(self.parameters), dtype=bool)
+
+    @property
     def logarithmic(self) -> NDArray[np.bool_]:
         """Which parameters are fitted by their logarithm, shape (p,)."""
-        return np.array([parameter.logarithmic for parameter in self.law.parameters])
+        return np.array([parameter.logarithmic for parameter in self.parameters])
 
     @property
     def bounds(self) -> Array:
         """Bounds of the internal coordinates, shape (2, p)."""
-        bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.law.parameters]).T
+        bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.parameters]).T
         return to_internal(bounds, self.logarithmic)
 
     def external(self, internal: Array) -> Array:
@@ -73,10 +82,11 @@ class Curves:
 
     def prior(self) -> tuple[Array, Array]:
         """Return mean and standard deviation of the internal coordinates before the log speaks, shape (n, p) each."""
-        count = len(self.law.parameters)
+        count = len(self.parameters)
         mean, spread = np.zeros((2, len(self.top_speed), count))
         units = {"N m": self.torque, "N m s/rad": self.torque / self.top_speed, "rad/s": self.top_speed}
-        for k, parameter in enumerate(self.law.parameters):
+        units |= {"N m/K": self.torque, "N m s/(rad K)": self.torque / self.top_speed}
+        for k, parameter in enumerate(self.parameters):
             if parameter.logarithmic:
                 middle = float(np.mean(np.log(parameter.starts)))
                 mean[:, k] = middle + parameter.start_speed_power * np.log(self.top_speed)
@@ -101,8 +111,8 @@ class Curves:
 
     def linear_start(self, shapes: list[dict[str, float]], gram: Array, right: Array) -> Array:
         """Return internal coordinates, shape (n, p), of a linear fit of all joints with given nonlinear parameters."""
-        functions = self.nodes.functions.T
-        bases = [functions @ self.law.basis(v, shape) for v, shape in zip(self.nodes.velocity, shapes, strict=True)]
+        velocities = zip(self.nodes.velocity, shapes, strict=True)
+        bases = [self.nodes.coefficients(self.law.basis(v, shape)) for v, shape in velocities]
         joints, size = len(bases), bases[0].shape[1]
         whole = block_diag(*bases)
         matrix, vector = whole.T @ gram @ whole, whole.T @ right
@@ -113,5 +123,9 @@ class Curves:
         least = 1e-2 * self.torque[:, None]
         coefficients[:, bounded] = np.maximum(coefficients[:, bounded], least)
         values = np.stack([self.law.from_linear(np.asarray(c), s) for c, s in zip(coefficients, shapes, strict=True)])
+        return self.inside(values)
+
+    def inside(self, values: Array) -> Array:
+        """Return internal coordinates within their bounds, shape (n, p), from values of the law, shape (n, p)."""
         low, high = self.bounds
         return np.clip(to_internal(values, self.logarithmic), low, high)

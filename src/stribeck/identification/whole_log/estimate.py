@@ -8,19 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.equations import Corrections, WeakEquations
-from stribeck.friction import FrictionLaw
+from stribeck.friction import AUTO, FrictionLaw
+from stribeck.identification.whole_log.choose import FOLDS, choose_terms, drop_unproven
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
+from stribeck.identification.whole_log.factors import unsupported, with_factors
 from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
 from stribeck.identification.whole_log.model import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
-from stribeck.identification.whole_log.statistic import Statistic, design
+from stribeck.identification.whole_log.statistic import Statistic, design, merged
 from stribeck.identification.whole_log.summing import sum_up
 from stribeck.identification.whole_log.validation import left_over, validate
+from stribeck.identification.whole_log.varying import rising, varying_curves
 from stribeck.log import Array
-from stribeck.result import Validation
+from stribeck.result import TermVerdict, Validation
 
 LISTEN = 8
 """Stretches [1], spread over the log, on which the levels of the errors are measured."""
@@ -61,6 +64,8 @@ class WholeLogFit:
     validation
         Of each joint, on some of the stretches that the levels were measured on, by a fit of all others; None where
         there are too few stretches.
+    terms, mean_load
+        Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
     """
 
     curves: Curves
@@ -72,6 +77,8 @@ class WholeLogFit:
     stretches: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
+    terms: tuple[dict[str, TermVerdict], ...] = ()
+    mean_load: Array | None = None
 
     @property
     def values(self) -> Array:
@@ -86,8 +93,12 @@ class WholeLogFit:
     @property
     def chi_square(self) -> float:
         """Chi^2 a degree of freedom [1]: one if the errors are as large as they are taken to be."""
-        free = self.statistic.count - self.solution.internal.size
-        return self.solution.chi_square / max(free, 1)
+        return chi_square(self.solution, self.statistic)
+
+
+def chi_square(solution: Solution, statistic: Statistic) -> float:
+    """Return chi^2 a degree of freedom [1]."""
+    return solution.chi_square / max(statistic.count - solution.internal.size, 1)
 
 
 def fit_whole_log(
@@ -123,10 +134,27 @@ def fit_whole_log(
     curves = Curves(law, make_nodes(law, speed), speed, np.full(len(speed), torque))
     jumps = np.full(len(speed), float(law.jumps))
     levels, solution = _measure_levels(some, first_levels(some[0], rest * jumps, torque * jumps), curves, model)
+    all_terms = None
+    if law.name == AUTO:
+        friction = curves.coefficients(solution.internal).reshape(len(speed), -1)
+        equations = with_factors(equations, some, rising(curves.nodes), friction)
+        curves = all_terms = varying_curves(curves, equations.nodes, equations.slow)
+        levels, solution = _measure_levels([equations.of(part) for part in some], levels, curves, model)
+        equations = replace(equations, refined=curves.coefficients(solution.internal).reshape(len(speed), -1))
+        some = [equations.of(part) for part in some]
     held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
-    statistic, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model)
+    folds, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model, FOLDS if all_terms else 1)
+    statistic = merged(folds)
     solution = solve(statistic, curves, model, solution)
+    choice = None
+    if all_terms:
+        refused = unsupported(some, all_terms.slow, statistic.loads)
+        choice = choose_terms(statistic, folds, all_terms, model, solution, refused)
+        solution = solve(statistic, choice.curves, model, choice.start)
+        _, covariance = spread_of_repeated(repeating, statistic.count, choice.curves, model, solution)
+        choice = drop_unproven(choice, solution.covariance, covariance)
+        curves, solution = choice.curves, solve(statistic, choice.curves, model, choice.start)
     unseen = list(held_out.values())
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     validation = validate(unseen, statistic, curves, levels, *known) if unseen else (None,) * len(speed)
@@ -144,6 +172,8 @@ def fit_whole_log(
         stretches=len(equations),
         residual_rms=left_over(some, curves, levels, *known, known[0][None])[0],
         validation=validation,
+        terms=choice.verdicts if choice else (),
+        mean_load=statistic.loads[1] / statistic.loads[0] if choice else None,
     )
 
 
@@ -174,15 +204,18 @@ def _sum_up_all(
     levels: ErrorLevels,
     curves: Curves,
     model: ModelCorrections,
-) -> tuple[Statistic, Statistic]:
-    """Return the statistic of the stretches that are seen, and that of a share of them with repeated torques."""
+    most: int,
+) -> tuple[list[Statistic], Statistic]:
+    """Return statistics of parts of the stretches that are seen, and that of a share of all with repeated torques."""
     stride = STRIDE if len(seen) >= FEWEST_STEPS * gaits else 1
     share = seen[::stride] if gaits else []
-    repeating = sum_up((equations[k] for k in share), levels, curves, model, gaits)
-    statistic = without_repeated(repeating)
     others = sorted(set(seen) - set(share))
-    statistic.merge(sum_up((equations[k] for k in others), levels, curves, model, 0))
-    return statistic, repeating
+    folds, repeating = [], []
+    for k in range(count := min(most, len(seen))):
+        repeating.append(sum_up((equations[place] for place in share[k::count]), levels, curves, model, gaits))
+        folds.append(without_repeated(repeating[-1]))
+        folds[-1].merge(sum_up((equations[place] for place in others[k::count]), levels, curves, model, 0))
+    return folds, merged(repeating)
 
 
 def _left_over(

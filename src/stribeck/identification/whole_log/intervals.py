@@ -24,11 +24,11 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
 
 
 def _joint_fit(fit: WholeLogFit, joint: int, scale: float, freedom: float, joints: int) -> JointFit:
-    solution, law = fit.solution, fit.curves.law
-    count, there = len(law.parameters), fit.model.corrections
-    own = list(range(joint * count, (joint + 1) * count))
-    parameters, coordinates, share = law.parameters, solution.internal[joint], np.ones(count)
-    held = solution.held[joint]
+    solution, there = fit.solution, fit.model.corrections
+    has = np.flatnonzero(fit.curves.has(joint))
+    own = (joint * len(fit.curves.parameters) + has).tolist()
+    parameters = tuple(fit.curves.parameters[k] for k in has)
+    coordinates, share, held = solution.internal[joint, has], np.ones(len(has)), solution.held[joint, has]
     if joint in there.rotors:
         place = there.size - len(there.rotors) + there.rotors.index(joint)
         own.append(solution.internal.size + place)

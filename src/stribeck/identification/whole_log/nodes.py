@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array
 
-from stribeck.friction import FrictionLaw
+from stribeck.friction import FrictionLaw, Parameter
 from stribeck.log import Array
 
 FINEST = 1.5e-3
@@ -49,15 +49,28 @@ class Nodes:
         Of each joint's nodes [rad/s], shape (n, N).
     functions
         Orthonormal columns: values at the nodes of a joint, shape (N, r).
+    factored
+        Functions that the equations' factors multiply, as sums of the others, shape (r, s); (r, 0) if none.
+    factors
+        Number f of these factors.
     """
 
     velocity: Array
     functions: Array
+    factored: Array
+    factors: int = 0
 
     @property
     def size(self) -> int:
-        """Number of coefficients of all joints, n r."""
-        return int(self.velocity.shape[0] * self.functions.shape[1])
+        """Number of coefficients of all joints, n R with R = r + f s."""
+        return int(self.velocity.shape[0] * (self.functions.shape[1] + self.factors * self.factored.shape[1]))
+
+    def coefficients(self, curves: Array, *times_factors: Array) -> Array:
+        """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times factors."""
+        base = self.functions.T @ curves
+        missing = [np.zeros_like(curves)] * (self.factors - len(times_factors))
+        changed = [self.factored.T @ (self.functions.T @ each) for each in (*times_factors, *missing)]
+        return np.concatenate([base, *changed])
 
     def windows(self, velocity: Array, taps: Array, step: int, count: int) -> Array:
         """Return the windows of all functions of the velocities (T, n), shape (count, n, r)."""
@@ -103,25 +116,33 @@ def make_nodes(law: FrictionLaw, top_speed: Array) -> Nodes:
     count = int(np.ceil(np.log1p(GROWTH / FINEST * REACH) / GROWTH))
     positive = np.expm1(np.arange(1, count + 1) * np.log1p(GROWTH / FINEST * REACH) / count) * FINEST / GROWTH
     shape = np.concatenate([-positive[::-1], [0.0], positive])
-    return Nodes(np.maximum(top_speed, 1e-9)[:, None] * shape, _functions(law, shape))
+    functions = _functions(law, shape)
+    none = np.zeros((functions.shape[1], 0))
+    return Nodes(np.maximum(top_speed, 1e-9)[:, None] * shape, functions, none)
 
 
 def _functions(law: FrictionLaw, velocity: Array) -> Array:
     """Return orthonormal functions that span the law's curves up to `TOLERANCE`, for a top speed of one."""
     nonlinear = [parameter for parameter in law.parameters if parameter.starts]
-    axes = [
-        np.geomspace(max(min(p.starts) / SPREAD, p.lower), min(max(p.starts) * SPREAD, p.upper), GRID)
-        for p in nonlinear
-    ]
     curves = np.hstack(
         [
             law.basis(velocity, {p.name: float(value) for p, value in zip(nonlinear, point, strict=True)})
-            for point in itertools.product(*axes)
+            for point in itertools.product(*(grid_of(p) for p in nonlinear))
         ]
     )
-    curves = curves / np.maximum(np.abs(curves).max(axis=0), 1e-12)
+    return spanning(curves / np.maximum(np.abs(curves).max(axis=0), 1e-12), TOLERANCE)
+
+
+def grid_of(parameter: Parameter) -> Array:
+    """Return values of a nonlinear parameter that cover its starts and beyond, for a top speed of one."""
+    low, high = min(parameter.starts) / SPREAD, max(parameter.starts) * SPREAD
+    return np.geomspace(max(low, parameter.lower), min(high, parameter.upper), GRID)
+
+
+def spanning(curves: Array, tolerance: float) -> Array:
+    """Return orthonormal columns, shape (N, r), that miss no curve of (N, c) by more than a root mean square."""
     functions = np.asarray(np.linalg.svd(curves, full_matrices=False)[0])
     left = curves**2
     missed = left.sum(axis=0) - np.cumsum((functions.T @ curves) ** 2, axis=0)  # (rank, curves)
-    enough = np.flatnonzero(np.sqrt(np.maximum(missed, 0.0) / len(velocity)).max(axis=1) < TOLERANCE)
+    enough = np.flatnonzero(np.sqrt(np.maximum(missed, 0.0) / len(curves)).max(axis=1) < tolerance)
     return functions[:, : int(enough[0]) + 1] if len(enough) else functions

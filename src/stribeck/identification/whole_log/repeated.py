@@ -86,5 +86,5 @@ def without_repeated(statistic: Statistic) -> Statistic:
     size = len(statistic.right) - statistic.gaits * COSINES * len(statistic.nodes.velocity)
     plain = Statistic(statistic.nodes, size - statistic.nodes.size)
     plain.gram, plain.right = statistic.gram[:size, :size].copy(), statistic.right[:size].copy()
-    plain.square, plain.count = statistic.square, statistic.count
+    plain.square, plain.count, plain.loads = statistic.square, statistic.count, statistic.loads.copy()
     return plain

@@ -94,7 +94,7 @@ def _descend(statistic: Statistic, curves: Curves, model: ModelCorrections, star
     shape = start.shape
     corrections = statistic.corrections
     low, high = (
-        np.concatenate([np.tile(bound, shape[0]), np.full(corrections, end)])
+        np.concatenate([np.broadcast_to(bound, shape).ravel(), np.full(corrections, end)])
         for bound, end in zip(curves.bounds, (-np.inf, np.inf), strict=True)
     )
     x = np.concatenate([start.ravel(), known])
@@ -120,7 +120,7 @@ def _descend(statistic: Statistic, curves: Curves, model: ModelCorrections, star
     return Solution(
         internal=x[: start.size].reshape(shape),
         corrections=x[start.size :],
-        covariance=_inverse(here.hessian),
+        covariance=inverse_of(here.hessian),
         held=held[: start.size].reshape(shape),
         chi_square=here.chi_square,
         cost=here.cost,
@@ -138,7 +138,8 @@ def _step(here: _Point, held: NDArray[np.bool_], damping: float) -> Array:
     return step
 
 
-def _inverse(matrix: Array) -> Array:
+def inverse_of(matrix: Array) -> Array:
+    """Return the inverse of a positive definite matrix whose rows may be of very different units."""
     scale = 1 / np.sqrt(np.diag(matrix))
     scaled = matrix * np.outer(scale, scale)
     return np.asarray(cho_solve(cho_factor(scaled), np.eye(len(matrix))) * np.outer(scale, scale))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,6 +36,8 @@ class Statistic:
         Shape (D, D) and (D,), with D = nodes.size + c.
     square, count
         Sum of squared whitened residuals without friction, and their number.
+    loads
+        Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n); zeros without loads.
     """
 
     nodes: Nodes
@@ -42,12 +45,14 @@ class Statistic:
     gaits: int = 0
     gram: Array = field(init=False)
     right: Array = field(init=False)
+    loads: Array = field(init=False)
     square: float = 0.0
     count: int = 0
 
     def __post_init__(self) -> None:
         size = self.nodes.size + self.corrections
         self.gram, self.right = np.zeros((size, size)), np.zeros(size)
+        self.loads = np.zeros((3, len(self.nodes.velocity)))
 
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
@@ -64,6 +69,9 @@ class Statistic:
             self.right[here[0]] += product[here[1], -1]
         self.square += float(product[-1, -1])
         self.count += equations.residual.size
+        if equations.factors is not None:
+            load = equations.factors[:, :, 0]
+            self.loads += [np.full(load.shape[1], len(load)), load.sum(axis=0), (load**2).sum(axis=0)]
 
     def merge(self, other: Statistic) -> None:
         """Take in another statistic of the same nodes and corrections."""
@@ -71,6 +79,15 @@ class Statistic:
         self.right += other.right
         self.square += other.square
         self.count += other.count
+        self.loads += other.loads
+
+
+def merged(parts: Sequence[Statistic]) -> Statistic:
+    """Return the statistic of all parts together, of the same nodes and corrections."""
+    whole = Statistic(parts[0].nodes, parts[0].corrections, parts[0].gaits)
+    for part in parts:
+        whole.merge(part)
+    return whole
 
 
 def _places(parts: dict[int, Array]) -> list[tuple[slice, slice]]:
@@ -85,7 +102,7 @@ def _places(parts: dict[int, Array]) -> list[tuple[slice, slice]]:
 def design(equations: WeakEquations, nodes: Nodes) -> Array:
     """Return the equations' derivatives by coefficients, then corrections, shape (K m, D)."""
     windows, rows = equations.residual.shape
-    curves = nodes.windows(equations.velocity, equations.taps, equations.step, windows)
+    curves = curve_windows(equations, nodes)
     corrections = 0 if equations.columns is None else equations.columns.shape[2]
     matrix = np.empty((windows, rows, nodes.size + corrections))
     friction = matrix[:, :, : nodes.size].reshape(windows, rows, *curves.shape[1:])  # a view: its last axis in two
@@ -97,3 +114,15 @@ def design(equations: WeakEquations, nodes: Nodes) -> Array:
     if equations.columns is not None:
         matrix[:, :, nodes.size :] = equations.columns
     return matrix.reshape(windows * rows, -1)
+
+
+def curve_windows(equations: WeakEquations, nodes: Nodes) -> Array:
+    """Return the windows of all functions of velocity, those that factors multiply after the others, (K, n, R)."""
+    plain = nodes.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
+    return plain if equations.factors is None else times_factors(plain, equations.factors, nodes)
+
+
+def times_factors(plain: Array, factors: Array, nodes: Nodes) -> Array:
+    """Return windows (K, n, r) with those of the functions that factors (K, n, f) multiply, shape (K, n, R)."""
+    changed = factors[:, :, :, None] * (plain @ nodes.factored)[:, :, None]
+    return np.concatenate([plain, changed.reshape(*plain.shape[:2], -1)], axis=2)

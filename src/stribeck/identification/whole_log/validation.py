@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import ErrorLevels
-from stribeck.identification.whole_log.statistic import Statistic, design
+from stribeck.identification.whole_log.statistic import Statistic, curve_windows, design
 from stribeck.log import Array
 from stribeck.result import Validation
 
@@ -63,7 +63,7 @@ def left_over(
         left = part.residual.ravel() - design(part, curves.nodes) @ np.concatenate([friction, corrections])
         share = _shares(part, levels)
         weights += share.sum(axis=0)
-        windows = curves.nodes.windows(part.velocity, part.taps, part.step, len(part.residual))
+        windows = curve_windows(part, curves.nodes)
         changes = (friction - candidates).reshape(len(candidates), joints, -1)
         for k, torque in enumerate(np.einsum("kjr,cjr->ckj", windows, changes)):
             error = left[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
@@ -74,7 +74,7 @@ def left_over(
 def coulomb_curves(statistic: Statistic, corrections: Array) -> Array:
     """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (n r,)."""
     nodes, size = statistic.nodes, statistic.nodes.size
-    columns = [nodes.functions.T @ np.column_stack([np.sign(v), np.ones_like(v)]) for v in nodes.velocity]
+    columns = [nodes.coefficients(np.column_stack([np.sign(v), np.ones_like(v)])) for v in nodes.velocity]
     whole = block_diag(*columns)
     matrix = whole.T @ statistic.gram[:size, :size] @ whole
     vector = whole.T @ (statistic.right[:size] - statistic.gram[:size, size:] @ corrections)

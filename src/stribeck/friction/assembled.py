@@ -1,0 +1,77 @@
+"""Friction put together term by term, each joint with those that its log supports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.friction.parameters import COULOMB, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
+from stribeck.friction.stribeck import split_stribeck
+from stribeck.log import Array
+
+JUMP = 1e9
+"""Slope [s/rad] of friction that jumps at standstill: any velocity that is not zero is beyond its rise."""
+
+
+class Assembled(FrictionLaw):
+    """The terms of `--law auto` that are functions of velocity.
+
+    R(v) = Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
+
+    A term that a joint lacks has its `neutral` value: no viscous friction, a jump at standstill instead of a rise, no
+    Stribeck effect, the same viscous friction in both directions. Coulomb friction that differs between the directions
+    is an offset: no log tells the two apart.
+    """
+
+    name: ClassVar[str] = "auto"
+    title: ClassVar[str] = "As many terms as the log supports"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        replace(VISCOUS, neutral=0.0),
+        COULOMB,
+        replace(STRIBECK_GAIN, neutral=0.0),
+        replace(STRIBECK_VELOCITY, neutral=1.0),
+        OFFSET,
+        replace(SLOPE, neutral=JUMP),
+        Parameter(name="viscous_asymmetry", symbol="alpha", unit="1", lower=-1.0, upper=1.0, neutral=0.0),
+    )
+    free_coefficients: ClassVar[tuple[int, ...]] = (3, 4)
+    jumps: ClassVar[bool] = True
+
+    def torque(self, velocity: Array, values: Array) -> Array:
+        """Return R(v) [N m], shape (N,)."""
+        Fv, Fc, S, vs, offset, a, alpha = values
+        resisting = Fc * np.tanh(a * velocity) * (1.0 + S * np.exp(-((velocity / vs) ** 2)))
+        return np.asarray(Fv * (velocity + alpha * np.abs(velocity)) + resisting + offset)
+
+    def jacobian(self, velocity: Array, values: Array) -> Array:
+        """Return dR/dp, shape (N, 7), in the order of `parameters`."""
+        Fv, Fc, S, vs, _, a, alpha = values
+        sign, bell = np.tanh(a * velocity), np.exp(-((velocity / vs) ** 2))
+        level, speed = 1.0 + S * bell, np.abs(velocity)
+        columns = np.empty((len(velocity), 7), order="F")
+        columns[:, 0] = velocity + alpha * speed
+        columns[:, 1] = sign * level
+        columns[:, 2] = Fc * sign * bell
+        columns[:, 3] = columns[:, 2] * S * 2.0 * (velocity / vs) ** 2 / vs
+        columns[:, 4] = 1.0
+        columns[:, 5] = Fc * level * velocity * (1.0 - sign**2)
+        columns[:, 6] = Fv * speed
+        return columns
+
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
+        """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, |v|, shape (N, 5)."""
+        sign = np.tanh(shape["slope"] * velocity)
+        bell = np.exp(-((velocity / shape["stribeck_velocity"]) ** 2))
+        return np.column_stack([velocity, sign, sign * bell, np.ones_like(velocity), np.abs(velocity)])
+
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
+        """Return the parameters from (Fv, Fc, Fc S, offset, Fv alpha) and the nonlinear ones."""
+        viscous, kinetic, excess, offset, difference = coefficients
+        coulomb, gain = split_stribeck(kinetic, excess)
+        alpha = float(np.clip(difference / viscous, -1.0, 1.0)) if viscous > 0 else 0.0
+        velocity, slope = shape["stribeck_velocity"], shape["slope"]
+        return np.array([max(viscous, 0.0), coulomb, gain, velocity, offset, slope, alpha])

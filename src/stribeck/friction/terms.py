@@ -1,0 +1,67 @@
+"""The terms that a joint's friction may have, from the simplest up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from stribeck.friction.law import Parameter
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term and its parameters.
+
+    `needs` is another term without which it means nothing, `part_of` one that has its parameters too.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    needs: str = ""
+    part_of: str = ""
+
+
+LADDER = (
+    Term("viscous", ("viscous",)),
+    Term("rounding", ("slope",), part_of="stribeck"),
+    Term("stribeck", ("stribeck_gain", "stribeck_velocity", "slope")),
+    Term("asymmetry", ("viscous_asymmetry",), needs="viscous"),
+    Term("load", ("load",)),
+    Term("viscous temperature", ("viscous_per_kelvin",), needs="viscous"),
+    Term("Coulomb temperature", ("coulomb_per_kelvin",)),
+    Term("viscous drift", ("viscous_drift",), needs="viscous"),
+    Term("Coulomb drift", ("coulomb_drift",)),
+)
+"""Beyond Coulomb friction and an offset, which every joint has; in the order in which they are tried.
+
+How large a Stribeck effect is and how fast friction rises at standstill make up for each other, so that the first is
+never found by taking the second for a jump.
+"""
+
+LOAD = Parameter(name="load", symbol="mu", unit="1", neutral=0.0)
+"""Coulomb friction a newton metre of torque that the joint carries."""
+
+SLOW = {
+    "temperature": (
+        Parameter(name="coulomb_per_kelvin", symbol="Fc_T", unit="N m/K", lower=float("-inf"), neutral=0.0),
+        Parameter(name="viscous_per_kelvin", symbol="Fv_T", unit="N m s/(rad K)", lower=float("-inf"), neutral=0.0),
+    ),
+    "drift": (
+        Parameter(name="coulomb_drift", symbol="Fc_t", unit="N m", lower=float("-inf"), neutral=0.0),
+        Parameter(name="viscous_drift", symbol="Fv_t", unit="N m s/rad", lower=float("-inf"), neutral=0.0),
+    ),
+}
+"""How friction changes slowly: a kelvin away from its mean temperature, or from the beginning of a log to its end."""
+
+BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"])
+"""Parameters that are no function of velocity alone."""
+
+
+def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
+    """Return parameters whose curve is that of a joint that carries a load [N m]: Coulomb friction is larger.
+
+    The Stribeck effect, Fc S, is what it was, so that the gain S is smaller.
+    """
+    coulomb = values["coulomb"] + values.get("load", 0.0) * load
+    shrunk = {"stribeck_gain": values["stribeck_gain"] * values["coulomb"] / coulomb} if coulomb > 0 else {}
+    return {**values, **({"coulomb": coulomb} | shrunk if "stribeck_gain" in values else {"coulomb": coulomb})}

@@ -1,0 +1,176 @@
+"""Chooses the terms of every joint's friction by what a whole log says of them where they were not fitted."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.friction.terms import LADDER
+from stribeck.identification.selection import LEAST, Candidate, Kept, climb, meaningless
+from stribeck.identification.whole_log.joint_descent import JointSolution, descend_joint
+from stribeck.identification.whole_log.model import ModelCorrections
+from stribeck.identification.whole_log.profile import JointFold, Quadratic, joint_folds
+from stribeck.identification.whole_log.solve import Solution
+from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.identification.whole_log.varying import VaryingCurves, neutral_value
+from stribeck.log import Array
+from stribeck.result import TermVerdict
+
+FOLDS = 8
+"""Parts of a log [1] that are held out one after another."""
+
+LEAST_FOLDS = 4
+"""Of them [1]: fewer do not show how much their scores differ."""
+
+CLEARED = 2.0
+"""Top speed over Stribeck velocity [1] beyond which the bend shows."""
+
+RISING = 2.0
+"""Value of slope times speed [1] where tanh has risen to 96 %."""
+
+BEST_STARTS = 2
+"""Starts [1] that are followed to their minimum."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Verdicts on the terms of each joint, the curves with those that are kept, and a fit to begin with."""
+
+    verdicts: tuple[dict[str, TermVerdict], ...]
+    curves: VaryingCurves
+    start: Solution
+
+
+def choose_terms(
+    total: Statistic,
+    folds: list[Statistic],
+    curves: VaryingCurves,
+    model: ModelCorrections,
+    solution: Solution,
+    refused: Sequence[dict[str, str]],
+) -> Choice:
+    """Return the terms of each joint, all else having all terms meanwhile.
+
+    Parameters
+    ----------
+    total, folds
+        The log, and its parts.
+    curves, model, solution
+        A fit with all terms.
+    refused
+        Of each joint, terms that are out of the question, and why.
+    """
+    scale = max(1.0, solution.chi_square / max(total.count - solution.internal.size, 1))
+    parts = joint_folds(total, folds, curves, model, solution)
+    verdicts, start = [], solution.internal.copy()
+    for joint, own in enumerate(parts):
+        trial = JointTrial(curves.joint(joint), own[0].training, tuple(own[1:]), scale)
+        if len(folds) >= LEAST_FOLDS:
+            verdicts.append(climb(trial.candidate, refused[joint]))
+        else:
+            few = f"{len(folds)} parts of the log can be held out; at least {LEAST_FOLDS} are needed"
+            verdicts.append({term.name: TermVerdict(verdict="refused", reason=few) for term in LADDER})
+        kept = frozenset(name for name, verdict in verdicts[-1].items() if verdict.kept)
+        start[joint] = trial.fit(kept).internal[0]
+    return _chosen(verdicts, curves, replace(solution, internal=start))
+
+
+def drop_unproven(choice: Choice, plain: Array, repeated: Array) -> Choice:
+    """Return the choice without terms that errors which every step repeats may look like.
+
+    Held-out parts share these errors, and a term that explains them scores well there too. So its gain counts only by
+    the share that they have in its variance, of the `plain` covariance in the one that knows of them, both of all
+    coordinates.
+    """
+    curves, joints = choice.curves, len(choice.verdicts)
+    names = [parameter.name for parameter in curves.parameters]
+    size = joints * len(names)
+    share = (np.diag(plain)[:size] / np.diag(repeated)[:size]).reshape(joints, -1)
+    verdicts = []
+    for joint, own in enumerate(choice.verdicts):
+        changed = dict(own)
+        for term in LADDER:
+            said = own[term.name]
+            if not said.kept or said.gain is None:
+                continue
+            worth = said.gain * float(share[joint, names.index(term.parameters[0])])
+            if worth < LEAST:
+                why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
+                changed[term.name] = replace(said, verdict="refused", reason=why)
+            elif term.needs and not changed[term.needs].kept:
+                changed[term.name] = replace(said, verdict="refused", reason=meaningless(term))
+        verdicts.append(changed)
+    return _chosen(verdicts, curves, choice.start)
+
+
+def _chosen(verdicts: Sequence[dict[str, TermVerdict]], curves: VaryingCurves, start: Solution) -> Choice:
+    """Return the choice of these verdicts, parameters that joints do without at their neutral values."""
+    kept = [frozenset(name for name, verdict in own.items() if verdict.kept) for own in verdicts]
+    free = np.stack([curves.with_terms(own) for own in kept])
+    internal = np.where(free, start.internal, curves.neutral)
+    return Choice(tuple(verdicts), curves.only(free), replace(start, internal=internal))
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrial:
+    """One joint that is tried with this term and that.
+
+    Attributes
+    ----------
+    curves
+        With all terms.
+    whole, folds
+        What the whole log says of it, and what each training part does with its held-out part.
+    scale
+        Squared errors over what they were taken to be [1].
+    """
+
+    curves: VaryingCurves
+    whole: Quadratic
+    folds: tuple[JointFold, ...]
+    scale: float
+
+    def fit(self, kept: Kept) -> JointSolution:
+        """Return the best fit of these terms to the whole log, of several starts."""
+        curves = self.curves.only(self.curves.with_terms(kept)[None])
+        starts = [curves.linear_start([shape], self.whole.gram, self.whole.right) for shape in self._shapes(kept)]
+        starts.sort(key=lambda start: self.whole.at(curves.coefficients(start)))
+        ends = [descend_joint(self.whole, curves, start) for start in starts[:BEST_STARTS]]
+        return min(ends, key=lambda end: end.cost)
+
+    def candidate(self, kept: Kept) -> Candidate:
+        """Return how these terms do on the parts of the log that they are not fitted to."""
+        whole = self.fit(kept)
+        curves = self.curves.only(self.curves.with_terms(kept)[None])
+        ends = [descend_joint(fold.training, curves, whole.internal).internal for fold in self.folds]
+        scores = [fold.held_out.at(curves.coefficients(end)) for fold, end in zip(self.folds, ends, strict=True)]
+        return Candidate(np.array(scores) / self.scale, self._objection(kept, whole.internal))
+
+    def _shapes(self, kept: Kept) -> Iterator[dict[str, float]]:
+        """Yield sets of nonlinear parameters to start from."""
+        top = float(self.curves.top_speed[0])
+        nonlinear = [parameter for parameter in self.curves.law.parameters if parameter.starts]
+        has = dict(zip((p.name for p in self.curves.parameters), self.curves.with_terms(kept), strict=True))
+        tried = [
+            [start * top**p.start_speed_power for start in p.starts] if has[p.name] else [neutral_value(p)]
+            for p in nonlinear
+        ]
+        for point in itertools.product(*tried):
+            yield dict(zip((parameter.name for parameter in nonlinear), point, strict=True))
+
+    def _objection(self, kept: Kept, internal: Array) -> str:
+        """Return why what was found of these terms is none of their kind, "" if it is."""
+        names = [parameter.name for parameter in self.curves.parameters]
+        values = dict(zip(names, self.curves.external(internal)[0].tolist(), strict=True))
+        top, bend = float(self.curves.top_speed[0]), values["stribeck_velocity"]
+        if "stribeck" in kept and top < CLEARED * bend:
+            return f"its top speed, {top:.2g} rad/s, is not {CLEARED:.0f} times the Stribeck velocity, {bend:.2g} rad/s"
+        rise = RISING / values["slope"]
+        if kept & {"rounding", "stribeck"} and top < rise:
+            return f"its friction would still rise beyond its top speed, up to {rise:.2g} rad/s"
+        if "stribeck" in kept and rise > CLEARED * bend:
+            return f"it would rise up to {rise:.2g} rad/s, its Stribeck effect be gone at {CLEARED * bend:.2g} rad/s"
+        return ""

@@ -1,0 +1,117 @@
+"""Terms are kept if they pay where they were not fitted, from the simplest up, and every other one is told why."""
+
+import numpy as np
+import pytest
+
+from stribeck.friction.terms import LADDER
+from stribeck.identification.selection import LEAST, Candidate, Kept, climb, held_out_gain, with_terms
+from stribeck.result import JointResult, ParameterEstimate, TermVerdict
+
+FOLDS = np.array([0.8, 1.1, 0.9, 1.2])
+"""How much of a gain is found on each fold, its sum 4."""
+
+
+def world(**gains: float):
+    """Scores of a joint whose terms gain this much a fold, independently of each other; others cost a little."""
+
+    def candidate(kept: Kept) -> Candidate:
+        total = sum((gains.get(term, -0.3) * FOLDS for term in kept), np.zeros(4))
+        return Candidate(1000.0 - total)
+
+    return candidate
+
+
+def kept(verdicts: dict[str, TermVerdict]) -> set[str]:
+    return {name for name, verdict in verdicts.items() if verdict.kept}
+
+
+def test_terms_that_pay_are_kept_and_the_others_are_told_by_how_much_they_do_not() -> None:
+    verdicts = climb(world(viscous=200.0, load=50.0), {})
+    assert list(verdicts) == [term.name for term in LADDER]
+    assert kept(verdicts) == {"viscous", "load"}
+    assert verdicts["load"].reason == "held-out chi^2 falls by 200 ± 18"
+    assert verdicts["asymmetry"].reason == "held-out chi^2 rises by 1.2 ± 0.1"
+    assert verdicts["load"].gain == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize("gain", [0.9 * LEAST, 1.1 * LEAST])
+def test_what_two_standard_errors_could_do_is_not_enough(gain: float) -> None:
+    assert kept(climb(world(load=gain / 4), {})) == ({"load"} if gain > LEAST else set())
+
+
+def test_a_gain_that_one_fold_makes_is_not_enough() -> None:
+    def candidate(kept: Kept) -> Candidate:
+        return Candidate(np.array([1000.0, 1000.0, 1000.0, 1000.0 - 100 * ("load" in kept)]))
+
+    verdicts = climb(candidate, {})
+    assert verdicts["load"].gain == pytest.approx(100.0)
+    assert verdicts["load"].gain_error == pytest.approx(100.0)
+    assert not kept(verdicts)
+
+
+def test_terms_that_mean_nothing_or_are_out_of_the_question_are_not_tried() -> None:
+    tried: list[Kept] = []
+    inner = world(asymmetry=100.0, load=100.0)
+
+    def candidate(kept: Kept) -> Candidate:
+        tried.append(kept)
+        return inner(kept)
+
+    verdicts = climb(candidate, {"load": "its load hardly changes"})
+    assert not kept(verdicts)
+    assert verdicts["asymmetry"].reason == "it means nothing without the term viscous"
+    assert verdicts["load"] == TermVerdict(verdict="refused", reason="its load hardly changes")
+    assert not any(term in own for own in tried for term in ("asymmetry", "load"))
+
+
+def test_an_early_term_gives_way_to_a_later_one_that_explains_more() -> None:
+    """Load looks like a Stribeck effect at first; with the load, the Stribeck effect explains nothing."""
+
+    def candidate(kept: Kept) -> Candidate:
+        gain = 100.0 if "load" in kept else 40.0 * ("stribeck" in kept)
+        return Candidate(1000.0 - gain * FOLDS)
+
+    assert kept(climb(candidate, {})) == {"load"}
+
+
+def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
+    """And a Stribeck effect has to better a rise alone."""
+
+    def candidate(kept: Kept) -> Candidate:
+        gain = 100.0 * bool(kept & {"rounding", "stribeck"}) + 50.0 * ("stribeck" in kept)
+        return Candidate(1000.0 - gain * FOLDS)
+
+    verdicts = climb(candidate, {})
+    assert kept(verdicts) == {"stribeck"}
+    assert verdicts["stribeck"].gain == pytest.approx(4 * 50.0)
+    assert verdicts["rounding"].reason == "the term stribeck has it"
+
+
+def test_a_term_that_pays_but_makes_no_sense_is_open_and_makes_what_it_would_change_weak() -> None:
+    def candidate(kept: Kept) -> Candidate:
+        return Candidate(1000.0 - 50.0 * ("stribeck" in kept) * FOLDS, "too slow" if "stribeck" in kept else "")
+
+    verdicts = climb(candidate, {})
+    assert verdicts["stribeck"].verdict == "open"
+    assert verdicts["stribeck"].reason == "held-out chi^2 falls by 200 ± 18, but too slow"
+    coulomb = ParameterEstimate(value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m", verdict="identified")
+    joint = JointResult(
+        parameters={"coulomb": coulomb, "offset": coulomb},
+        verdict="identified",
+        reason="all is well",
+        samples=1000,
+        velocity_range=(-1.0, 1.0),
+        reversals=10,
+    )
+    found = with_terms(joint, verdicts, 3.0)
+    assert found.verdict == found.parameters["coulomb"].verdict == "weak"
+    assert found.parameters["offset"].verdict == "identified"
+    assert "too slow" in found.reason
+    assert with_terms(joint, climb(world(), {}), 3.0).verdict == "identified"
+
+
+def test_the_error_of_a_gain_is_that_of_a_sum_of_independent_folds() -> None:
+    generator = np.random.default_rng(0)
+    falls = generator.normal(5.0, 2.0, (20_000, 8))
+    found = np.array([held_out_gain(fall, np.zeros(8)) for fall in falls])
+    np.testing.assert_allclose(np.mean(found[:, 1] ** 2), np.var(found[:, 0]), rtol=0.05)

@@ -1,0 +1,170 @@
+"""The law auto finds the terms that a joint has, with their sizes, and none that it does not have."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from stribeck import Robot, identify
+from stribeck.errors import SettingsError
+from stribeck.friction import get_law
+from stribeck.log import Array, RobotLog
+from stribeck.result import Result, read_result
+from stribeck.settings import Settings
+from stribeck.simulation.biped import MODELS
+from stribeck.simulation.exact import exact_log
+from stribeck.simulation.sensors import with_noise
+
+COULOMB = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
+AUTO = Settings(method="whole-log", corrections="none", law="auto")
+SLOW = ("viscous temperature", "Coulomb temperature", "viscous drift", "Coulomb drift")
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return Robot.from_file(MODELS / "arm.toml")
+
+
+def plain_log(arm: Robot, duration: float, seed: int) -> tuple[RobotLog, Array]:
+    """A log of Coulomb and viscous friction, and the torques that the joints carry."""
+    log, truth = exact_log(
+        arm, get_law("coulomb-viscous"), dict.fromkeys(arm.joint_names, COULOMB), duration=duration, seed=seed
+    )
+    return log, log.torque - truth.friction_torque
+
+
+def kept(result: Result) -> dict[str, set[str]]:
+    return {
+        name: {term for term, verdict in joint.terms.items() if verdict.kept}
+        for name, joint in result.joints.items()
+        if joint.terms
+    }
+
+
+@pytest.fixture(scope="module")
+def mixed(arm: Robot) -> Result:
+    """Each joint has a term of its own: none, a Stribeck effect, load, drift, asymmetry, no viscous friction."""
+    log, load = plain_log(arm, 30.0, 1)
+    assert log.velocity is not None
+    v, run = log.velocity, log.time / log.time[-1] - 0.5
+    more = np.zeros_like(v)
+    stribeck = 1.2 * np.tanh(50 * v[:, 1]) * (1 + 0.3 * np.exp(-((v[:, 1] / 0.15) ** 2)))
+    more[:, 1] = stribeck - 1.2 * np.sign(v[:, 1])
+    more[:, 2] = 0.08 * np.abs(load[:, 2]) * np.sign(v[:, 2])
+    more[:, 3] = run * (-0.3 * np.sign(v[:, 3]) - 0.1 * v[:, 3])
+    more[:, 4] = 0.2 * 0.3 * np.abs(v[:, 4])
+    more[:, 5] = -0.3 * v[:, 5]
+    return identify(with_noise(replace(log, torque=log.torque + more), position=5e-5, torque=0.1, seed=2), arm, AUTO)
+
+
+def test_each_joint_has_its_own_terms_and_no_other(arm: Robot, mixed: Result) -> None:
+    expected = [
+        {"viscous"},
+        {"viscous", "stribeck"},
+        {"viscous", "load"},
+        {"viscous", "viscous drift", "Coulomb drift"},
+        {"viscous", "asymmetry"},
+        set(),
+    ]
+    assert kept(mixed) == dict(zip(arm.joint_names, expected, strict=True))
+    assert mixed.law == "auto"
+
+
+def test_terms_have_their_true_sizes_within_their_intervals(arm: Robot, mixed: Result) -> None:
+    truths = [
+        COULOMB,
+        COULOMB | {"stribeck_gain": 0.3, "stribeck_velocity": 0.15, "slope": 50.0},
+        COULOMB | {"load": 0.08},
+        COULOMB | {"coulomb_drift": -0.3, "viscous_drift": -0.1},
+        COULOMB | {"viscous_asymmetry": 0.2},
+        {"coulomb": 1.2, "offset": 0.2},
+    ]
+    off = []
+    for name, truth in zip(arm.joint_names, truths, strict=True):
+        found = mixed.joints[name].parameters
+        assert set(found) == set(truth), name
+        off += [(found[key].value - value) / found[key].standard_error for key, value in truth.items()]
+    assert np.mean(np.abs(off) < 2) > 0.85
+    assert np.abs(off).max() < 4
+    for name, size in (("load", 0.08), ("coulomb_drift", -0.3), ("viscous_asymmetry", 0.2), ("stribeck_gain", 0.3)):
+        value = next(j.parameters[name].value for j in mixed.joints.values() if name in j.parameters)
+        assert value == pytest.approx(size, rel=0.15), name
+
+
+def test_every_refused_term_says_why(mixed: Result) -> None:
+    for joint in mixed.joints.values():
+        assert joint.terms is not None
+        for term, verdict in joint.terms.items():
+            if verdict.gain is not None:
+                assert verdict.reason.startswith("held-out chi^2")
+            elif term.endswith("temperature"):
+                assert verdict.reason == "no temperature in the log"
+            else:
+                assert verdict.reason in ("the term stribeck has it", "it means nothing without the term viscous")
+        assert joint.mean_load is not None
+
+
+def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
+    log, _ = plain_log(arm, 20.0, 3)
+    assert log.velocity is not None
+    warming = np.array([10.0, 10.0, 10.0, 10.0, 1.0, 10.0]) * (1 - np.exp(-log.time[:, None] / 8))
+    temperature = 30.0 + warming
+    temperature[:, 5] = np.nan
+    change = np.zeros(6)
+    change[:2] = -0.012
+    torque = log.torque + change * (temperature - temperature.mean(axis=0)) * log.velocity
+    torque[:, 5] = log.torque[:, 5]
+    log = replace(log, torque=torque, temperature=temperature)
+    result = identify(with_noise(log, position=5e-5, torque=0.1, seed=4), arm, AUTO)
+    first, second, *others = result.joints.values()
+    for joint in (first, second):
+        found = joint.parameters["viscous_per_kelvin"]
+        assert found.value == pytest.approx(-0.012, abs=3 * found.standard_error)
+        assert found.unit == "N m s/(rad K)"
+        assert "coulomb_per_kelvin" not in joint.parameters
+    for joint in others:
+        assert set(joint.parameters) == {"viscous", "coulomb", "offset"}
+    reasons = [joint.terms["viscous temperature"].reason for joint in others if joint.terms]
+    assert reasons[2].startswith("its temperature changes by 0.9")
+    assert reasons[3] == "the log has no temperature of this joint throughout"
+    assert others[0].terms is not None
+    assert others[0].terms["Coulomb drift"].reason == "the log has temperatures, which say more than time"
+
+
+def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> None:
+    log, load = plain_log(arm, 9.0, 5)
+    assert log.velocity is not None
+    torque = log.torque + 0.02 * np.abs(load) * np.sign(log.velocity)
+    noisy = with_noise(replace(log, torque=torque), position=3e-3, torque=5.0, seed=6)
+    result = identify(noisy, arm, AUTO)
+    terms = set().union(*kept(result).values())
+    assert not terms & {"load", "stribeck", "asymmetry", "rounding"}
+    assert sum(len(own) for own in kept(result).values()) <= 3
+    for joint in result.joints.values():
+        if joint.terms:
+            assert "are needed" in joint.terms["Coulomb drift"].reason  # 9 s are too short for it
+
+
+def test_it_needs_the_whole_log(arm: Robot) -> None:
+    log, _ = plain_log(arm, 4.0, 7)
+    with pytest.raises(SettingsError, match="law 'auto' needs method 'whole-log', found 'curve-fit'"):
+        identify(log, arm, Settings(law="auto"))
+
+
+def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> None:
+    from stribeck.cli import app
+    from stribeck.simulation.files import write_npz
+
+    log, _ = plain_log(arm, 12.0, 8)
+    write_npz(with_noise(log, position=5e-5, torque=0.1), tmp_path / "log.npz")
+    arguments = ["identify", str(tmp_path / "log.npz"), "-r", str(MODELS / "arm.toml"), "-o", str(tmp_path / "out")]
+    ran = CliRunner().invoke(app, [*arguments, "--law", "auto", "--method", "whole-log"])
+    assert ran.exit_code == 0, ran.output
+    result = read_result(tmp_path / "out/result.json")
+    assert result.to_json() == (tmp_path / "out/result.json").read_text()
+    assert all(own == {"viscous"} for own in kept(result).values())
+    report = (tmp_path / "out/report.html").read_text()
+    assert "Terms of the law" in report
+    assert "the log lasts 12 s; 20 s are needed" in report
