@@ -36,7 +36,9 @@ NAVIGATION = {
         "Evidence": ["paper/index", "simulation", "real-robots"],
         "For developers": ["extending", "api/index"],
     },
-    "laws/index": {"": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric"]},
+    "laws/index": {
+        "": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric", "laws/auto"]
+    },
     "paper/index": {
         "": ["paper/chapter-3", "paper/double-support", "paper/derivatives", "paper/sensitivity", "paper/*"]
     },

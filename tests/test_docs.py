@@ -24,7 +24,8 @@ from tests.readers.formats import messages_of, write_messages
 from stribeck import Robot, identify
 from stribeck.cli import app
 from stribeck.errors import StribeckError
-from stribeck.friction import LAWS
+from stribeck.friction import AUTO, LAWS, get_law
+from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.motion.filters import TAKES
 from stribeck.readers.mapping import UNITS, check_table
 from stribeck.result import (
@@ -34,6 +35,7 @@ from stribeck.result import (
     LogSummary,
     ParameterEstimate,
     Result,
+    TermVerdict,
     Validation,
     read_result,
 )
@@ -221,7 +223,16 @@ def test_results_are_of_the_schema(block: Block, tmp_path: Path) -> None:
 
 def test_every_field_of_a_result_is_explained() -> None:
     named = {name.rsplit(".", 1)[-1] for row in rows_below("docs/result.md") for name in names_in(row[0])}
-    for carrier in (Result, LogSummary, JointResult, ParameterEstimate, Validation, Corrections, BodyCorrection):
+    for carrier in (
+        Result,
+        LogSummary,
+        JointResult,
+        ParameterEstimate,
+        TermVerdict,
+        Validation,
+        Corrections,
+        BodyCorrection,
+    ):
         assert {field.name for field in dataclasses.fields(carrier)} - {"evidence", "log", "validation"} <= named
 
 
@@ -308,15 +319,22 @@ def test_every_filter_is_named_with_what_it_listens_to() -> None:
     assert {names_in(row[0])[0]: set(names_in(row[1])) for row in rows} == TAKES
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", [*LAWS, AUTO])
 def test_every_law_has_a_page(name: str) -> None:
     assert f"({name}.md)" in PAGES["docs/laws/index.md"]
-    rows = {names_in(row[0])[0]: row for row in rows_below(f"docs/laws/{name}.md")}
-    for parameter in LAWS[name].parameters:
+    rows = {names_in(row[0])[0]: row for row in rows_below(f"docs/laws/{name}.md") if len(row) == 4}
+    for parameter in (*get_law(name).parameters, *(BEYOND_VELOCITY if name == AUTO else ())):
         _, symbol, unit, bounds = rows.pop(parameter.name)
         assert (symbol, unit) == (parameter.symbol, parameter.unit)
         assert bounds == _bounds_text(parameter.lower, parameter.upper)
     assert not rows
+
+
+def test_every_term_is_named_with_its_parameters() -> None:
+    rows = rows_below("docs/laws/auto.md", "How terms are chosen")
+    assert {names_in(row[0])[0]: tuple(names_in(row[1])) for row in rows} == {
+        term.name: term.parameters for term in LADDER
+    }
 
 
 def _bounds_text(lower: float, upper: float) -> str:

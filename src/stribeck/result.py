@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -78,6 +78,18 @@ class JointResult:
     positive_power_fraction: float | None = None
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
+
+
+def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
+    """Return parameters whose curve is that of a joint that carries a load [N m]: Coulomb friction is larger.
+
+    The Stribeck effect, Fc S, is what it was, so that the gain S is smaller.
+    """
+    coulomb = values["coulomb"] + values.get("load", 0.0) * load
+    changed = {**values, "coulomb": coulomb}
+    if coulomb > 0 and "stribeck_gain" in values:
+        changed["stribeck_gain"] = values["stribeck_gain"] * values["coulomb"] / coulomb
+    return changed
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from stribeck.result import JointResult, Result
+from stribeck.result import JointResult, Result, at_load
 
 SOURCES = {
     "coulomb": ("coulomb", "coulomb_positive", "coulomb_negative"),
@@ -44,7 +44,9 @@ def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerm
 
 
 def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
-    there = joint.parameters
+    there, loaded = joint.parameters, {}
+    if "load" in there:  # formats know no load: what resists at the mean one
+        loaded = at_load({name: found.value for name, found in there.items()}, joint.mean_load or 0.0)
     names = {term: [name for name in sources if name in there] for term, sources in SOURCES.items()}
     identified = {term for term, own in names.items() if any(there[name].verdict == "identified" for name in own)}
     if identified & {"coulomb", "viscous"}:
@@ -52,7 +54,7 @@ def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
     stated: dict[str, Quantity] = {}
     for term in words:
         if term in identified and names[term]:
-            own = [there[name] for name in names[term]]
-            stated[words[term]] = sum(parameter.value for parameter in own) / len(own), own[0].unit
+            values = [loaded.get(name, there[name].value) for name in names[term]]
+            stated[words[term]] = sum(values) / len(values), there[names[term][0]].unit
     unsaid = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
     return JointTerms(stated=stated, unsaid=unsaid)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stribeck.friction.law import Parameter
@@ -55,13 +54,3 @@ SLOW = {
 
 BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"])
 """Parameters that are no function of velocity alone."""
-
-
-def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
-    """Return parameters whose curve is that of a joint that carries a load [N m]: Coulomb friction is larger.
-
-    The Stribeck effect, Fc S, is what it was, so that the gain S is smaller.
-    """
-    coulomb = values["coulomb"] + values.get("load", 0.0) * load
-    shrunk = {"stribeck_gain": values["stribeck_gain"] * values["coulomb"] / coulomb} if coulomb > 0 else {}
-    return {**values, **({"coulomb": coulomb} | shrunk if "stribeck_gain" in values else {"coulomb": coulomb})}

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw
-from stribeck.friction.terms import at_load
 from stribeck.log import Array
-from stribeck.result import Evidence, JointResult
+from stribeck.result import Evidence, JointResult, at_load
 from stribeck.samples import Samples
 
 STEP = 1e-4
