@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from stribeck.friction import AUTO
 from stribeck.result import ParameterEstimate, Result
 
 if TYPE_CHECKING:
@@ -44,7 +45,30 @@ def number(value: float) -> str:
 
 
 def print_result(result: Result) -> None:
-    """Print the verdict table: a line a joint."""
+    """Print the verdict table: a line a joint; one a parameter where joints have different ones."""
+    console = _console()
+    console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
+    for joint, found in result.joints.items():
+        if found.verdict != "identified":
+            console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
+    for warning in result.warnings:
+        console.print(f"warning: {warning}", markup=False)
+
+
+def _lines_of_parameters(result: Result) -> Table:
+    table = Table(title=f"{result.robot}: friction, law '{result.law}', 95 % intervals")
+    for heading in ("joint", "verdict", "parameter", "value", "RMS held out\n[N m]"):
+        table.add_column(escape(heading), justify="right" if heading[0] in "vR" and heading != "verdict" else "left")
+    for joint, found in result.joints.items():
+        named = [escape(f"{name} [{parameter.unit}]") for name, parameter in found.parameters.items()]
+        values = [_with_error(parameter) for parameter in found.parameters.values()]
+        rms = number(found.validation.rms) if found.validation else ""
+        verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
+        table.add_row(joint, verdict, "\n".join(named), "\n".join(values), rms, end_section=True)
+    return table
+
+
+def _columns_of_parameters(result: Result) -> Table:
     names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
     table = Table(title=f"{result.robot}: friction, law '{result.law}', 95 % intervals")
     table.add_column("joint")
@@ -57,13 +81,7 @@ def print_result(result: Result) -> None:
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
         rms = number(found.validation.rms) if found.validation else ""
         table.add_row(joint, f"[{STYLES[found.verdict]}]{found.verdict}[/]", *cells, rms)
-    console = _console()
-    console.print(table)
-    for joint, found in result.joints.items():
-        if found.verdict != "identified":
-            console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
-    for warning in result.warnings:
-        console.print(f"warning: {warning}", markup=False)
+    return table
 
 
 def _with_error(found: ParameterEstimate) -> str:

@@ -26,10 +26,10 @@ LADDER = (
     Term("stribeck", ("stribeck_gain", "stribeck_velocity", "slope")),
     Term("asymmetry", ("viscous_asymmetry",), needs="viscous"),
     Term("load", ("load",)),
-    Term("viscous temperature", ("viscous_per_kelvin",), needs="viscous"),
-    Term("Coulomb temperature", ("coulomb_per_kelvin",)),
-    Term("viscous drift", ("viscous_drift",), needs="viscous"),
-    Term("Coulomb drift", ("coulomb_drift",)),
+    Term("viscous_temperature", ("viscous_per_kelvin",), needs="viscous"),
+    Term("coulomb_temperature", ("coulomb_per_kelvin",)),
+    Term("viscous_drift", ("viscous_drift",), needs="viscous"),
+    Term("coulomb_drift", ("coulomb_drift",)),
 )
 """Beyond Coulomb friction and an offset, which every joint has; in the order in which they are tried.
 

@@ -111,7 +111,7 @@ def symbols(law: FrictionLaw) -> dict[str, str]:
 def gain(value: float) -> str:
     """Return what a term gains: whole numbers with their thousands apart, `4 932`, small ones with a decimal, `2.1`."""
     text = count(round(value)) if abs(value) >= 10 else f"{value:.1f}"
-    return text.replace("-", MINUS)
+    return "0" if abs(value) < 0.05 else text.replace("-", MINUS)
 
 
 FILTERS: dict[str, Callable[..., str]] = {

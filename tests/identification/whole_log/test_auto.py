@@ -11,6 +11,7 @@ from stribeck import Robot, identify
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.log import Array, RobotLog
+from stribeck.report.joint_data import joint_data
 from stribeck.result import Result, read_result
 from stribeck.settings import Settings
 from stribeck.simulation.biped import MODELS
@@ -19,7 +20,6 @@ from stribeck.simulation.sensors import with_noise
 
 COULOMB = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
 AUTO = Settings(method="whole-log", corrections="none", law="auto")
-SLOW = ("viscous temperature", "Coulomb temperature", "viscous drift", "Coulomb drift")
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_each_joint_has_its_own_terms_and_no_other(arm: Robot, mixed: Result) ->
         {"viscous"},
         {"viscous", "stribeck"},
         {"viscous", "load"},
-        {"viscous", "viscous drift", "Coulomb drift"},
+        {"viscous", "viscous_drift", "coulomb_drift"},
         {"viscous", "asymmetry"},
         set(),
     ]
@@ -99,7 +99,7 @@ def test_every_refused_term_says_why(mixed: Result) -> None:
         for term, verdict in joint.terms.items():
             if verdict.gain is not None:
                 assert verdict.reason.startswith("held-out chi^2")
-            elif term.endswith("temperature"):
+            elif term.endswith("_temperature"):
                 assert verdict.reason == "no temperature in the log"
             else:
                 assert verdict.reason in ("the term stribeck has it", "it means nothing without the term viscous")
@@ -126,11 +126,11 @@ def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
         assert "coulomb_per_kelvin" not in joint.parameters
     for joint in others:
         assert set(joint.parameters) == {"viscous", "coulomb", "offset"}
-    reasons = [joint.terms["viscous temperature"].reason for joint in others if joint.terms]
+    reasons = [joint.terms["viscous_temperature"].reason for joint in others if joint.terms]
     assert reasons[2].startswith("its temperature changes by 0.9")
     assert reasons[3] == "the log has no temperature of this joint throughout"
     assert others[0].terms is not None
-    assert others[0].terms["Coulomb drift"].reason == "the log has temperatures, which say more than time"
+    assert others[0].terms["coulomb_drift"].reason == "the log has temperatures, which say more than time"
 
 
 def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> None:
@@ -144,13 +144,27 @@ def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> Non
     assert sum(len(own) for own in kept(result).values()) <= 3
     for joint in result.joints.values():
         if joint.terms:
-            assert "are needed" in joint.terms["Coulomb drift"].reason  # 9 s are too short for it
+            assert "are needed" in joint.terms["coulomb_drift"].reason  # 9 s are too short for it
 
 
 def test_it_needs_the_whole_log(arm: Robot) -> None:
     log, _ = plain_log(arm, 4.0, 7)
     with pytest.raises(SettingsError, match="law 'auto' needs method 'whole-log', found 'curve-fit'"):
         identify(log, arm, Settings(law="auto"))
+
+
+def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> None:
+    assert mixed.evidence is not None
+    name, joint = next((name, joint) for name, joint in mixed.joints.items() if "load" in joint.parameters)
+    assert joint.mean_load is not None
+    data = joint_data(name, joint, mixed.evidence, get_law("auto"), mixed.evidence.samples)
+    speeds = np.array([-1.0, 1.0])
+    truth = np.sign(speeds) * (1.2 + 0.08 * joint.mean_load) + 0.3 * speeds + 0.2
+    found, band = data.predict(speeds), data.band(speeds)
+    assert found is not None
+    assert band is not None
+    np.testing.assert_allclose(found, truth, rtol=0.01)
+    assert np.all((band > 0) & (band < 0.1))
 
 
 def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> None:

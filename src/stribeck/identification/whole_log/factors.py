@@ -137,4 +137,4 @@ def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str,
         elif np.ptp(own) < LEAST_WARMING:
             warming = f"its temperature changes by {np.ptp(own):.2g} K; {LEAST_WARMING:.0f} K are needed"
     reasons = {"temperature": warming, "drift": drifting}
-    return {f"{part} {kind}": why for kind, why in reasons.items() if why for part in ("viscous", "Coulomb")}
+    return {f"{part}_{kind}": why for kind, why in reasons.items() if why for part in ("viscous", "coulomb")}
