@@ -13,7 +13,8 @@ from stribeck.identification.selection import LEAST, Candidate, Kept, climb, mea
 from stribeck.identification.whole_log.joint_descent import JointSolution, descend_joint
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.profile import JointFold, Quadratic, joint_folds
-from stribeck.identification.whole_log.solve import Solution
+from stribeck.identification.whole_log.repeated import spread_of_repeated
+from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.varying import VaryingCurves, neutral_value
 from stribeck.log import Array
@@ -42,6 +43,25 @@ class Choice:
     verdicts: tuple[dict[str, TermVerdict], ...]
     curves: VaryingCurves
     start: Solution
+
+
+def settle_terms(
+    total: Statistic,
+    folds: list[Statistic],
+    repeating: Statistic,
+    curves: VaryingCurves,
+    model: ModelCorrections,
+    solution: Solution,
+    refused: Sequence[dict[str, str]],
+) -> Choice:
+    """Return the terms of each joint that held-out scores choose and that no repeated error may look like.
+
+    `repeating` is a share of the log with repeated torques; the others are as in `choose_terms`.
+    """
+    choice = choose_terms(total, folds, curves, model, solution, refused)
+    solution = solve(total, choice.curves, model, choice.start)
+    _, covariance = spread_of_repeated(repeating, total.count, choice.curves, model, solution)
+    return drop_unproven(choice, solution.covariance, covariance)
 
 
 def choose_terms(

@@ -9,10 +9,10 @@ import numpy as np
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
-from stribeck.identification.whole_log.choose import FOLDS, choose_terms, drop_unproven
+from stribeck.identification.whole_log.choose import FOLDS, settle_terms
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
-from stribeck.identification.whole_log.factors import unsupported, with_factors
+from stribeck.identification.whole_log.factors import Factored, unsupported, with_factors
 from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
 from stribeck.identification.whole_log.model import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
@@ -21,7 +21,7 @@ from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design, merged
 from stribeck.identification.whole_log.summing import sum_up
 from stribeck.identification.whole_log.validation import left_over, validate
-from stribeck.identification.whole_log.varying import rising, varying_curves
+from stribeck.identification.whole_log.varying import VaryingCurves, rising, varying_curves
 from stribeck.log import Array
 from stribeck.result import TermVerdict, Validation
 
@@ -93,12 +93,8 @@ class WholeLogFit:
     @property
     def chi_square(self) -> float:
         """Chi^2 a degree of freedom [1]: one if the errors are as large as they are taken to be."""
-        return chi_square(self.solution, self.statistic)
-
-
-def chi_square(solution: Solution, statistic: Statistic) -> float:
-    """Return chi^2 a degree of freedom [1]."""
-    return solution.chi_square / max(statistic.count - solution.internal.size, 1)
+        free = self.statistic.count - self.solution.internal.size
+        return self.solution.chi_square / max(free, 1)
 
 
 def fit_whole_log(
@@ -134,26 +130,18 @@ def fit_whole_log(
     curves = Curves(law, make_nodes(law, speed), speed, np.full(len(speed), torque))
     jumps = np.full(len(speed), float(law.jumps))
     levels, solution = _measure_levels(some, first_levels(some[0], rest * jumps, torque * jumps), curves, model)
-    all_terms = None
-    if law.name == AUTO:
-        friction = curves.coefficients(solution.internal).reshape(len(speed), -1)
-        equations = with_factors(equations, some, rising(curves.nodes), friction)
-        curves = all_terms = varying_curves(curves, equations.nodes, equations.slow)
-        levels, solution = _measure_levels([equations.of(part) for part in some], levels, curves, model)
-        equations = replace(equations, refined=curves.coefficients(solution.internal).reshape(len(speed), -1))
-        some = [equations.of(part) for part in some]
+    choice, auto = None, law.name == AUTO
+    if auto:
+        factored, curves, levels, solution = _with_all_terms(equations, some, curves, model, levels, solution)
+        equations, some = factored, [factored.of(part) for part in some]
     held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
-    folds, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model, FOLDS if all_terms else 1)
+    folds, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model, FOLDS if auto else 1)
     statistic = merged(folds)
     solution = solve(statistic, curves, model, solution)
-    choice = None
-    if all_terms:
-        refused = unsupported(some, all_terms.slow, statistic.loads)
-        choice = choose_terms(statistic, folds, all_terms, model, solution, refused)
-        solution = solve(statistic, choice.curves, model, choice.start)
-        _, covariance = spread_of_repeated(repeating, statistic.count, choice.curves, model, solution)
-        choice = drop_unproven(choice, solution.covariance, covariance)
+    if isinstance(curves, VaryingCurves):
+        refused = unsupported(some, curves.slow, statistic.loads)
+        choice = settle_terms(statistic, folds, repeating, curves, model, solution, refused)
         curves, solution = choice.curves, solve(statistic, choice.curves, model, choice.start)
     unseen = list(held_out.values())
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
@@ -195,6 +183,27 @@ def _measure_levels(
         levels = update_levels(levels, _left_over(some, curves, model, solution))
     assert solution is not None
     return levels, solution
+
+
+def _with_all_terms(
+    equations: Sequence[WeakEquations],
+    some: list[WeakEquations],
+    plain: Curves,
+    model: ModelCorrections,
+    levels: ErrorLevels,
+    solution: Solution,
+) -> tuple[Factored, VaryingCurves, ErrorLevels, Solution]:
+    """Return equations with factors, curves with all terms, and the levels that these leave.
+
+    The load is the measured torque less friction: first that of a law of velocity alone, then that of all terms.
+    """
+    joints = len(plain.top_speed)
+    friction = plain.coefficients(solution.internal).reshape(joints, -1)
+    first = with_factors(equations, some, rising(plain.nodes), friction)
+    curves = varying_curves(plain, first.nodes, first.slow)
+    levels, solution = _measure_levels([first.of(part) for part in some], levels, curves, model)
+    refined = curves.coefficients(solution.internal).reshape(joints, -1)
+    return replace(first, refined=refined), curves, levels, solution
 
 
 def _sum_up_all(
