@@ -5,20 +5,24 @@ from __future__ import annotations
 import math
 import os
 import tempfile
+import weakref
 
 import numpy as np
 
 from stribeck.log import Array
 
-IN_MEMORY_LIMIT = 1 << 28
-"""Largest channel that is kept in memory [bytes]."""
+IN_MEMORY_LIMIT = 1 << 29
+"""What channels may take of memory, those of all logs together [bytes]."""
 
 BLOCK_ROWS = 1 << 16
 """Rows that are worked through at once: a block of 100 channels of them takes about 50 MB."""
 
+_in_memory: list[weakref.ref[Array]] = []
+"""Arrays that were handed out; those that are gone are struck off when the next is asked for."""
+
 
 def allocate(shape: tuple[int, ...]) -> Array:
-    """Return an array of zeros, on an unlinked temporary file where it is larger than `IN_MEMORY_LIMIT`.
+    """Return an array of zeros, on an unlinked temporary file where those in memory would go beyond `IN_MEMORY_LIMIT`.
 
     The operating system writes such an array out when memory is short, and the file vanishes with the array.
 
@@ -28,8 +32,11 @@ def allocate(shape: tuple[int, ...]) -> Array:
         If the disk has no room for it.
     """
     size = 8 * math.prod(shape)
-    if size <= IN_MEMORY_LIMIT:
-        return np.zeros(shape)
+    living = [array for reference in _in_memory if (array := reference()) is not None]
+    if size + sum(array.nbytes for array in living) <= IN_MEMORY_LIMIT:
+        found: Array = np.zeros(shape)
+        _in_memory[:] = [weakref.ref(array) for array in (*living, found)]
+        return found
     with tempfile.TemporaryFile(prefix="stribeck-") as file:
         if hasattr(os, "posix_fallocate"):  # a full disk is told now, and not by a crash when a page is written
             os.posix_fallocate(file.fileno(), 0, size)

@@ -43,6 +43,9 @@ TOP_SPEED = 99.9
 SPEED_SPACING = 0.010
 """Over which speeds are looked at beforehand [s]."""
 
+MOST_SPEEDS = 200_000
+"""Speeds [1] that are looked at: of longer logs, one of some stretches."""
+
 FEWEST = 5
 """Speeds in a stretch [1]; less is not worth the trouble."""
 
@@ -180,21 +183,7 @@ def _joints_that_move(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
 ) -> tuple[NDArray[np.int64], Array]:
     """Return the columns of the torque-controlled joints that move enough, and their top speeds [rad/s]."""
-    speeds: list[Array] = []
-    blocks: list[NDArray[np.int64]] = []
-    for part in prepared:
-        period = part.sampling.period
-        step = max(1, round(SPEED_SPACING / period))
-        for stretch in cut_stretches(part.support.phases, part.sampling.segments, period, 0, FEWEST * step):
-            position = part.log.position[stretch.first : stretch.last : step, robot.torque_controlled]
-            speeds.append(np.diff(position, axis=0) / (step * period))
-            blocks.append(np.full(len(position) - 1, len(blocks)))
-    if not speeds:
-        raise NothingIdentifiedError(
-            "no joint can be identified from this log: no support phase is longer than what is left out around contact "
-            "changes"
-        )
-    velocity, block = np.concatenate(speeds), np.concatenate(blocks)
+    velocity, block = _some_speeds(prepared, robot)
     reasons = []
     for k, column in enumerate(robot.torque_controlled):
         problem = FitProblem(
@@ -212,6 +201,29 @@ def _joints_that_move(
         why = "; ".join(f"{name}: {reason}" for name, reason in zip(names, reasons, strict=False))
         raise NothingIdentifiedError(f"no joint can be identified from this log: {why}")
     return robot.torque_controlled[moves], np.percentile(np.abs(velocity[:, moves]), TOP_SPEED, axis=0)
+
+
+def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
+    """Return speeds of the torque-controlled joints, shape (N, n), and the stretches that they are from, shape (N,)."""
+    found = []
+    for part in prepared:
+        period = part.sampling.period
+        step = max(1, round(SPEED_SPACING / period))
+        stretches = cut_stretches(part.support.phases, part.sampling.segments, period, 0, FEWEST * step)
+        found += [(part, step, stretch) for stretch in stretches]
+    if not found:
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: no support phase is longer than what is left out around contact "
+            "changes"
+        )
+    many = sum((stretch.last - stretch.first) // step for _, step, stretch in found)
+    speeds: list[Array] = []
+    blocks: list[NDArray[np.int64]] = []
+    for part, step, stretch in found[:: -(-many // MOST_SPEEDS)]:
+        position = part.log.position[stretch.first : stretch.last : step, robot.torque_controlled]
+        speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
+        blocks.append(np.full(len(position) - 1, len(blocks)))
+    return np.concatenate(speeds), np.concatenate(blocks)
 
 
 def _with_notes(part: PreparedLog) -> RobotLog:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from stribeck.errors import LogError
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.state import root_quaternions
+from stribeck.storage import BLOCK_ROWS
 
 FALLEN = np.deg2rad(60.0)
 """A base that is tilted by more than this has fallen [rad]."""
@@ -37,14 +40,23 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int
     """
     if log.base_orientation is None or not segments:
         return None
-    rows = np.concatenate([np.r_[segment] for segment in segments])
-    tilt = np.arccos(np.clip(up_in_base(log, robot)[rows, 2], -1.0, 1.0))
-    fallen = np.flatnonzero(tilt > FALLEN)
-    if len(fallen) == 0:
-        return None
-    if fallen[0] == 0:
-        raise LogError(
-            f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f} deg at the start, so "
-            'that the robot lies; if it stands, set [log] base_orientation = {order = "wxyz"} or [robot] base_frame'
-        )
-    return int(rows[fallen[0]])
+    for place, rows in enumerate(_blocks(segments)):
+        tilt = np.arccos(np.clip(up_in_base(log.take(rows), robot)[:, 2], -1.0, 1.0))
+        fallen = np.flatnonzero(tilt > FALLEN)
+        if len(fallen) == 0:
+            continue
+        if place == 0 and fallen[0] == 0:
+            raise LogError(
+                f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f} deg at the start, "
+                'so that the robot lies; if it stands, set [log] base_orientation = {order = "wxyz"} or [robot] '
+                "base_frame"
+            )
+        return int(rows.start + fallen[0])
+    return None
+
+
+def _blocks(segments: tuple[slice, ...]) -> Iterator[slice]:
+    """Yield the rows of segments, some at a time."""
+    for segment in segments:
+        for start in range(segment.start, segment.stop, BLOCK_ROWS):
+            yield slice(start, min(start + BLOCK_ROWS, segment.stop))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.fading import driving, fading
 from stribeck.identification.whole_log.levels import BINS, CALM, ErrorLevels, bin_of
+from stribeck.identification.whole_log.summing import WORKERS
 from stribeck.identification.whole_log.whitening import make_whitener
 from stribeck.log import Array
 
@@ -26,21 +28,9 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     are sums over windows: over all they give the levels, over those near contact changes the unrest there. The root's
     three directions share one level, of lines and of turns.
     """
-    left, right = np.zeros((2, len(levels.calm), BINS))
-    shaken = np.zeros((2, len(levels.shake)))
-    for equations, residual in left_over:
-        whitener = make_whitener(equations, levels)
-        lags, windows = len(equations.torque_overlap) - 1, len(equations.time)
-        response = levels.response(equations) * levels.at(equations)[:, None]
-        drives = whitener.apply(_drives(response, fading(lags)))
-        white = whitener.apply(residual[:, None])[:, 0]
-        bins = bin_of(equations)[np.clip(_driven(windows, lags), 0, windows - 1)]
-        which = levels.which(equations)
-        found = (white @ drives) ** 2, (drives**2).sum(axis=0)
-        for total, part in zip((left, right), found, strict=True):
-            np.add.at(total, (which[None, :], bins[:, None]), part.reshape(len(bins), len(which)))
-        drives = whitener.apply(_drives(levels.shaken(equations), equations.acceleration_overlap))
-        shaken += [part.reshape(len(bins), -1).sum(axis=0) for part in ((white @ drives) ** 2, (drives**2).sum(axis=0))]
+    with ThreadPoolExecutor(WORKERS) as pool:
+        sums = list(pool.map(lambda part: _sums(levels, *part), left_over))
+    left, right, shaken = (np.sum(parts, axis=0) for parts in zip(*sums, strict=True))
     joints = levels.model.size
     calm = _ratio(_shared(left.sum(axis=1), joints), _shared(right.sum(axis=1), joints))
     kinds = [levels.kinds == kind for kind in (0, 1)]
@@ -51,6 +41,24 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     model = values[:joints].reshape(levels.model.shape)
     shake = np.maximum(levels.shake * _ratio(*shaken), 1.0)
     return replace(levels, model=model, root=values[joints:], unrest=unrest, shake=shake)
+
+
+def _sums(levels: ErrorLevels, equations: WeakEquations, residual: Array) -> tuple[Array, Array, Array]:
+    """Return both sides for each level and bin, shape (2 n + root, BINS) each, and for each encoder, (2, encoders)."""
+    lags, windows = len(equations.torque_overlap) - 1, len(equations.time)
+    response = levels.response(equations) * levels.at(equations)[:, None]
+    drives = _drives(response, fading(lags)), _drives(levels.shaken(equations), equations.acceleration_overlap)
+    white = make_whitener(equations, levels).apply(*drives, residual[:, None])
+    both = (white[:, -1] @ white[:, :-1]) ** 2, (white[:, :-1] ** 2).sum(axis=0)
+    bins = bin_of(equations)[np.clip(_driven(windows, lags), 0, windows - 1)]
+    which = levels.which(equations)
+    sums = np.zeros((2, len(levels.calm), BINS))
+    shaken = []
+    for total, side in zip(sums, both, strict=True):
+        errors, encoders = np.split(side, [drives[0].shape[1]])
+        np.add.at(total, (which[None, :], bins[:, None]), errors.reshape(len(bins), len(which)))
+        shaken.append(encoders.reshape(len(bins), -1).sum(axis=0))
+    return sums[0], sums[1], np.stack(shaken)
 
 
 def _ratio(left: Array, right: Array) -> Array:
