@@ -119,10 +119,8 @@ def inertia_matrix(rooted: RootedModel, position: Array) -> Array:
     data = model.createData()
     configuration = np.tile(pin.neutral(model), (len(position), 1))
     configuration[:, model.nq - len(columns) :] = position[:, columns]
-    upper = np.empty((len(position), model.nv, model.nv))
+    matrix = np.empty((len(position), model.nv, model.nv))
     for k, row in enumerate(configuration):
-        upper[k] = pin.crba(model, data, row)
-    upper = np.triu(upper)
+        matrix[k] = pin.crba(model, data, row)
     order = np.concatenate([np.arange(size), size + np.argsort(columns)])  # of the model's joints by the robot's
-    matrix = upper + np.triu(upper, 1).transpose(0, 2, 1)
     return np.asarray(matrix[:, order[:, None], order])
