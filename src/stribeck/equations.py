@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from stribeck.log import Array
 
+WRENCH_SIZE = 7
+"""Numbers that correct a wrench sensor [1]: its zeros, then its gain."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Corrections:
@@ -26,6 +29,8 @@ class Corrections:
         Number of encoders whose zero is corrected [rad].
     tilts
         Number of axes of the root link about which its orientation is corrected [rad].
+    wrenches
+        Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
         Which of the n joints have a rotor inertia that the model lacks [kg m^2].
     """
@@ -35,12 +40,14 @@ class Corrections:
     gains: int = 0
     zeros: int = 0
     tilts: int = 0
+    wrenches: int = 0
     rotors: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of columns."""
-        return self.inertial_parameters.size + self.gains + self.zeros + self.tilts + len(self.rotors)
+        sensors = self.gains + self.zeros + self.tilts + WRENCH_SIZE * self.wrenches
+        return self.inertial_parameters.size + sensors + len(self.rotors)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -99,6 +106,9 @@ class WeakEquations:
         [deg C], shape (K, n); None if the log has none.
     factors
         What friction is proportional to beside functions of velocity, shape (K, n, f); None if it is not.
+    wrench_noise
+        Standard deviations of the first rows where these are of the wrench on the standing foot, which knows no
+        friction [N], [N m], shape (6,); (0,) where they are not.
     """
 
     time: Array
@@ -122,6 +132,7 @@ class WeakEquations:
     elapsed: Array
     temperature: Array | None = None
     factors: Array | None = None
+    wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def weights(self) -> Array:
@@ -130,3 +141,10 @@ class WeakEquations:
             return self.projection
         joints = self.velocity.shape[1]
         return np.broadcast_to(np.eye(joints), (len(self.residual), joints, joints))
+
+    @property
+    def sensors(self) -> Array:
+        """What the noise of torque sensors, and of a wrench sensor, does to the left side, shape (K, m, n or n + 6)."""
+        torque = self.weights * self.torque_noise
+        wrench = np.eye(self.residual.shape[1], len(self.wrench_noise)) * self.wrench_noise
+        return np.concatenate([torque, np.broadcast_to(wrench, (len(torque), *wrench.shape))], axis=2)

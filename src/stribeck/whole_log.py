@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.corrected import corrected_log, corrected_robot
+from stribeck.equations import WRENCH_SIZE
 from stribeck.errors import NothingIdentifiedError, errors_about
 from stribeck.friction import FrictionLaw
 from stribeck.identification.excitation import NOISE_FACTOR, excitation
@@ -115,7 +116,19 @@ class WholeLog:
                 "wrong: the equations of motion are wrong in another way, and the friction found with them may be; "
                 "look at the signs and units of the torques and at motors that log none, or set corrections to 'none'"
             )
+        if self._wrenches_far_off():
+            found.append(
+                f"the wrench sensors of the feet would be over {FAR:.0f} times as far off as such sensors are: "
+                "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
+            )
         return found
+
+    def _wrenches_far_off(self) -> bool:
+        """Return whether zeros and gains of wrench sensors are beyond belief."""
+        there = self.fit.model.corrections
+        first = there.size - len(there.rotors) - WRENCH_SIZE * there.wrenches
+        own = self.fit.solution.corrections[first : there.size - len(there.rotors)]
+        return bool(np.any(np.abs(own) > FAR))
 
     def _bodies_far_off(self) -> list[str]:
         """Return the bodies whose corrections are beyond belief."""
@@ -153,6 +166,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     NothingIdentifiedError
         If no joint moves enough, or no stretch can be used.
     """
+    wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
     columns, top_speed = _joints_that_move(prepared, robot, law)
     forms = [
         weak_form(
@@ -163,6 +177,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
             part.sampling.segments,
             part.sampling.period,
             settings,
+            wrenches=wrenches,
         )
         for part in prepared
     ]

@@ -50,7 +50,7 @@ def test_zeros_of_encoders_do_what_their_columns_say(file: str, foot: str) -> No
     robot, rooted, state = case(file, foot)
     joints = np.arange(len(robot.joint_names))
     zeros = 1e-4 * np.random.default_rng(5).standard_normal(len(joints))
-    columns = zero_columns(robot, rooted, joints, (foot,), state)
+    columns = zero_columns(robot, rooted, rooted.root_size + joints, (foot,), state)
     true = replace(state, position=state.position - zeros)
     change = torque(robot, rooted, foot, true) - torque(robot, rooted, foot, state)
     np.testing.assert_allclose(columns[:, :, : len(joints)] @ zeros, change, atol=2e-3 * np.abs(change).max())
@@ -61,7 +61,7 @@ def test_a_turned_imu_does_what_its_columns_say() -> None:
     assert state.orientation is not None
     joints = np.arange(len(robot.joint_names))
     turn = 1e-4 * np.array([1.0, -2.0, 0.5])
-    columns = zero_columns(robot, rooted, joints, ("left_foot",), state)[:, :, len(joints) :]
+    columns = zero_columns(robot, rooted, rooted.root_size + joints, ("left_foot",), state)[:, :, len(joints) :]
     quaternion = [pin.Quaternion(q) * pin.Quaternion(pin.exp3(-turn)) for q in state.orientation.quaternion]
     true = replace(state.orientation, quaternion=np.stack([q.coeffs() for q in quaternion]))
     change = torque(robot, rooted, "left_foot", replace(state, orientation=true))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
-from stribeck.equations import Corrections, WeakEquations
+from stribeck.equations import WRENCH_SIZE, Corrections, WeakEquations
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -67,15 +67,18 @@ class WeakForm:
         state = self.filter.state(self.robot, self.log, stretch.first, stretch.last, self.tilted)
         support, window = self.supports[stretch.feet], self.window
         torque = self.log.torque[stretch.first : stretch.last]
-        left = support.left_side(state, torque)
+        wrench = self._wrench(support, stretch)
+        left = support.left_side(state, torque, wrench)
         columns = None
         if self.corrections.size:
             calm = replace(state, acceleration=self.filter.calm_acceleration(self.log, stretch.first, stretch.last))
-            columns = self._columns(stretch.feet, support, calm, torque[:, self.joints])
+            columns = self._columns(stretch.feet, support, calm, torque[:, self.joints], wrench)
         centres = window.apply(state.position)
         jacobian = support.jacobian(centres) if support.feet else None
         encoder, root = support.responses(centres, jacobian)
         projection, half = None, len(window.taps) // 2
+        if wrench is not None:  # all rows are seen, but friction acts on the joints' alone
+            projection = np.broadcast_to(np.eye(len(support.rows)), (len(centres), *2 * [len(support.rows)]))
         if jacobian is not None:
             forces = jacobian[:, :, support.rows]
             projection = null_projection(forces)
@@ -103,6 +106,7 @@ class WeakForm:
             torque=window.apply(torque[:, self.joints]),
             elapsed=time - self.log.time[0],
             temperature=self._temperature(stretch),
+            wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(support.foot)],
         )
 
     def _temperature(self, stretch: Stretch) -> Array | None:
@@ -110,35 +114,55 @@ class WeakForm:
             return None
         return self.window.apply(self.log.temperature[stretch.first : stretch.last, self.joints])
 
+    def _wrench(self, support: Support, stretch: Stretch) -> Array | None:
+        """Return the measured wrench on the standing foot at the stretch's rows, shape (T, 6), if it is looked at."""
+        if not support.sensed or self.log.foot_wrench is None:
+            return None
+        return self.log.foot_wrench[stretch.first : stretch.last, self.log.foot_names.index(support.foot)]
+
     def _standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
         if self.robot.base == "fixed":
             return np.zeros(len(self.joints), dtype=bool)
         return np.asarray(self.robot.standing(feet)[self.joints])
 
-    def _columns(self, feet: tuple[str, ...], support: Support, state: State, torque: Array) -> Array:
-        """Return the columns of all corrections, shape (K, rows, c); `torque` is measured, shape (T, n)."""
+    def _columns(
+        self, feet: tuple[str, ...], support: Support, state: State, torque: Array, wrench: Array | None
+    ) -> Array:
+        """Return the columns of all corrections, shape (K, rows, c); torque, shape (T, n), and wrench are measured."""
         turn, smooth = state.orientation, self.window.apply
         if turn is not None:
             turn = Orientation(
                 smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
             )
         smoothed = State(smooth(state.position), smooth(state.velocity), smooth(state.acceleration), turn)
+        own = np.eye(len(support.rows))[:, len(support.rows) - len(self.joints) :]
         found = []
         if self.corrections.bodies:
             root = support.root(smoothed)
             found.append(inertia_columns(self.robot, support.rooted, support.rows, smoothed, root))
         if self.corrections.gains:
-            found.append(smooth(torque)[:, :, None] * np.eye(len(self.joints)))
-            found.append(zero_columns(self.robot, support.rooted, self.joints, feet, smoothed))
+            found.append(smooth(torque)[:, None] * own)
+            found.append(zero_columns(self.robot, support.rooted, support.rows, feet, smoothed))
+        if self.corrections.wrenches:
+            sensors = np.zeros((len(smoothed.position), len(support.rows), self.corrections.wrenches, WRENCH_SIZE))
+            if wrench is not None:
+                own_sensor = sensors[:, :6, _sensed_feet(self.robot, self.log).index(support.foot)]
+                own_sensor[:, :, :6], own_sensor[:, :, 6] = np.eye(6), smooth(wrench)
+            found.append(sensors.reshape(*sensors.shape[:2], -1))
         if rotors := list(self.corrections.rotors):
-            own = np.eye(len(support.rows))[:, len(support.rows) - len(self.joints) :][:, rotors]
-            found.append(smoothed.acceleration[:, None, self.joints[rotors]] * own)
+            found.append(smoothed.acceleration[:, None, self.joints[rotors]] * own[:, rotors])
         return np.concatenate(found, axis=2)
 
 
 def _seen(projection: Array | None, rows: Array) -> Array:
     """Return what the contacts let one see of rows, shape (K, rows, c) -> (K, m, c)."""
     return rows if projection is None else projection @ rows
+
+
+def _sensed_feet(robot: Robot, log: RobotLog) -> list[str]:
+    """Return the standing surfaces whose wrench is measured."""
+    there = log.foot_names if log.foot_wrench is not None else ()
+    return [foot for foot, contact in robot.contacts.items() if contact.kind == "surface" and foot in there]
 
 
 def find_corrections(robot: Robot, joints: NDArray[np.int64], settings: Settings) -> Corrections:
@@ -168,6 +192,8 @@ def weak_form(
     segments: tuple[slice, ...],
     period: float,
     settings: Settings,
+    *,
+    wrenches: bool = True,
 ) -> WeakForm:
     """Return the weak form of a log.
 
@@ -185,13 +211,17 @@ def weak_form(
         [s].
     settings
         `tilt`, `corrections`, `fit_armature` and `double_support` are used.
+    wrenches
+        Whether the wrenches on standing surfaces are looked at, where the log has them and inertias are corrected.
     """
     columns = np.asarray(joints, dtype=np.int64)
-    noise = measure_noise(log.position, log.torque, segments)
+    noise = measure_noise(log.position, log.torque, segments, log.foot_wrench)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
     window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
     stretches = cut_stretches(phases, segments, period, kernels.margin, window.rows(FEWEST_WINDOWS))
-    supports = {feet: find_support(robot, feet, columns) for feet in dict.fromkeys(s.feet for s in stretches)}
+    sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
+    corrections = replace(corrections, wrenches=len(sensed))
+    supports = {feet: find_support(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in stretches)}
     seen = [feet for feet, support in supports.items() if _wanted(support, corrections, settings)]
     return WeakForm(
         robot=robot,

@@ -76,9 +76,11 @@ def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64
 
 
 def zero_columns(
-    robot: Robot, rooted: RootedModel, joints: NDArray[np.int64], feet: tuple[str, ...], state: State
+    robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], feet: tuple[str, ...], state: State
 ) -> Array:
-    """Return minus the torques' derivatives by joint positions, then by the tilt, shape (K, n, all joints + 3).
+    """Return minus the rows' derivatives by joint positions, then by the tilt, shape (K, rows, all joints + 3).
+
+    Rows are counted as `inertia_matrix` orders them.
 
     They are what encoders whose zeros are wrong do, and an IMU that is mounted askew (none on a fixed base, or where
     the foot is taken to be level).
@@ -86,9 +88,9 @@ def zero_columns(
     count, windows = state.position.shape[1], len(state.position)
     moved = _moved(state)
     root = standing_root(robot, feet[0], moved) if robot.base == "floating" else None
-    _, needed = rooted_inverse_dynamics(rooted, moved.position, moved.velocity, moved.acceleration, root)
-    torque = needed[:, joints].reshape(-1, windows, len(joints))
-    columns = np.zeros((windows, len(joints), count + 3))
+    effort = np.hstack(rooted_inverse_dynamics(rooted, moved.position, moved.velocity, moved.acceleration, root))
+    torque = effort[:, rows].reshape(-1, windows, len(rows))
+    columns = np.zeros((windows, len(rows), count + 3))
     columns[:, :, : len(torque) - 1] = (torque[:1] - torque[1:]).transpose(1, 2, 0) / TURN
     return columns
 

@@ -21,23 +21,34 @@ LISTEN = 60_000
 POSITION_FLOOR, TORQUE_FLOOR = 1e-6, 1e-2
 """[rad], [N m]: what rounding, clocks and the model's smallest errors leave even of a perfect sensor."""
 
+WRENCH_FLOOR = np.repeat([0.5, 0.05], 3)
+"""[N], [N m]: of feet, which also hang in the air without a wrench."""
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseLevels:
-    """Standard deviations of white noise of positions [rad] and torques [N m], shape (n,) each."""
+    """Standard deviations of white noise of positions [rad] and torques [N m], shape (n,), and wrenches, (feet, 6)."""
 
     position: Array
     torque: Array
+    wrench: Array
 
 
-def measure_noise(position: Array, torque: Array, segments: tuple[slice, ...]) -> NoiseLevels:
-    """Return the noise of positions and torques, shape (T, n) each, by their sixth differences.
+def measure_noise(
+    position: Array, torque: Array, segments: tuple[slice, ...], wrench: Array | None = None
+) -> NoiseLevels:
+    """Return the noise of positions and torques, shape (T, n), and wrenches, (T, feet, 6), by their sixth differences.
 
     Their median absolute value is not moved by impacts. A coarse encoder that often repeats a reading has a median of
     zero: its step over sqrt(12) is a lower bound.
     """
+    if wrench is None:
+        wrench = np.zeros((len(position), 0, 6))
+    heard = _levels(wrench.reshape(len(wrench), 6 * wrench.shape[1]), segments).reshape(wrench.shape[1:])
     return NoiseLevels(
-        np.maximum(_levels(position, segments), POSITION_FLOOR), np.maximum(_levels(torque, segments), TORQUE_FLOOR)
+        np.maximum(_levels(position, segments), POSITION_FLOOR),
+        np.maximum(_levels(torque, segments), TORQUE_FLOOR),
+        np.maximum(heard, WRENCH_FLOOR),
     )
 
 

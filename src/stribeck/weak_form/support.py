@@ -8,6 +8,7 @@ them.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 
@@ -40,6 +41,8 @@ class Support:
         Contacts whose unknown forces act on the rows.
     joints
         Columns of the joints that are looked at, shape (n,).
+    sensed
+        Whether the wrench on `foot` is measured, so that the root's own six rows are looked at too.
     """
 
     robot: Robot
@@ -47,11 +50,12 @@ class Support:
     foot: str
     feet: tuple[str, ...]
     joints: NDArray[np.int64]
+    sensed: bool = False
 
     @property
     def rows(self) -> NDArray[np.int64]:
-        """Rows of the equation of motion: a free base's own six, then the joints'; as `inertia_matrix` orders them."""
-        own = np.arange(self.rooted.root_size) if not self.foot else np.arange(0)
+        """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
+        own = np.arange(self.rooted.root_size) if self.sensed or not self.foot else np.arange(0)
         return np.concatenate([own, self.rooted.root_size + self.joints])
 
     def root(self, state: State) -> RootMotion | None:
@@ -60,11 +64,16 @@ class Support:
             return None
         return standing_root(self.robot, self.foot, state) if self.foot else base_root(self.robot, self.feet, state)
 
-    def left_side(self, state: State, torque: Array) -> Array:
-        """Return torque less inverse dynamics in all rows, contact forces still in it, shape (T, rows)."""
+    def left_side(self, state: State, torque: Array, measured: Array | None) -> Array:
+        """Return torque less inverse dynamics in all rows, contact forces still in it, shape (T, rows).
+
+        `measured` is the wrench on a foot that is sensed, shape (T, 6).
+        """
         motion = state.position, state.velocity, state.acceleration
         wrench, needed = rooted_inverse_dynamics(self.rooted, *motion, self.root(state))
         joints = (torque - needed)[:, self.joints]
+        if measured is not None:
+            return np.hstack([measured - wrench, joints])
         return joints if self.foot or not self.rooted.floating else np.hstack([-wrench, joints])
 
     def jacobian(self, position: Array) -> Array:
@@ -94,13 +103,16 @@ class Support:
         return encoder, root
 
 
-def find_support(robot: Robot, feet: tuple[str, ...], joints: NDArray[np.int64]) -> Support:
-    """Return how to look at joints while some feet stand; none for a fixed base."""
+def find_support(
+    robot: Robot, feet: tuple[str, ...], joints: NDArray[np.int64], sensed: Collection[str] = ()
+) -> Support:
+    """Return how to look at joints while some feet stand, of which some are `sensed`; none for a fixed base."""
     if robot.base == "fixed":
         return Support(robot, robot.tree, "", (), joints)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
     rooted = robot.rooted_at(surface) if surface else robot.tree
-    return Support(robot, rooted, surface, tuple(foot for foot in feet if foot != surface), joints)
+    others = tuple(foot for foot in feet if foot != surface)
+    return Support(robot, rooted, surface, others, joints, not others and surface in sensed)
 
 
 @cache

@@ -18,6 +18,8 @@ from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors import with_noise
+from stribeck.survey import quiet
+from stribeck.whole_log import find_whole_log
 
 TRUTH = {
     "viscous": 0.3,
@@ -154,6 +156,30 @@ def test_bodies_beyond_belief_are_told(arm: Robot, exact_arm_log: RobotLog) -> N
     ]
     assert "elbow" in warning
     assert not any("10 times" in text for text in identify(exact_arm_log, arm, settings).warnings)
+
+
+def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
+    """They weigh the bodies, and so tell gravity from an offset, whatever their own zeros and gains are."""
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    law, posture = get_law("stribeck"), POSTURES["biped"]
+    exact, _ = exact_log(robot, law, dict.fromkeys(names, TRUTH), duration=8.0, posture=posture, seed=2)
+    assert exact.foot_wrench is not None
+    log = with_noise(exact, position=2e-5, torque=1.0, seed=3)
+    sensed = 1.03 * exact.foot_wrench + np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
+    settings = Settings(method="whole-log")
+    error, deviation, told = {}, {}, {}
+    for name, wrench in {"none": None, "right": sensed, "wrong sign": -sensed}.items():
+        found = find_whole_log([replace(log, foot_wrench=wrench)], with_wrong_bodies(robot), law, settings, quiet)
+        column = [parameter.name for parameter in law.parameters].index("offset")
+        error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
+        deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
+        told[name] = any("wrench sensors" in text for text in found.warnings)
+    assert np.mean(deviation["right"]) < 0.75 * np.mean(deviation["none"])
+    assert np.mean(np.abs(error["right"])) < 0.75 * np.mean(np.abs(error["none"]))
+    for name in error:
+        assert np.sqrt(np.mean((error[name] / deviation[name]) ** 2)) < 2, name
+    assert told == {"none": False, "right": False, "wrong sign": True}
 
 
 def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:

@@ -26,7 +26,7 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where r^T Sigma^-1 V_c Sigma^-1 r = tr(Sigma^-1 V_c)
     for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides
     are sums over windows: over all they give the levels, over those near contact changes the unrest there. The root's
-    three directions share one level, of lines and of turns.
+    three directions share one level, of lines and of turns, and so do those of forces and of moments.
     """
     with ThreadPoolExecutor(WORKERS) as pool:
         sums = list(pool.map(lambda part: _sums(levels, *part), left_over))
@@ -40,7 +40,8 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
     values = levels.calm * calm
     model = values[:joints].reshape(levels.model.shape)
     shake = np.maximum(levels.shake * _ratio(*shaken), 1.0)
-    return replace(levels, model=model, root=values[joints:], unrest=unrest, shake=shake)
+    root, wrench = np.split(values[joints:], [len(levels.root)])
+    return replace(levels, model=model, root=root, wrench=wrench, unrest=unrest, shake=shake)
 
 
 def _sums(levels: ErrorLevels, equations: WeakEquations, residual: Array) -> tuple[Array, Array, Array]:
@@ -69,10 +70,10 @@ def _ratio(left: Array, right: Array) -> Array:
 
 
 def _shared(sums: Array, joints: int) -> Array:
-    """Return sums over components, those of the root's lines and of its turns made one."""
+    """Return sums over components, those of lines and of turns, forces and moments each made one."""
     shared = sums.copy()
-    for group in (slice(joints, joints + 3), slice(joints + 3, joints + 6)):
-        shared[group] = sums[group].sum()
+    for first in range(joints, len(sums), 3):
+        shared[first : first + 3] = sums[first : first + 3].sum()
     return shared
 
 

@@ -125,11 +125,12 @@ def fit_whole_log(
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
     model = model_corrections(corrections, _loads(some, corrections))
-    torque = max(float(np.sqrt(np.mean(np.concatenate([part.residual.ravel() for part in some]) ** 2))), 1e-9)
+    torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in some]) ** 2))), 1e-9)
     speed = np.maximum(top_speed, 1e-9)
     curves = Curves(law, make_nodes(law, speed), speed, np.full(len(speed), torque))
     jumps = np.full(len(speed), float(law.jumps))
-    levels, solution = _measure_levels(some, first_levels(some[0], rest * jumps, torque * jumps), curves, model)
+    first = first_levels(some[0], rest * jumps, torque * jumps, corrections.wrenches > 0)
+    levels, solution = _measure_levels(some, first, curves, model)
     choice, auto = None, law.name == AUTO
     if auto:
         factored, curves, levels, solution = _with_all_terms(equations, some, curves, model, levels, solution)
@@ -163,6 +164,11 @@ def fit_whole_log(
         terms=choice.verdicts if choice else (),
         mean_load=statistic.loads[1] / statistic.loads[0] if choice else None,
     )
+
+
+def _torques(equations: WeakEquations) -> Array:
+    """Return the left side where friction acts [N m], of all windows."""
+    return equations.residual[:, len(equations.wrench_noise) :].ravel()
 
 
 def _loads(some: list[WeakEquations], corrections: Corrections) -> Array:

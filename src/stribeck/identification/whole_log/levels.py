@@ -6,7 +6,7 @@ windows count as little as they should, rather than being left out by a guess.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from stribeck.log import Array
 
 FIRST_MODEL, FIRST_LINEAR, FIRST_ANGULAR = 0.02, 0.01, 0.01
 """Levels before the log has been heard [N m], [m/s^2], [rad/s^2]: of a good model and a hard floor."""
+
+FIRST_WRENCH = np.repeat([2.0, 0.5], 3)
+"""The same of what wrench sensors and the model make of one another [N], [N m]."""
 
 SINCE = (0.06, 0.12, 0.24)
 """Ends of the first bins, by the time since a contact change [s]."""
@@ -43,6 +46,8 @@ class ErrorLevels:
     rest, stuck
         Speed [rad/s] below which a joint is at rest, and the torque [N m] that then holds it, which a law that jumps at
         standstill says nothing about, shape (n,) each; zeros for other laws.
+    wrench
+        Of the wrench on a standing foot, by its sensor or by the model [N], [N m], shape (6,); (0,) without sensors.
     shake
         How many times larger the errors of each joint's acceleration are than its encoder's noise makes them [1],
         shape (encoders,); at least one. Clocks jitter, and links vibrate.
@@ -54,32 +59,36 @@ class ErrorLevels:
     rest: Array
     stuck: Array
     shake: Array
+    wrench: Array = field(default_factory=lambda: np.zeros(0))
 
     def shaken(self, equations: WeakEquations) -> Array:
         """Return what errors of the accelerations do to the equations, of unit overlap, shape (K, m, encoders)."""
         return equations.encoder_response * (equations.encoder_noise * self.shake)
 
     def response(self, equations: WeakEquations) -> Array:
-        """Return what errors of unit level do to the equations, shape (K, m, n + root)."""
-        return np.concatenate([equations.weights, equations.root_response], axis=2)
+        """Return what errors of unit level do to the equations, shape (K, m, n + root + wrench)."""
+        sensed = len(equations.wrench_noise) > 0
+        wrench = float(sensed) * np.eye(equations.residual.shape[1], len(self.wrench))
+        wrenches = np.broadcast_to(wrench, (len(equations.residual), *wrench.shape))
+        return np.concatenate([equations.weights, equations.root_response, wrenches], axis=2)
 
     @property
     def calm(self) -> Array:
-        """Levels far from contact changes: swinging and standing joints', then the root's, shape (2 n + root,)."""
-        return np.concatenate([self.model.ravel(), self.root])
+        """Levels far from contact changes: swinging and standing joints', root's, wrench's, (2 n + root + wrench,)."""
+        return np.concatenate([self.model.ravel(), self.root, self.wrench])
 
     @property
     def kinds(self) -> NDArray[np.int64]:
-        """Row of `unrest` of each level, shape (2 n + root,)."""
-        return np.repeat([0, 1], [self.model.size, len(self.root)])
+        """Row of `unrest` of each level, shape (2 n + root + wrench,)."""
+        return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])
 
     def which(self, equations: WeakEquations) -> NDArray[np.int64]:
-        """Return which of the levels `response` has, shape (n + root,)."""
+        """Return which of the levels `response` has, shape (n + root + wrench,)."""
         joints = np.arange(len(equations.standing)) + len(equations.standing) * equations.standing
-        return np.concatenate([joints, self.model.size + np.arange(len(self.root))])
+        return np.concatenate([joints, self.model.size + np.arange(len(self.root) + len(self.wrench))])
 
     def at(self, equations: WeakEquations) -> Array:
-        """Return the levels in each window, in the order of `response`, shape (K, n + root)."""
+        """Return the levels in each window, in the order of `response`, shape (K, n + root + wrench)."""
         which = self.which(equations)
         levels = np.asarray(self.calm[which] * self.unrest[self.kinds[which]][:, bin_of(equations)].T)
         if self.rest.any():
@@ -88,12 +97,13 @@ class ErrorLevels:
         return levels
 
 
-def first_levels(equations: WeakEquations, rest: Array, stuck: Array) -> ErrorLevels:
-    """Return the levels to begin with; `rest` and `stuck` are kept as they are."""
+def first_levels(equations: WeakEquations, rest: Array, stuck: Array, sensed: bool = False) -> ErrorLevels:
+    """Return the levels to begin with; `rest` and `stuck` are kept as they are; wrenches are `sensed` or not."""
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
     both = np.repeat([FIRST_LINEAR, FIRST_ANGULAR], 3)[:root]
     shake = np.ones(len(equations.encoder_noise))
-    return ErrorLevels(np.full((2, joints), FIRST_MODEL), both, np.ones((2, BINS)), rest, stuck, shake)
+    model, wrench = np.full((2, joints), FIRST_MODEL), FIRST_WRENCH if sensed else FIRST_WRENCH[:0]
+    return ErrorLevels(model, both, np.ones((2, BINS)), rest, stuck, shake, wrench)
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:

@@ -16,6 +16,9 @@ from stribeck.pseudo_inertia import SIZE
 GAIN, ZERO, TILT = 0.01, 2e-3, 5e-3
 """How wrong sensors are believed to be: torque gains [1], encoder zeros [rad], orientation of the IMU [rad]."""
 
+FORCE, MOMENT, WRENCH_GAIN = 20.0, 2.0, 0.02
+"""How far off wrench sensors in feet are believed to be: zeros [N], [N m], and gains [1]."""
+
 ROTOR = 1.0
 """How large a rotor inertia that the model lacks may well be [kg m^2]."""
 
@@ -74,7 +77,9 @@ class ModelCorrections:
     def scales(self) -> Array:
         """Units of the coordinates of calibration and repeated errors."""
         c = self.corrections
-        calibration = np.repeat([GAIN, ZERO, TILT, ROTOR], [c.gains, c.zeros, c.tilts, len(c.rotors)])
+        sensors = np.repeat([GAIN, ZERO, TILT], [c.gains, c.zeros, c.tilts])
+        wrenches = np.tile(np.repeat([FORCE, MOMENT, WRENCH_GAIN], [3, 3, 1]), c.wrenches)
+        calibration = np.concatenate([sensors, wrenches, np.full(len(c.rotors), ROTOR)])
         calibration[np.setdiff1d(np.arange(c.gains), self.loaded)] = 0.0
         return np.concatenate([calibration, np.tile(self.repeated, self.gaits * COSINES)])
 

@@ -85,7 +85,7 @@ def coulomb_curves(statistic: Statistic, corrections: Array) -> Array:
 def _shares(equations: WeakEquations, levels: ErrorLevels) -> Array:
     """Return how much each equation says about each joint's friction torque [1/(N m)^2], shape (K m, n)."""
     encoder = (levels.shaken(equations) ** 2).sum(axis=2)
-    torque = ((equations.weights * equations.torque_noise) ** 2).sum(axis=2)
+    torque = (equations.sensors**2).sum(axis=2)
     other = ((levels.response(equations) * levels.at(equations)[:, None]) ** 2).sum(axis=2)
     variance = equations.acceleration_overlap[0] * encoder + equations.torque_overlap[0] * torque + other
     shares = equations.weights**2 / variance[:, :, None]

@@ -99,7 +99,7 @@ def _errors(equations: WeakEquations, levels: ErrorLevels) -> list[_Errors]:
     found = []
     for response, fades in (
         (levels.shaken(equations), equations.acceleration_overlap),
-        (equations.weights * equations.torque_noise, equations.torque_overlap),
+        (equations.sensors, equations.torque_overlap),
         (levels.response(equations) * levels.at(equations)[:, None], fading(lags)),
     ):
         groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
