@@ -30,7 +30,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
 from stribeck.dynamics import rooted_inverse_dynamics
-from stribeck.friction import get_law
+from stribeck.friction import FrictionLaw, get_law
+from stribeck.friction.assembled import JUMP
 from stribeck.log import Array, RobotLog
 from stribeck.result import BodyCorrection, JointResult, Result
 from stribeck.sampling import regularise
@@ -51,6 +52,7 @@ METHODS: dict[str, dict[str, str] | None] = {
     "curve-fit": {"method": "curve-fit"},
     "whole-log, model trusted": {"method": "whole-log", "corrections": "none"},
     "whole-log": {"method": "whole-log", "corrections": "inertia"},
+    "law auto, model trusted": {"method": "whole-log", "corrections": "none", "law": "auto"},
 }
 
 
@@ -77,12 +79,19 @@ def _inertia(body: BodyCorrection) -> pin.Inertia:
     return pin.Inertia.FromDynamicParameters(np.array([mass, mass * x, mass * y, mass * z, *about_joint]))
 
 
-def friction(robot: Robot, joint: JointResult, column: int, velocity: Array, acceleration: Array) -> Array:
-    """Return the friction torque of a joint [N m], with that of the rotor that its model lacks, shape (T,)."""
-    law, values = get_law(robot.settings.law), {name: found.value for name, found in joint.parameters.items()}
-    torque = law.torque(velocity, np.array([values[parameter.name] for parameter in law.parameters]))
-    rotor = values.get("armature", robot.armature[column]) - robot.armature[column]
-    return np.asarray(torque + rotor * acceleration)
+def friction(law: FrictionLaw, joint: JointResult, velocity: Array, load: Array) -> Array:
+    """Return the friction torque of a joint that carries a load [N m], shape (T,); slow changes are left out."""
+    values = {parameter.name: parameter.neutral for parameter in law.parameters}
+    values |= {name: found.value for name, found in joint.parameters.items()}
+    torque = law.torque(velocity, np.array([values[parameter.name] for parameter in law.parameters], dtype=float))
+    rise = np.tanh((values.get("slope") or JUMP) * velocity)
+    return np.asarray(torque + (values.get("load") or 0.0) * np.abs(load) * rise)
+
+
+def missing_rotor(robot: Robot, joint: JointResult, column: int) -> float:
+    """Return the rotor inertia that was found beyond the model's [kg m^2]."""
+    found = joint.parameters.get("armature")
+    return found.value - float(robot.armature[column]) if found else 0.0
 
 
 def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: float, slowest: Array) -> Array:
@@ -95,13 +104,15 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
         position = sosfiltfilt(wide, log.position[rows], axis=0)
         velocity = np.gradient(position, sampling.period, axis=0)
         acceleration = np.gradient(velocity, sampling.period, axis=0)
-        left = log.torque[rows] - rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
+        needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
+        left, load = log.torque[rows] - needed, sosfiltfilt(narrow, needed, axis=0)
         said = np.ones(left.shape[1], dtype=bool)
         for column, name in enumerate(robot.joint_names if result else ()):
             joint = result.joints.get(name) if result else None
             said[column] = bool(joint and joint.parameters)
-            if joint and joint.parameters:
-                left[:, column] -= friction(robot, joint, column, velocity[:, column], acceleration[:, column])
+            if result and joint and joint.parameters:
+                left[:, column] -= friction(get_law(result.law), joint, velocity[:, column], load[:, column])
+                left[:, column] -= missing_rotor(robot, joint, column) * acceleration[:, column]
         left = sosfiltfilt(narrow, left, axis=0)
         found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])
     return np.concatenate(found)

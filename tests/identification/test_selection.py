@@ -87,9 +87,11 @@ def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
     assert verdicts["rounding"].reason == "the term stribeck has it"
 
 
-def test_a_term_that_pays_but_makes_no_sense_is_open_and_makes_what_it_would_change_weak() -> None:
+def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_change_weak() -> None:
     def candidate(kept: Kept) -> Candidate:
-        return Candidate(1000.0 - 50.0 * ("stribeck" in kept) * FOLDS, "too slow" if "stribeck" in kept else "")
+        return Candidate(
+            1000.0 - 50.0 * ("stribeck" in kept) * FOLDS, ("open", "too slow") if "stribeck" in kept else None
+        )
 
     verdicts = climb(candidate, {})
     assert verdicts["stribeck"].verdict == "open"
@@ -108,6 +110,14 @@ def test_a_term_that_pays_but_makes_no_sense_is_open_and_makes_what_it_would_cha
     assert found.parameters["offset"].verdict == "identified"
     assert "too slow" in found.reason
     assert with_terms(joint, climb(world(), {}), 3.0).verdict == "identified"
+
+
+def test_a_term_that_makes_no_sense_is_refused_though_it_pays() -> None:
+    def candidate(kept: Kept) -> Candidate:
+        return Candidate(1000.0 - 50.0 * ("load" in kept) * FOLDS, ("refused", "no") if "load" in kept else None)
+
+    assert climb(candidate, {})["load"].verdict == "refused"
+    assert climb(candidate, {})["load"].reason == "held-out chi^2 falls by 200 ± 18, but no"
 
 
 def test_the_error_of_a_gain_is_that_of_a_sum_of_independent_folds() -> None:

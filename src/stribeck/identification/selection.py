@@ -22,14 +22,16 @@ SHARED = ("viscous", "coulomb")
 """Parameters that a term which is open would change."""
 
 Kept = frozenset[str]
+Objection = tuple[TermDecision, str]
+"""What a term is instead of kept, and why."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A joint with some terms: chi^2 on each fold that was held out, shape (K,), and why they are none ("" if not)."""
+    """A joint with some terms: chi^2 on each fold that was held out, shape (K,), and what speaks against them."""
 
     scores: Array
-    objection: str = ""
+    objection: Objection | None = None
 
 
 def climb(try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str]) -> dict[str, TermVerdict]:
@@ -81,7 +83,8 @@ def _verdict(term: Term, kept: Kept, tried: Callable[[Kept], Candidate], refused
     verdict: TermDecision = "kept" if gain > max(error, LEAST) else "refused"
     reason = _in_words(gain, error)
     if verdict == "kept" and with_it.objection:
-        verdict, reason = "open", f"{reason}, but {with_it.objection}"
+        verdict, why = with_it.objection
+        reason = f"{reason}, but {why}"
     return TermVerdict(verdict=verdict, reason=reason, gain=gain, gain_error=error)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction.terms import LADDER
-from stribeck.identification.selection import LEAST, Candidate, Kept, climb, meaningless
+from stribeck.identification.selection import LEAST, Candidate, Kept, Objection, climb, meaningless
 from stribeck.identification.whole_log.joint_descent import JointSolution, descend_joint
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.profile import JointFold, Quadratic, joint_folds
@@ -27,7 +27,7 @@ LEAST_FOLDS = 4
 """Of them [1]: fewer do not show how much their scores differ."""
 
 CLEARED = 2.0
-"""Top speed over Stribeck velocity [1] beyond which the bend shows."""
+"""Top speed over Stribeck velocity, or over the speed up to which friction rises [1], beyond which the bend shows."""
 
 RISING = 2.0
 """Value of slope times speed [1] where tanh has risen to 96 %."""
@@ -181,16 +181,18 @@ class JointTrial:
         for point in itertools.product(*tried):
             yield dict(zip((parameter.name for parameter in nonlinear), point, strict=True))
 
-    def _objection(self, kept: Kept, internal: Array) -> str:
-        """Return why what was found of these terms is none of their kind, "" if it is."""
+    def _objection(self, kept: Kept, internal: Array) -> Objection | None:
+        """Return what is wrong with the shape that was found: the log does not show it whole, or it makes no sense."""
         names = [parameter.name for parameter in self.curves.parameters]
         values = dict(zip(names, self.curves.external(internal)[0].tolist(), strict=True))
-        top, bend = float(self.curves.top_speed[0]), values["stribeck_velocity"]
-        if "stribeck" in kept and top < CLEARED * bend:
-            return f"its top speed, {top:.2g} rad/s, is not {CLEARED:.0f} times the Stribeck velocity, {bend:.2g} rad/s"
-        rise = RISING / values["slope"]
-        if kept & {"rounding", "stribeck"} and top < rise:
-            return f"its friction would still rise beyond its top speed, up to {rise:.2g} rad/s"
+        top, bend, rise = float(self.curves.top_speed[0]), values["stribeck_velocity"], RISING / values["slope"]
         if "stribeck" in kept and rise > CLEARED * bend:
-            return f"it would rise up to {rise:.2g} rad/s, its Stribeck effect be gone at {CLEARED * bend:.2g} rad/s"
-        return ""
+            gone = f"its Stribeck effect would be gone at {CLEARED * bend:.2g} rad/s"
+            return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"
+        for term, speed, what in (
+            ("stribeck", bend, "the Stribeck velocity"),
+            ("rounding", rise, "what it rises up to"),
+        ):
+            if term in kept and top < CLEARED * speed:
+                return "open", f"its top speed, {top:.2g} rad/s, is not {CLEARED:.0f} times {what}, {speed:.2g} rad/s"
+        return None
