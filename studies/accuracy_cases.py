@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,8 +29,11 @@ LEVELS = {
 }
 """Coulomb friction and offset [N m], Table 6.2 of the paper."""
 
-STEPS = 44
-"""Of a walk [1]: 45 s."""
+SECONDS = 44.0
+"""That the steps of a walk take."""
+
+DOUBLE_SUPPORT = 0.2
+"""Of each of them [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,21 +46,23 @@ class Walked:
     share: float = 1.0
 
 
-def _ways(forward: float, sideways: float, width: float | None = None) -> dict[str, StepsTable]:
+def _ways(forward: StepsTable, sideways: StepsTable) -> dict[str, StepsTable]:
     """Return walks straight on, to the left and to the right."""
-    aside = {name: StepsTable(count=STEPS, sideways=way, width=width) for name, way in _both(sideways)}
-    return {"straight": StepsTable(count=STEPS, forward=forward), **aside}
+    right = sideways.model_copy(update={"sideways": -sideways.sideways})
+    return {"straight": forward, "left": sideways, "right": right}
 
 
-def _both(sideways: float) -> Iterator[tuple[str, float]]:
-    return zip(("left", "right"), (sideways, -sideways), strict=True)
+def _steps(single_support: float = 0.8, **kind: float) -> StepsTable:
+    """Return so many steps as fit into a walk."""
+    count = round(SECONDS / (single_support + DOUBLE_SUPPORT))
+    return StepsTable(count=count, single_support=single_support, double_support=DOUBLE_SUPPORT, **kind)
 
 
 ROBOTS = {
     "TORO-like": Walked(
         walker="TORO-like",
         legs={name: f"*_{name.replace(' ', '_')}" for name in LEVELS},
-        walks=_ways(0.3, 0.25, 0.16),
+        walks=_ways(_steps(forward=0.3), _steps(sideways=0.25, width=0.16)),
     ),
     "TALOS": Walked(
         walker="TALOS",
@@ -69,16 +74,16 @@ ROBOTS = {
             "ankle pitch": "leg_*_5_joint",
             "ankle roll": "leg_*_6_joint",
         },
-        walks=_ways(0.3, 0.2),
+        walks=_ways(_steps(forward=0.3), _steps(sideways=0.2)),
     ),
     "G1": Walked(
         walker="G1",
         legs={name: f"*_{name.replace(' ', '_')}_joint" for name in LEVELS},
-        walks=_ways(0.2, 0.08, 0.13),
+        walks=_ways(_steps(0.6, forward=0.25, width=0.16), _steps(0.6, sideways=0.1, width=0.12)),
         share=0.5,
     ),
 }
-"""The G1 weighs half of the others and has half of the friction. No joint reaches a stop."""
+"""The G1 weighs half of the others and has half of the friction; it steps faster. No joint reaches a stop."""
 
 
 @dataclass(frozen=True)

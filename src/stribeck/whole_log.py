@@ -19,6 +19,7 @@ from stribeck.identification.problem import FitProblem
 from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.identification.whole_log.intervals import joint_fits
+from stribeck.identification.whole_log.lack_of_fit import lack_warnings
 from stribeck.log import Array, RobotLog
 from stribeck.pseudo_inertia import SIZE
 from stribeck.result import Corrections as Found
@@ -102,7 +103,7 @@ class WholeLog:
 
     @property
     def warnings(self) -> list[str]:
-        """A sentence where the errors are not what they were taken to be, or the bodies not what they can be."""
+        """A sentence where errors are not what they were taken to be, or bodies or friction not what they can be."""
         found = []
         if self.fit.chi_square >= SUSPICIOUS:
             found.append(
@@ -121,7 +122,7 @@ class WholeLog:
                 f"the wrench sensors of the feet would be over {FAR:.0f} times as far off as such sensors are: "
                 "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
             )
-        return found
+        return found + lack_warnings(self.fit.lacks, self.joints)
 
     def _wrenches_far_off(self) -> bool:
         """Return whether zeros and gains of wrench sensors are beyond belief."""

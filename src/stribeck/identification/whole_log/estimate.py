@@ -13,6 +13,7 @@ from stribeck.identification.whole_log.choose import FOLDS, settle_terms
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
 from stribeck.identification.whole_log.factors import Factored, unsupported, with_factors
+from stribeck.identification.whole_log.lack_of_fit import Lack, lacks_of_fit
 from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
 from stribeck.identification.whole_log.model import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
@@ -20,6 +21,7 @@ from stribeck.identification.whole_log.repeated import spread_of_repeated, witho
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design, merged
 from stribeck.identification.whole_log.summing import sum_up
+from stribeck.identification.whole_log.suspects import Suspects, find_suspects
 from stribeck.identification.whole_log.validation import left_over, validate
 from stribeck.identification.whole_log.varying import VaryingCurves, rising, varying_curves
 from stribeck.log import Array
@@ -66,6 +68,8 @@ class WholeLogFit:
         there are too few stretches.
     terms, mean_load
         Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
+    lacks
+        Of each joint, friction that no law of velocity describes.
     """
 
     curves: Curves
@@ -77,6 +81,7 @@ class WholeLogFit:
     stretches: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
+    lacks: tuple[tuple[Lack, ...], ...]
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
 
@@ -137,19 +142,21 @@ def fit_whole_log(
         equations, some = factored, [factored.of(part) for part in some]
     held_out = dict(list(zip(heard, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
-    folds, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model, FOLDS if auto else 1)
+    suspects = find_suspects(some, speed)
+    folds, repeating = _sum_up_all(equations, seen, gaits, levels, curves, model, suspects, FOLDS if auto else 1)
+    steps = repeating.without_last(suspects.size, gaits)
     statistic = merged(folds)
     solution = solve(statistic, curves, model, solution)
     if isinstance(curves, VaryingCurves):
         refused = unsupported(some, curves.slow, statistic.loads)
-        choice = settle_terms(statistic, folds, repeating, curves, model, solution, refused)
+        choice = settle_terms(statistic, folds, steps, curves, model, solution, refused)
         curves, solution = choice.curves, solve(statistic, choice.curves, model, choice.start)
     unseen = list(held_out.values())
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     validation = validate(unseen, statistic, curves, levels, *known) if unseen else (None,) * len(speed)
     statistic.merge(sum_up(unseen, levels, curves, model, 0))
     solution = solve(statistic, curves, model, solution)
-    repeated, covariance = spread_of_repeated(repeating, statistic.count, curves, model, solution)
+    repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     return WholeLogFit(
         curves=curves,
@@ -163,6 +170,7 @@ def fit_whole_log(
         validation=validation,
         terms=choice.verdicts if choice else (),
         mean_load=statistic.loads[1] / statistic.loads[0] if choice else None,
+        lacks=lacks_of_fit(repeating, statistic.count, curves, model, solution, repeated),
     )
 
 
@@ -219,16 +227,19 @@ def _sum_up_all(
     levels: ErrorLevels,
     curves: Curves,
     model: ModelCorrections,
+    suspects: Suspects,
     most: int,
 ) -> tuple[list[Statistic], Statistic]:
-    """Return statistics of parts of the stretches that are seen, and that of a share of all with repeated torques."""
+    """Return statistics of parts of what is seen, and that of a share of it with repeated torques and suspects."""
     stride = STRIDE if len(seen) >= FEWEST_STEPS * gaits else 1
-    share = seen[::stride] if gaits else []
+    share = seen[::stride]
     others = sorted(set(seen) - set(share))
     folds, repeating = [], []
     for k in range(count := min(most, len(seen))):
-        repeating.append(sum_up((equations[place] for place in share[k::count]), levels, curves, model, gaits))
-        folds.append(without_repeated(repeating[-1]))
+        repeating.append(
+            sum_up((equations[place] for place in share[k::count]), levels, curves, model, gaits, suspects)
+        )
+        folds.append(without_repeated(repeating[-1].without_last(suspects.size, gaits)))
         folds[-1].merge(sum_up((equations[place] for place in others[k::count]), levels, curves, model, 0))
     return folds, merged(repeating)
 

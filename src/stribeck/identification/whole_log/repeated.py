@@ -83,8 +83,4 @@ def without_corrections(statistic: Statistic, model: ModelCorrections, solution:
 
 def without_repeated(statistic: Statistic) -> Statistic:
     """Return the statistic without the columns of repeated torques."""
-    size = len(statistic.right) - statistic.gaits * COSINES * len(statistic.nodes.velocity)
-    plain = Statistic(statistic.nodes, size - statistic.nodes.size)
-    plain.gram, plain.right = statistic.gram[:size, :size].copy(), statistic.right[:size].copy()
-    plain.square, plain.count, plain.loads = statistic.square, statistic.count, statistic.loads.copy()
-    return plain
+    return statistic.without_last(statistic.gaits * COSINES * len(statistic.nodes.velocity))

@@ -158,9 +158,9 @@ def _evaluate(
     pull = statistic.gram @ values
     chi_square = statistic.square + float(values @ (pull - 2 * statistic.right))
     slope = pull - statistic.right
-    half = _times_jacobian(statistic.gram, jacobians, slopes, model.scales)
-    hessian = _times_jacobian(half.T, jacobians, slopes, model.scales).T
-    gradient = _times_jacobian(slope[None], jacobians, slopes, model.scales)[0]
+    half = times_jacobian(statistic.gram, jacobians, slopes, model.scales)
+    hessian = times_jacobian(half.T, jacobians, slopes, model.scales).T
+    gradient = times_jacobian(slope[None], jacobians, slopes, model.scales)[0]
     mean, spread = curves.prior()
     off = (internal - mean) / spread
     gradient[:friction] += (off / spread).ravel()
@@ -172,7 +172,7 @@ def _evaluate(
     return _Point(0.5 * (chi_square + believed), chi_square, gradient, hessian)
 
 
-def _times_jacobian(matrix: Array, curves: Array, bodies: Array, scales: Array) -> Array:
+def times_jacobian(matrix: Array, curves: Array, bodies: Array, scales: Array) -> Array:
     """Return a matrix, shape (r, D), times the derivatives by all coordinates, which are block-diagonal.
 
     Blocks: one a joint, shape (n, r, p), one a body, shape (L, 10, 10), and a number for each other correction.

@@ -12,6 +12,7 @@ from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.cosines import repeated_columns
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.nodes import Nodes
+from stribeck.identification.whole_log.suspects import Suspects
 from stribeck.identification.whole_log.whitening import make_whitener
 from stribeck.log import Array
 
@@ -29,9 +30,11 @@ class Statistic:
     nodes
         And functions that the friction curves are sums of.
     corrections
-        Number c, the repeated errors of all gait phases included.
+        Number c, the repeated errors of all gait phases and the suspects included.
     gaits
         Number of gait phases whose repeated errors are looked for.
+    suspects
+        Friction beyond the law that is looked for, if any.
     gram, right
         Shape (D, D) and (D,), with D = nodes.size + c.
     square, count
@@ -43,6 +46,7 @@ class Statistic:
     nodes: Nodes
     corrections: int
     gaits: int = 0
+    suspects: Suspects | None = None
     gram: Array = field(init=False)
     right: Array = field(init=False)
     loads: Array = field(init=False)
@@ -57,9 +61,12 @@ class Statistic:
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
         parts = {0: design(equations, self.nodes)}  # by the place of their first column
+        end = len(self.right) - (self.suspects.size if self.suspects else 0)
         if self.gaits and equations.gait >= 0:
             own = repeated_columns(equations)
-            parts[len(self.right) - (self.gaits - equations.gait) * own.shape[1]] = own
+            parts[end - (self.gaits - equations.gait) * own.shape[1]] = own
+        if self.suspects:
+            parts[end] = self.suspects.columns(equations)
         white = make_whitener(equations, levels).apply(*parts.values(), equations.residual.reshape(-1, 1))
         product = white.T @ white  # NumPy knows it to be symmetric
         places = _places(parts)
@@ -81,10 +88,18 @@ class Statistic:
         self.count += other.count
         self.loads += other.loads
 
+    def without_last(self, columns: int, gaits: int = 0) -> Statistic:
+        """Return the statistic as if its last columns had never been, some gait phases being left."""
+        kept = Statistic(self.nodes, self.corrections - columns, gaits)
+        size = len(kept.right)
+        kept.gram, kept.right = self.gram[:size, :size].copy(), self.right[:size].copy()
+        kept.square, kept.count, kept.loads = self.square, self.count, self.loads.copy()
+        return kept
+
 
 def merged(parts: Sequence[Statistic]) -> Statistic:
     """Return the statistic of all parts together, of the same nodes and corrections."""
-    whole = Statistic(parts[0].nodes, parts[0].corrections, parts[0].gaits)
+    whole = Statistic(parts[0].nodes, parts[0].corrections, parts[0].gaits, parts[0].suspects)
     for part in parts:
         whole.merge(part)
     return whole

@@ -11,17 +11,23 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.identification.whole_log.suspects import Suspects
 
 WORKERS = 2
 """Threads [1] that weigh equations: linear algebra lets other threads run."""
 
 
 def sum_up(
-    equations: Iterable[WeakEquations], levels: ErrorLevels, curves: Curves, model: ModelCorrections, gaits: int
+    equations: Iterable[WeakEquations],
+    levels: ErrorLevels,
+    curves: Curves,
+    model: ModelCorrections,
+    gaits: int,
+    suspects: Suspects | None = None,
 ) -> Statistic:
     """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
-    size = model.size + gaits * COSINES * len(curves.top_speed)
-    statistics = [Statistic(curves.nodes, size, gaits) for _ in range(WORKERS)]
+    size = model.size + gaits * COSINES * len(curves.top_speed) + (suspects.size if suspects else 0)
+    statistics = [Statistic(curves.nodes, size, gaits, suspects) for _ in range(WORKERS)]
     waiting: list[Future[None] | None] = [None] * WORKERS
     with ThreadPoolExecutor(WORKERS) as pool:
         for k, part in enumerate(equations):

@@ -1,0 +1,106 @@
+"""What friction may do beyond a law of velocity, as columns that are looked for in what a fit leaves over.
+
+Per joint, with s(v) a smooth sign of the velocity, tau the torque that the sensor feels, t the time since the log
+began, and z Dahl's deflection, which follows s(v) within a distance d of travel (Dahl 1968):
+
+| what | columns |
+|---|---|
+| load | (|tau| / mean |tau| - 1) s(v), beside the sensor's gain |
+| drift | (2 t / T - 1) s(v), (2 t / T - 1) v / top speed |
+| presliding | z - s(v), of a short and of a long distance |
+| play | what a bar takes away while it crosses its play, where tau changes its sign |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.equations import WeakEquations
+from stribeck.log import Array
+
+KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6,)}
+"""What may be found, and its columns."""
+
+GAIN_COLUMN, COLUMNS = 1, 7
+
+GAIN = 0.01
+"""How wrong the gain of a torque sensor is believed to be [1]; its column is in these units."""
+
+SIGN = 0.01
+"""Share of the top speed [1] within which the smooth sign rises."""
+
+DISTANCES = 1e-3, 4e-3
+"""Time [s] that the top speed takes to go the distances of presliding."""
+
+CROSSING = 0.05
+"""Share of its mean size [1] below which a torque is about to change its sign."""
+
+
+@dataclass(frozen=True, eq=False)
+class Suspects:
+    """What the columns of n joints are made with: top speeds [rad/s] and mean torques [N m], shape (n,); T [s]."""
+
+    top_speed: Array
+    torque: Array
+    duration: float
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return COLUMNS * len(self.top_speed)
+
+    def columns(self, equations: WeakEquations) -> Array:
+        """Return the equations' derivatives by all columns, joint by joint, shape (K m, n COLUMNS)."""
+        torques = self.torques(equations)
+        columns = equations.weights[:, :, :, None] * torques[:, None]
+        return np.asarray(columns.reshape(-1, self.size))
+
+    def torques(self, equations: WeakEquations) -> Array:
+        """Return the columns as friction torques, through the window, shape (K, n, COLUMNS)."""
+        period = (equations.time[1] - equations.time[0]) / equations.step if len(equations.time) > 1 else 0.0
+        sign = np.tanh(equations.velocity / (SIGN * self.top_speed))
+        travel = np.abs(equations.velocity) * period
+        lags = [_deflection(sign, travel / (self.top_speed * distance)) - sign for distance in DISTANCES]
+        s, speed, *lagging = (_windows(equations, each) for each in (sign, equations.velocity / self.top_speed, *lags))
+        load = np.abs(_around(equations)) / self.torque - 1
+        time = (2 * equations.elapsed / self.duration - 1)[:, None]
+        crossing = np.exp(-((equations.torque / (CROSSING * self.torque)) ** 2))
+        turning = crossing * np.sign(np.gradient(equations.torque, axis=0)) if len(crossing) > 1 else 0 * crossing
+        columns = [load * s, GAIN * equations.torque, time * s, time * speed, *lagging, turning]
+        return np.stack(columns, axis=2)
+
+
+def find_suspects(some: Sequence[WeakEquations], top_speed: Array) -> Suspects:
+    """Return what there is to look for in a log of which `some` equations are known; they reach to its end."""
+    torque = np.abs(np.concatenate([part.torque for part in some])).mean(axis=0)
+    last = max(float(part.elapsed[-1]) for part in some)
+    return Suspects(top_speed, np.maximum(torque, 1e-9), max(last, 1e-9))
+
+
+def _deflection(sign: Array, travel: Array) -> Array:
+    """Return z with dz = (sign - z) |dq| / d, shape (T, n), of travel |dq| / d: each sample needs the one before."""
+    z, keep = np.empty_like(sign), np.exp(-travel)
+    z[0] = sign[0]
+    for k in range(1, len(sign)):
+        z[k] = sign[k] + (z[k - 1] - sign[k]) * keep[k]
+    return z
+
+
+def _around(equations: WeakEquations) -> Array:
+    """Return the torque at each window, shape (K, n), from windows before and after that share no sample with it.
+
+    Its own noise is in the equation as well: |tau| would go up wherever the noise pulls the way that the joint moves.
+    """
+    away, last = len(equations.torque_overlap), len(equations.torque) - 1
+    k = np.arange(last + 1)
+    before, after = np.where(k < away, k + away, k - away), np.where(k + away > last, k - away, k + away)
+    return np.asarray(equations.torque[np.clip([before, after], 0, last)].mean(axis=0))
+
+
+def _windows(equations: WeakEquations, signal: Array) -> Array:
+    """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
+    views = np.lib.stride_tricks.sliding_window_view(signal, len(equations.taps), axis=0)[:: equations.step]
+    return np.asarray(views[: len(equations.time)] @ equations.taps)
