@@ -30,10 +30,10 @@ from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.suspects import COLUMNS, GAIN_COLUMN, KINDS
 from stribeck.log import Array
 
-CHANCE = 1e-6
-"""Probability [1] of a false alarm in one test, of which there are a hundred."""
+CHANCE = 1e-8
+"""Probability [1] of a false alarm in one of the hundred tests, by chance alone; errors of a model add to it."""
 
-MATTERS = 0.1
+MATTERS = 0.05
 """Share of a joint's friction [1] below which a term is not worth a word."""
 
 LEAST_FRICTION = 0.01

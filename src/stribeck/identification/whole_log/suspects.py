@@ -8,7 +8,7 @@ began, and z Dahl's deflection, which follows s(v) within a distance d of travel
 | load | (|tau| / mean |tau| - 1) s(v), beside the sensor's gain |
 | drift | (2 t / T - 1) s(v), (2 t / T - 1) v / top speed |
 | presliding | z - s(v), of a short and of a long distance |
-| play | what a bar takes away while it crosses its play, where tau changes its sign |
+| play | blows when tau changes its sign, and 10 ms later: what a bar takes away while it crosses its play |
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ import numpy as np
 from stribeck.equations import WeakEquations
 from stribeck.log import Array
 
-KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6,)}
+KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7)}
 """What may be found, and its columns."""
 
-GAIN_COLUMN, COLUMNS = 1, 7
+GAIN_COLUMN, COLUMNS = 1, 8
 
 GAIN = 0.01
 """How wrong the gain of a torque sensor is believed to be [1]; its column is in these units."""
@@ -35,8 +35,8 @@ SIGN = 0.01
 DISTANCES = 1e-3, 4e-3
 """Time [s] that the top speed takes to go the distances of presliding."""
 
-CROSSING = 0.05
-"""Share of its mean size [1] below which a torque is about to change its sign."""
+CERTAIN = 6.0
+"""Standard deviations of its noise [1] by which a torque changes from window to window when it surely changes sign."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +67,7 @@ class Suspects:
         s, speed, *lagging = (_windows(equations, each) for each in (sign, equations.velocity / self.top_speed, *lags))
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
-        crossing = np.exp(-((equations.torque / (CROSSING * self.torque)) ** 2))
-        turning = crossing * np.sign(np.gradient(equations.torque, axis=0)) if len(crossing) > 1 else 0 * crossing
-        columns = [load * s, GAIN * equations.torque, time * s, time * speed, *lagging, turning]
+        columns = [load * s, GAIN * equations.torque, time * s, time * speed, *lagging, *_blows(equations)]
         return np.stack(columns, axis=2)
 
 
@@ -98,6 +96,28 @@ def _around(equations: WeakEquations) -> Array:
     k = np.arange(last + 1)
     before, after = np.where(k < away, k + away, k - away), np.where(k + away > last, k - away, k + away)
     return np.asarray(equations.torque[np.clip([before, after], 0, last)].mean(axis=0))
+
+
+def _blows(equations: WeakEquations) -> list[Array]:
+    """Return blows in the torque's new direction wherever it changes its sign, and one window later, shape (K, n) each.
+
+    While a light bar of damping d crosses a play of width p, the torque moves nothing but the bar: d y' = tau. Whatever
+    the torque, friction takes the impulse d p away, within some milliseconds. The window's largest value counts as one.
+    """
+    torque, taps = equations.torque, equations.taps
+    change = np.diff(torque, axis=0)
+    noise = equations.torque_noise * np.linalg.norm(taps)
+    turns = (torque[:-1] * torque[1:] < 0) & (np.abs(change) > CERTAIN * noise)
+    window, joint = np.nonzero(turns)
+    place = window - torque[window, joint] / change[window, joint]  # in windows
+    reach = len(taps) // (2 * equations.step) + 1
+    rows = window[:, None] + np.arange(1 - reach, reach + 1)
+    shape = np.interp((rows - place[:, None]) * equations.step + (len(taps) - 1) / 2, np.arange(len(taps)), taps)
+    shape[(rows < 0) | (rows >= len(torque))] = 0.0
+    blows = np.zeros_like(torque)
+    strength = np.sign(change[window, joint])[:, None] * shape / taps.max()
+    np.add.at(blows, (np.clip(rows, 0, len(torque) - 1), joint[:, None]), strength)
+    return [blows, np.concatenate([np.zeros_like(blows[:1]), blows[:-1]])]
 
 
 def _windows(equations: WeakEquations, signal: Array) -> Array:
