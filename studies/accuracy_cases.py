@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
@@ -38,12 +38,12 @@ DOUBLE_SUPPORT = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class Walked:
-    """A robot of `WALKERS`: patterns of its leg joints, a share of the paper's friction, and walks by name."""
+    """A robot of `WALKERS`: patterns of its leg joints, walks by name, and Coulomb friction and offset [N m]."""
 
     walker: str
     legs: Mapping[str, str]
     walks: Mapping[str, StepsTable]
-    share: float = 1.0
+    levels: Mapping[str, float] = field(default_factory=lambda: LEVELS)
 
 
 def _ways(forward: StepsTable, sideways: StepsTable) -> dict[str, StepsTable]:
@@ -79,11 +79,13 @@ ROBOTS = {
     "G1": Walked(
         walker="G1",
         legs={name: f"*_{name.replace(' ', '_')}_joint" for name in LEVELS},
-        walks=_ways(_steps(0.6, forward=0.25, width=0.16), _steps(0.6, sideways=0.1, width=0.12)),
-        share=0.5,
+        walks=_ways(_steps(0.6, forward=0.2, width=0.16), _steps(0.6, sideways=0.1, width=0.12)),
+        levels=LEVELS | {"hip roll": 0.5, "hip pitch": 0.375, "hip yaw": 0.375, "knee": 0.5},
     ),
 }
-"""The G1 weighs half of the others and has half of the friction; it steps faster. No joint reaches a stop."""
+"""The G1 weighs half of the others, has half of the friction in hips and knees, and steps faster. No joint reaches a
+stop.
+"""
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ def exact_walks(name: str) -> list[Simulated]:
 def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenario:
     """Return the scenario of one walk."""
     walker = WALKERS[walked.walker]
-    levels = {pattern: walked.share * LEVELS[kind] for kind, pattern in walked.legs.items()}
+    levels = {pattern: walked.levels[kind] for kind, pattern in walked.legs.items()}
     return Scenario(
         robot=robot_file,
         posture=dict(walker.posture),

@@ -34,7 +34,7 @@ from studies.beyond_cases import CASES, INSIDE, walk
 
 LAW = "stribeck"
 METHODS = {"curve-fit": Settings(law=LAW), "whole-log": Settings(law=LAW, method="whole-log")}
-SEEDS = 3
+SEEDS = 2
 
 
 class Told(TypedDict):

@@ -17,6 +17,7 @@ import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
+from studies import accuracy_table, beyond_the_laws
 from tests.arm import arm_log, save_npz, write_arm
 from tests.models import EXAMPLES, MODELS, STRIBECK
 from tests.readers.formats import messages_of, write_messages
@@ -254,15 +255,18 @@ def test_the_result_shown_is_of_the_demonstrations_walk() -> None:
 
 
 def test_the_accuracy_shown_is_the_studys() -> None:
-    cases = json.loads((ROOT / "studies/accuracy.json").read_text())["cases"]
-    page = PAGES["docs/whole-log.md"]
-    for case, methods in cases.items():
-        for method, row in methods.items():
-            numbers = " | ".join(
-                f"{100 * row[name]:.2f} / {100 * row[f'{name}_worst']:.1f}" for name in ("coulomb", "shape")
-            )
-            held = " | ".join(f"{100 * row[f'{name}_held']:.0f} %" for name in ("coulomb", "viscous", "offset"))
-            assert f"| {case} | {method} | {numbers} | {row['offset']:.3f} | {held} |" in page
+    runs = accuracy_table.read_runs(ROOT / "studies/accuracy.json")
+    for row in accuracy_table.table(accuracy_table.in_order(runs)):
+        assert row in PAGES["docs/whole-log.md"]
+
+
+def test_what_is_told_of_friction_beyond_the_laws_is_the_studys() -> None:
+    told = json.loads((ROOT / "studies/beyond_the_laws.json").read_text())["told"]
+    for row in beyond_the_laws.table(told):
+        assert row in PAGES["docs/whole-log.md"]
+    assert {one["case"] for one in told} == set(beyond_the_laws.CASES)
+    whole_log = [one for one in told if one["method"] == "whole-log"]
+    assert all(bool(one["kinds"]) == (one["case"] != beyond_the_laws.INSIDE) for one in whole_log)
 
 
 def test_the_held_out_errors_shown_are_the_studys() -> None:
