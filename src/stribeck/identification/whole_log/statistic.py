@@ -67,14 +67,19 @@ class Statistic:
             parts[end - (self.gaits - equations.gait) * own.shape[1]] = own
         if self.suspects:
             parts[end] = self.suspects.columns(equations)
-        white = make_whitener(equations, levels).apply(*parts.values(), equations.residual.reshape(-1, 1))
-        product = white.T @ white  # NumPy knows it to be symmetric
-        places = _places(parts)
-        for here, there in itertools.product(places, places):
-            self.gram[there[0], here[0]] += product[there[1], here[1]]
-        for here in places:
-            self.right[here[0]] += product[here[1], -1]
-        self.square += float(product[-1, -1])
+        residual = equations.residual.reshape(-1, 1).copy()
+        whitener = make_whitener(equations, levels)
+        for columns in (*parts.values(), residual):
+            whitener.whiten(columns)
+        places = {first: slice(first, first + columns.shape[1]) for first, columns in parts.items()}
+        for first, there in itertools.combinations_with_replacement(parts, 2):
+            product = parts[first].T @ parts[there]  # NumPy knows that of a part with itself to be symmetric
+            self.gram[places[first], places[there]] += product
+            if first != there:
+                self.gram[places[there], places[first]] += product.T
+        for first, columns in parts.items():
+            self.right[places[first]] += (columns.T @ residual)[:, 0]
+        self.square += float(residual[:, 0] @ residual[:, 0])
         self.count += equations.residual.size
         if equations.factors is not None:
             load = equations.factors[:, :, 0]
@@ -103,15 +108,6 @@ def merged(parts: Sequence[Statistic]) -> Statistic:
     for part in parts:
         whole.merge(part)
     return whole
-
-
-def _places(parts: dict[int, Array]) -> list[tuple[slice, slice]]:
-    """Return where the columns of each part are among all, and where side by side."""
-    ends = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
-    return [
-        (slice(first, first + stop - start), slice(start, stop))
-        for first, (start, stop) in zip(parts, itertools.pairwise(ends), strict=True)
-    ]
 
 
 def design(equations: WeakEquations, nodes: Nodes) -> Array:

@@ -35,27 +35,22 @@ class Whitener:
     rows: int
 
     def apply(self, *parts: Array) -> Array:
-        """Return whitened rows, parts (r, c1), (r, c2), ... side by side, shape (B b, c); beyond the r rows zero."""
-        blocks, size = self.inverse.shape[:2]
-        white = np.zeros((blocks * size, sum(part.shape[1] for part in parts)))
-        first = 0
-        for part in parts:
-            white[: len(part), first : first + part.shape[1]] = part
-            first += part.shape[1]
+        """Return whitened rows, parts (K m, c1), (K m, c2), ... side by side."""
+        white = np.column_stack(parts)
         self.whiten(white)
         return white
 
     def whiten(self, rows: Array) -> None:
-        """Whiten rows where they are, shape (B b, c), window by window: what is zero in the factors is left out."""
-        blocks = rows.reshape(len(self.inverse), -1, rows.shape[1])
-        windows = [slice(start, start + self.rows) for start in range(0, blocks.shape[1], self.rows)]
+        """Whiten rows where they are, shape (K m, c), window by window: what is zero in the factors is left out."""
+        size = self.inverse.shape[1]
         product = np.empty((self.rows, rows.shape[1]))
         for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
-            here = blocks[k]
+            before, here = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
+            windows = [slice(start, start + self.rows) for start in range(0, len(here), self.rows)]
             if k:
                 for window in windows:
                     on = slice(window.start, None)
-                    here[window] -= np.matmul(coupling[window, on], blocks[k - 1, on], out=product)
+                    here[window] -= np.matmul(coupling[window, on], before[on], out=product)
             for window in reversed(windows):
                 up = slice(0, window.stop)
                 here[window] = np.matmul(inverse[window, up], here[up], out=product)
