@@ -27,7 +27,7 @@ SHRINK = 2 / 11
 LONGEST, SHORTEST = 0.061, 0.015
 """Of the velocity's window [s]."""
 
-CALM = 0.045
+CALM = 0.06
 """Window [s] of the acceleration that corrections act on, at the same noise as `REFERENCE`.
 
 Its noise would be taken for motion that needs no torque, and inertias would come out too small.

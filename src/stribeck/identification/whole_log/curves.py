@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,12 +36,21 @@ class Curves:
         Velocities at which the curves are evaluated.
     top_speed, torque
         Scales of each joint [rad/s], [N m], shape (n,).
+    alike
+        Mean and standard deviation over the joints of internal coordinates, shape (2, p); NaN for what no joint has in
+        common with others, None before the log has spoken.
     """
 
     law: FrictionLaw
     nodes: Nodes
     top_speed: Array
     torque: Array
+    alike: Array | None = field(default=None, kw_only=True)
+
+    @property
+    def shared(self) -> list[int]:
+        """Which parameters may be alike in all joints: logarithms, and pure numbers without a sign."""
+        return [k for k, p in enumerate(self.law.parameters) if p.logarithmic or (p.unit == "1" and p.lower >= 0)]
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -95,6 +104,9 @@ class Curves:
                 spread[:, k] = WIDE * units[parameter.unit]
             else:
                 spread[:, k] = PURE_NUMBER_SPREAD
+        if self.alike is not None:
+            known = np.isfinite(self.alike[0])
+            mean[:, known], spread[:, known] = self.alike[:, None, known]
         return mean, spread
 
     def shapes(self) -> Iterator[list[dict[str, float]]]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
+from stribeck.identification.whole_log.believed import solve_and_believe
 from stribeck.identification.whole_log.choose import FOLDS, settle_terms
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
@@ -150,12 +151,13 @@ def fit_whole_log(
     if isinstance(curves, VaryingCurves):
         refused = unsupported(some, curves.slow, statistic.loads)
         choice = settle_terms(statistic, folds, steps, curves, model, solution, refused)
-        curves, solution = choice.curves, solve(statistic, choice.curves, model, choice.start)
+        curves, solution = choice.curves, choice.start
+    curves, model, solution = solve_and_believe(statistic, curves, model, solution)
     unseen = list(held_out.values())
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     validation = validate(unseen, statistic, curves, levels, *known) if unseen else (None,) * len(speed)
     statistic.merge(sum_up(unseen, levels, curves, model, 0))
-    solution = solve(statistic, curves, model, solution)
+    curves, model, solution = solve_and_believe(statistic, curves, model, solution)
     repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     return WholeLogFit(

@@ -45,6 +45,8 @@ class ModelCorrections:
         Number of gait phases whose repeated errors are looked for.
     repeated
         Standard deviation of each joint's repeated errors [N m], shape (n,).
+    spread
+        Standard deviations of the coordinates of `corrections` before the log speaks [1], shape (corrections.size,).
     """
 
     corrections: Corrections
@@ -52,6 +54,7 @@ class ModelCorrections:
     loaded: NDArray[np.int64]
     gaits: int
     repeated: Array
+    spread: Array
 
     @property
     def size(self) -> int:
@@ -62,6 +65,7 @@ class ModelCorrections:
     def precision(self) -> Array:
         """Inverse covariance of the coordinates before the log speaks, shape (c, c)."""
         precision = np.eye(self.size)
+        np.fill_diagonal(precision[: self.corrections.size, : self.corrections.size], self.spread**-2)
         if len(self.loaded):
             common = self.corrections.inertial_parameters.size + self.loaded
             precision[np.ix_(common, common)] += 1 / (len(common) * SUM_OF_GAINS) ** 2
@@ -91,4 +95,4 @@ def model_corrections(corrections: Corrections, loads: Array) -> ModelCorrection
     next to nothing are left alone: they cannot be told from friction, and noise would be taken for them.
     """
     loaded = np.flatnonzero(loads > LEAST_LOAD * loads.max(initial=0.0))
-    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), loaded, 0, np.zeros(0))
+    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), loaded, 0, np.zeros(0), np.ones(corrections.size))

@@ -50,7 +50,7 @@ def spread_of_repeated(
     columns = statistic.gaits * COSINES * joints
     rest = without_corrections(statistic, model, solution)
     nothing = bodies_of(np.zeros((0, SIZE)))
-    tried = ModelCorrections(Corrections(), nothing, np.arange(0), statistic.gaits, np.full(joints, FIRST))
+    tried = ModelCorrections(Corrections(), nothing, np.arange(0), statistic.gaits, np.full(joints, FIRST), np.zeros(0))
     free = replace(solution, corrections=np.zeros(columns))
     for _ in range(ROUNDS):
         free = solve(rest, curves, tried, free)
