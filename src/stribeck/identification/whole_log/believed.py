@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def _groups(model: ModelCorrections) -> Iterator[Array]:
     inertial = np.arange(there.inertial_parameters.size).reshape(-1, SIZE)
     first = there.inertial_parameters.size
     ends = first + np.cumsum([0, there.gains, there.zeros, there.tilts])
-    calibration = [np.arange(low, high) for low, high in zip(ends[:-1], ends[1:], strict=True)]
+    calibration = [np.arange(low, high) for low, high in pairwise(ends)]
     for group in (inertial[:, 0], inertial[:, 1:4].ravel(), inertial[:, 4:].ravel(), *calibration):
         if len(group):
             yield group

@@ -16,7 +16,8 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     """Return the fits of all joints by name.
 
     The covariance is the inverse curvature of all coordinates together, so that what is not known of the model widens
-    the friction's intervals; it is scaled by chi^2 where the errors are larger than they were taken to be.
+    the friction's intervals; it is scaled by chi^2 where the errors are larger than they were taken to be. A gain that
+    all torques share scales all friction.
     """
     scale = max(1.0, fit.chi_square)
     freedom = max(fit.stretches - 1.0, 1.0)
@@ -38,8 +39,11 @@ def _joint_fit(fit: WholeLogFit, joint: int, scale: float, freedom: float, joint
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
     covariance = scale * solution.covariance[np.ix_(own, own)] * np.outer(share, share)
-    deviation = np.sqrt(np.diag(covariance))
     values = to_external(coordinates, logs) * share
+    torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
+    scaled = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0)
+    covariance += np.outer(scaled, scaled)
+    deviation = np.sqrt(np.diag(covariance))
     factor = np.where(logs, values, 1.0)
     distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
     degrees = np.full(len(values), freedom)

@@ -25,8 +25,8 @@ ROTOR = 1.0
 SUM_OF_GAINS = 1e-3
 """How far the mean gain may be from 1, in units of `GAIN`: one gain common to all torques is friction's own scale."""
 
-LEAST_LOAD = 0.1
-"""Torque of a sensor over that of the most loaded one [1] from which its gain counts in the mean."""
+LEAST_LOAD = 0.01
+"""Torque of a sensor over that of the most loaded one [1] from which its gain is corrected and counts in the mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +62,12 @@ class ModelCorrections:
         return self.corrections.size + self.gaits * COSINES * len(self.repeated)
 
     @property
+    def common_gain(self) -> float:
+        """Standard deviation of the mean gain [1], which no log tells."""
+        first = self.corrections.inertial_parameters.size
+        return GAIN * float(np.linalg.norm(self.spread[first + self.loaded])) / max(len(self.loaded), 1)
+
+    @property
     def precision(self) -> Array:
         """Inverse covariance of the coordinates before the log speaks, shape (c, c)."""
         precision = np.eye(self.size)
@@ -95,4 +101,5 @@ def model_corrections(corrections: Corrections, loads: Array) -> ModelCorrection
     next to nothing are left alone: they cannot be told from friction, and noise would be taken for them.
     """
     loaded = np.flatnonzero(loads > LEAST_LOAD * loads.max(initial=0.0))
-    return ModelCorrections(corrections, bodies_of(corrections.inertial_parameters), loaded, 0, np.zeros(0), np.ones(corrections.size))
+    bodies = bodies_of(corrections.inertial_parameters)
+    return ModelCorrections(corrections, bodies, loaded, 0, np.zeros(0), np.ones(corrections.size))
