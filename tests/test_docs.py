@@ -279,6 +279,14 @@ def test_the_held_out_errors_shown_are_the_studys() -> None:
     ]
 
 
+def test_the_coverage_of_drawn_steps_shown_is_the_studys() -> None:
+    cases = json.loads((ROOT / "studies/step_coverage.json").read_text())["cases"]
+    for case, kinds in cases.items():
+        for kind, held in kinds.items():
+            row = f"| {case} | `{kind}` | {' | '.join(f'{100 * share:.0f} %' for share in held.values())} |"
+            assert row in PAGES["docs/whole-log.md"]
+
+
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
     rows = list(rows_below("docs/result.md", "`friction_torque.parquet`"))
     named = {names_in(row[0])[0] for row in rows}

@@ -27,6 +27,9 @@ from stribeck.threads import one_blas_thread
 from stribeck.version import __version__
 from stribeck.whole_log import WholeLog, find_whole_log
 
+UNUSED = {"whole-log": ("loss", "averaged_law"), "curve-fit": ("intervals",)}
+"""Settings by the method that does not use them."""
+
 UNPHYSICAL = 0.4
 """Share of samples with positive friction power above which a joint's signals or model must be wrong."""
 
@@ -110,14 +113,12 @@ def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
 
 
 def _refuse_unused(settings: Settings) -> None:
-    """Refuse settings that the method whole-log does not listen to."""
-    if settings.method != "whole-log":
-        return
-    for key in ("loss", "averaged_law"):
+    """Refuse settings that the method does not listen to, and that would be taken to have done something."""
+    for key in UNUSED[settings.method]:
         value = getattr(settings, key)
         if value != Settings.model_fields[key].default:
             raise SettingsError(
-                f"[identify] {key} is {value!r}, which the method 'whole-log' does not use; leave it out"
+                f"[identify] {key} is {value!r}, which the method '{settings.method}' does not use; leave it out"
             )
 
 

@@ -110,6 +110,7 @@ class Settings(Table):
     law: str = "stribeck"
     method: Literal["curve-fit", "whole-log"] = "curve-fit"
     corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
+    intervals: Literal["model", "bootstrap"] = "model"  # from the errors as measured, or from drawn steps (whole-log)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
     tilt: Literal["auto", "imu", "flat"] = "auto"

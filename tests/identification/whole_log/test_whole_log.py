@@ -261,9 +261,54 @@ def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
     assert "Corrections of the model" in (tmp_path / "out/report.html").read_text()
 
 
+def deviations(log: RobotLog, robot: Robot, intervals: str) -> tuple[np.ndarray, np.ndarray]:
+    """Errors and standard errors of viscous friction, Coulomb friction and offset, shape (joints, 3) each."""
+    law, names = get_law("coulomb-viscous"), ("viscous", "coulomb", "offset")
+    settings = WHOLE_LOG.model_copy(update={"law": law.name, "intervals": intervals, "rest": 0.01})
+    fits = find_whole_log([log], robot, law, settings, quiet).fits.values()
+    places = [fit.names.index(name) for fit in fits for name in names]
+    found = np.array([[fit.values, fit.standard_errors] for fit in fits])[:, :, places[:3]]
+    return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
+
+
+def test_drawn_steps_give_wider_intervals_where_steps_disagree(arm: Robot) -> None:
+    law = get_law("coulomb-viscous")
+    truth = {name: TRUTH[name] for name in ("viscous", "coulomb", "offset")}
+    exact, _ = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=60.0, seed=5)
+    noisy = with_noise(exact, position=1e-5, torque=0.1, seed=6)
+    error, drawn = deviations(noisy, arm, "bootstrap")
+    assert 0.5 < np.median(drawn / deviations(noisy, arm, "model")[1]) < 1.5  # nothing disagrees
+    assert 0.6 < np.sqrt(np.mean((error / drawn) ** 2)) < 1.6
+    spread = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
+    uneven = replace(noisy, torque=noisy.torque + spread[(noisy.time / 1.6).astype(int)])  # offsets come and go
+    error, drawn = deviations(uneven, arm, "bootstrap")
+    _, believed = deviations(uneven, arm, "model")
+    assert np.median((drawn / believed)[:, 2]) > 1.5
+    assert (
+        np.sqrt(np.mean((error[:, 2] / drawn[:, 2]) ** 2)) < 1.6 < np.sqrt(np.mean((error[:, 2] / believed[:, 2]) ** 2))
+    )
+
+
+def test_drawn_steps_leave_what_no_step_knows_as_uncertain_as_it_was_believed(
+    arm: Robot, exact_arm_log: RobotLog
+) -> None:
+    noisy = with_noise(exact_arm_log, position=1e-5, torque=0.1, seed=6)
+    known = {
+        intervals: find_whole_log(
+            [noisy], arm, get_law("stribeck"), Settings(method="whole-log", intervals=intervals), quiet
+        )
+        .corrections.bodies["shoulder_yaw"]
+        .known
+        for intervals in ("model", "bootstrap")
+    }  # it turns about the vertical: neither its mass nor where it is matters
+    assert known["bootstrap"] == pytest.approx(known["model"], abs=0.1)
+
+
 def test_settings_that_it_does_not_use_are_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
     with pytest.raises(SettingsError, match="loss is 'huber', which the method 'whole-log' does not use"):
         identify(exact_arm_log, arm, WHOLE_LOG.model_copy(update={"loss": "huber"}))
+    with pytest.raises(SettingsError, match="intervals is 'bootstrap', which the method 'curve-fit' does not use"):
+        identify(exact_arm_log, arm, Settings(intervals="bootstrap"))
 
 
 def test_a_log_without_motion_is_refused(arm: Robot, exact_arm_log: RobotLog) -> None:

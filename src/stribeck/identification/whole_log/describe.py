@@ -23,7 +23,7 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
     """
     there = fit.model.corrections
     friction = fit.solution.internal.size
-    errors = np.sqrt(np.diag(fit.solution.covariance)[friction:] * max(1.0, fit.chi_square))
+    errors = np.sqrt(np.diag(fit.solution.covariance)[friction:] * fit.widening)
     inertial = there.inertial_parameters.size
     body_errors = errors[:inertial].reshape(-1, SIZE)
     before, change = there.inertial_parameters, fit.corrections[:inertial].reshape(-1, SIZE)

@@ -10,6 +10,7 @@ import numpy as np
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.identification.whole_log.believed import solve_and_believe
+from stribeck.identification.whole_log.bootstrap import bootstrap_covariance
 from stribeck.identification.whole_log.choose import FOLDS, settle_terms
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
@@ -67,6 +68,8 @@ class WholeLogFit:
     validation
         Of each joint, on some of the stretches that the levels were measured on, by a fit of all others; None where
         there are too few stretches.
+    bootstrapped
+        Whether the covariance is that of logs drawn from this log's stretches, however large errors were taken to be.
     terms, mean_load
         Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
     lacks
@@ -83,6 +86,7 @@ class WholeLogFit:
     residual_rms: Array
     validation: tuple[Validation | None, ...]
     lacks: tuple[tuple[Lack, ...], ...]
+    bootstrapped: bool = False
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
 
@@ -102,6 +106,11 @@ class WholeLogFit:
         free = self.statistic.count - self.solution.internal.size
         return self.solution.chi_square / max(free, 1)
 
+    @property
+    def widening(self) -> float:
+        """What variances are multiplied by as errors are larger than they were taken to be [1]."""
+        return 1.0 if self.bootstrapped else max(1.0, self.chi_square)
+
 
 def fit_whole_log(
     equations: Sequence[WeakEquations],
@@ -110,6 +119,7 @@ def fit_whole_log(
     law: FrictionLaw,
     top_speed: Array,
     rest: Array,
+    bootstrapped: bool = False,
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
@@ -127,6 +137,8 @@ def fit_whole_log(
         Of each joint [rad/s], shape (n,).
     rest
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
+    bootstrapped
+        Whether the covariance is that of logs drawn from this log's stretches.
     """
     heard = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
     some = [equations[k] for k in heard]
@@ -159,6 +171,9 @@ def fit_whole_log(
     statistic.merge(sum_up(unseen, levels, curves, model, 0))
     curves, model, solution = solve_and_believe(statistic, curves, model, solution)
     repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
+    if bootstrapped:
+        drawn = bootstrap_covariance(equations, levels, curves, model, solution)
+        covariance = covariance - solution.covariance + drawn
     known = curves.coefficients(solution.internal), model.values(solution.corrections)[0]
     return WholeLogFit(
         curves=curves,
@@ -170,6 +185,7 @@ def fit_whole_log(
         stretches=len(equations),
         residual_rms=left_over(some, curves, levels, *known, known[0][None])[0],
         validation=validation,
+        bootstrapped=bootstrapped,
         terms=choice.verdicts if choice else (),
         mean_load=statistic.loads[1] / statistic.loads[0] if choice else None,
         lacks=lacks_of_fit(repeating, statistic.count, curves, model, solution, repeated),

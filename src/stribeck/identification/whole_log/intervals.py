@@ -19,7 +19,7 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     the friction's intervals; it is scaled by chi^2 where the errors are larger than they were taken to be. A gain that
     all torques share scales all friction.
     """
-    scale = max(1.0, fit.chi_square)
+    scale = fit.widening
     freedom = max(fit.stretches - 1.0, 1.0)
     return {name: _joint_fit(fit, k, scale, freedom, len(names)) for k, name in enumerate(names)}
 

@@ -86,8 +86,14 @@ def solve(statistic: Statistic, curves: Curves, model: ModelCorrections, before:
 
 def curvature(statistic: Statistic, curves: Curves, model: ModelCorrections, at: Solution) -> Array:
     """Return Gauss-Newton's second derivatives of half of chi^2 at a solution, the prior's included."""
+    return derivatives(statistic, curves, model, at)[1]
+
+
+def derivatives(statistic: Statistic, curves: Curves, model: ModelCorrections, at: Solution) -> tuple[Array, Array]:
+    """Return gradient and curvature of half of chi^2 at a solution, the prior's included."""
     x = np.concatenate([at.internal.ravel(), at.corrections])
-    return _evaluate(statistic, curves, model, x, at.internal.shape).hessian
+    found = _evaluate(statistic, curves, model, x, at.internal.shape)
+    return found.gradient, found.hessian
 
 
 def _descend(statistic: Statistic, curves: Curves, model: ModelCorrections, start: Array, known: Array) -> Solution:
