@@ -1,5 +1,7 @@
 """What contacts let one see: no contact force is in it, and friction that is put in comes out."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from stribeck.simulation.exact import Truth, exact_log
 from stribeck.simulation.run import POSTURES
 from stribeck.survey import prepare
 from stribeck.weak_form.build import WeakForm, weak_form
+from stribeck.weak_form.stretches import cut_stretches
 from stribeck.weak_form.support import find_support, null_projection
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
@@ -51,6 +54,19 @@ def test_what_is_seen_is_friction_alone(walked: tuple[Robot, RobotLog, Truth, We
         expected = np.einsum("kmn,kn->km", equations.weights, form.window.apply(friction))
         # contact forces of hundreds of newtons are gone; what is left is how friction changes under a turning P
         np.testing.assert_allclose(equations.residual, expected, atol=0.02)
+
+
+def test_a_foot_that_has_just_landed_is_no_root() -> None:
+    robot = Robot.from_file(MODELS / "robot.toml")
+    friction = {joint: TRUTH for joint in robot.joint_names if joint not in robot.position_controlled}
+    law, posture = get_law("stribeck"), POSTURES["biped"]
+    log, _ = exact_log(robot, law, friction, duration=8.0, posture=posture, seed=6)
+    ready = prepare(log, robot, Settings(filter=FilterSettings(kind="savitzky-golay", window=31)))
+    phases, segments = ready.support.phases, ready.sampling.segments
+    stretches = cut_stretches(phases, segments, ready.sampling.period, 20, 20, tuple(robot.contacts))
+    pairs = [(before, after) for before, after in pairwise(stretches) if len(before.feet) == 1 < len(after.feet)]
+    assert {before.feet[0] for before, _ in pairs} == set(robot.contacts)
+    assert all(after.feet[0] == before.feet[0] for before, after in pairs)
 
 
 def test_no_sum_that_is_seen_has_a_contact_force_in_it() -> None:

@@ -218,7 +218,8 @@ def weak_form(
     noise = measure_noise(log.position, log.torque, segments, log.foot_wrench)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
     window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
-    stretches = cut_stretches(phases, segments, period, kernels.margin, window.rows(FEWEST_WINDOWS))
+    surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
+    stretches = cut_stretches(phases, segments, period, kernels.margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
     corrections = replace(corrections, wrenches=len(sensed))
     supports = {feet: find_support(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in stretches)}

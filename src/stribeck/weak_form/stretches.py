@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -26,7 +27,12 @@ class Stretch:
 
 
 def cut_stretches(
-    phases: tuple[SupportPhase, ...], segments: tuple[slice, ...], period: float, margin: int, shortest: int
+    phases: tuple[SupportPhase, ...],
+    segments: tuple[slice, ...],
+    period: float,
+    margin: int,
+    shortest: int,
+    surfaces: Collection[str] = (),
 ) -> tuple[Stretch, ...]:
     """Return the stretches of all phases in which something stands.
 
@@ -40,6 +46,8 @@ def cut_stretches(
         Rows that filters need on either side within a segment.
     shortest
         Rows that a stretch must have.
+    surfaces
+        Feet that a tree may be rooted at; those that have just landed come last, as they still settle.
     """
     found: list[Stretch] = []
     before: tuple[str, ...] = ()
@@ -53,10 +61,11 @@ def cut_stretches(
             first = max(first, begins + round((TRIM_LANDED if landed else TRIM_LIFTED) / period))
         if ends is not None:
             last = min(last, ends - round(TRIM_END / period))
+        feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
         before = phase.feet
         if phase.kind == "flight" or last - first < shortest:
             continue
         parts = -(-(last - first) // max(shortest, round(LONGEST / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
-        found += [Stretch(start, stop, phase.feet, begins, ends) for start, stop in pairwise(edges)]
+        found += [Stretch(start, stop, feet, begins, ends) for start, stop in pairwise(edges)]
     return tuple(found)
