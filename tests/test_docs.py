@@ -287,6 +287,15 @@ def test_the_coverage_of_drawn_steps_shown_is_the_studys() -> None:
             assert row in PAGES["docs/whole-log.md"]
 
 
+def test_the_terms_shown_are_the_studys() -> None:
+    page, study = PAGES["docs/laws/auto.md"], json.loads((ROOT / "studies/terms.json").read_text())
+    for key, c in study["arm"].items():
+        held = f"{100 * c['held'] / c['intervals']:.0f} %" if c["intervals"] else "–"
+        assert f"| {key} | {c['found']} of {c['joints']} | {c['other']} of {c['asked']} | {held} |" in page
+    for name, found in study["walk"].items():
+        assert f"| {name} | {found} |" in page
+
+
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
     rows = list(rows_below("docs/result.md", "`friction_torque.parquet`"))
     named = {names_in(row[0])[0] for row in rows}
