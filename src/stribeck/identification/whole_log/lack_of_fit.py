@@ -30,8 +30,8 @@ from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.suspects import COLUMNS, GAIN_COLUMN, KINDS
 from stribeck.log import Array
 
-CHANCE = 1e-8
-"""Probability [1] of a false alarm in one of the hundred tests, by chance alone; errors of a model add to it."""
+SURPRISING = 8.0
+"""Minus log10 of the probability [1] of a false alarm in one test by chance alone; errors of a model add to it."""
 
 MATTERS = 0.05
 """Share of a joint's friction [1] below which a term is not worth a word."""
@@ -63,7 +63,7 @@ class Lack:
     size, share
         Of its largest column [N m], and that over the joint's friction [1].
     surprise
-        Squared deviation from none over what chance makes of it [1].
+        Minus log10 of the probability that chance alone does as much [1].
     told
         Whether it is surprising, and matters.
     """
@@ -132,11 +132,11 @@ def _test(score: Array, information: Array, variance: Array, level: float) -> tu
             continue  # the law can do the same
         inverse = np.linalg.inv(information[grid] + prior)
         size, covariance = (inverse @ score[which])[own], (inverse @ (variance[grid] + prior) @ inverse)[own, own]
-        surprise = float(size @ np.linalg.solve(covariance, size))
+        squares = float(size @ np.linalg.solve(covariance, size))
+        surprise = float(-chi2.logsf(squares, len(columns)) / np.log(10))
         largest = float(np.abs(size).max())
         share = largest / max(level, 1e-12)
-        told = surprise > chi2.isf(CHANCE, len(columns)) and share > MATTERS
-        found.append(Lack(kind, largest, share, surprise, bool(told)))
+        found.append(Lack(kind, largest, share, surprise, surprise > SURPRISING and share > MATTERS))
     return tuple(found)
 
 

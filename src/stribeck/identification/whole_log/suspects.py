@@ -62,8 +62,8 @@ class Suspects:
         """Return the columns as friction torques, through the window, shape (K, n, COLUMNS)."""
         period = (equations.time[1] - equations.time[0]) / equations.step if len(equations.time) > 1 else 0.0
         sign = np.tanh(equations.velocity / (SIGN * self.top_speed))
-        travel = np.abs(equations.velocity) * period
-        lags = [_deflection(sign, travel / (self.top_speed * distance)) - sign for distance in DISTANCES]
+        travel = np.abs(equations.velocity) * period / self.top_speed
+        lags = _lags(sign, [travel / distance for distance in DISTANCES])
         s, speed, *lagging = (_windows(equations, each) for each in (sign, equations.velocity / self.top_speed, *lags))
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
@@ -78,13 +78,14 @@ def find_suspects(some: Sequence[WeakEquations], top_speed: Array) -> Suspects:
     return Suspects(top_speed, np.maximum(torque, 1e-9), max(last, 1e-9))
 
 
-def _deflection(sign: Array, travel: Array) -> Array:
-    """Return z with dz = (sign - z) |dq| / d, shape (T, n), of travel |dq| / d: each sample needs the one before."""
-    z, keep = np.empty_like(sign), np.exp(-travel)
-    z[0] = sign[0]
+def _lags(sign: Array, travels: Sequence[Array]) -> list[Array]:
+    """Return z - s with dz = (s - z) |dq| / d, shape (T, n), for each |dq| / d: a sample's z needs the one before."""
+    keep = np.exp(-np.stack(travels, axis=1))  # (T, distances, n)
+    falls = -np.diff(sign, axis=0, prepend=sign[:1])[:, None]  # z - s falls as s rises
+    lags = np.zeros_like(keep)
     for k in range(1, len(sign)):
-        z[k] = sign[k] + (z[k - 1] - sign[k]) * keep[k]
-    return z
+        lags[k] = (lags[k - 1] + falls[k]) * keep[k]
+    return list(lags.transpose(1, 0, 2))
 
 
 def _around(equations: WeakEquations) -> Array:
