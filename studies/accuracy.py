@@ -6,7 +6,8 @@ Three humanoids walk about 45 s straight on, 45 s to the left and 45 s to the ri
 friction of Table 6.2 of the paper in their legs, by sensors without errors. Then white noise is added (A: encoders
 2e-5 rad, torque sensors 0.1 N m; B: 1e-4 rad, 0.3 N m), and the estimators are given a model whose principal moments
 are off by up to 20 %, centres of mass by 5 to 10 mm and masses by up to 5 %, or torque gains off by 1 % and encoder
-zeros by 2 mrad. Noise and errors are drawn anew for every seed.
+zeros by 2 mrad. Noise and errors are drawn anew for every seed. The IMU's orientation and the contacts are exact;
+wrenches of the feet are not logged.
 
 Of the leg joints that get numbers: Coulomb friction's relative error; how far the friction curves are apart without
 the offset, root mean square over the velocities that a joint moves with (its middle 98 %), relative to the Coulomb

@@ -157,7 +157,12 @@ def wrong_model(robot: Robot, seed: int) -> Robot:
 
 
 def measured(log: RobotLog, case: Case, seed: int, number: int) -> RobotLog:
-    """Return a walk as the sensors of a case see it; calibration errors are the same in all walks."""
+    """Return a walk as the sensors of a case see it; calibration errors are the same in all walks.
+
+    Feet say whether they stand, but their wrenches, which here are exact, are left out: with them inertias are found
+    that are not to be had from encoders and torque sensors alone.
+    """
+    log = replace(log, foot_wrench=None)
     log = with_noise(log, position=case.encoder, torque=case.torque, seed=10 * seed + number)
     if case.wrong_calibration:
         generator = np.random.default_rng([seed, 2])
