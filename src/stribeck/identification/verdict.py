@@ -50,7 +50,7 @@ def judge(
         else:
             fit = fits[joint]
             validation = validations[joint] if validations else _validation(fit, problem, settings.holdout)
-            results[joint] = _judge_joint(fit, problem, moved, validation, prismatic)
+            results[joint] = _judge_joint(fit, problem, moved, validation, prismatic, settings.method)
     return results
 
 
@@ -66,9 +66,9 @@ def _not_excited(moved: Excitation) -> JointResult:
 
 
 def _judge_joint(
-    fit: JointFit, problem: FitProblem, moved: Excitation, validation: Validation | None, prismatic: bool
+    fit: JointFit, problem: FitProblem, moved: Excitation, validation: Validation | None, prismatic: bool, method: str
 ) -> JointResult:
-    weak = is_weak(fit, problem.velocity)
+    weak = is_weak(fit, problem.velocity, method)
     reason = why_weak(fit, weak, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction and not reason:
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
