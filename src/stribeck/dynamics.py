@@ -18,6 +18,9 @@ from stribeck.rooting import RootedModel
 
 THREADS = os.cpu_count() or 1
 
+WORTHWHILE = 4096
+"""Samples [1] from which threads share the work: fewer take as long as threads wait for one another."""
+
 
 @dataclass(frozen=True, eq=False)
 class RootMotion:
@@ -94,7 +97,8 @@ def rooted_inverse_dynamics(
     rates[1, :, size:] = acceleration[:, columns]
     effort = np.empty((samples, model.nv))
     if samples:
-        pin.rneaInParallel(THREADS, _pool(rooted), configuration.T, rates[0].T, rates[1].T, effort.T)
+        threads = THREADS if samples >= WORTHWHILE else 1
+        pin.rneaInParallel(threads, _pool(rooted), configuration.T, rates[0].T, rates[1].T, effort.T)
     torque = np.empty((samples, joints))
     torque[:, columns] = effort[:, size:]
     return effort[:, :size], torque
