@@ -155,6 +155,8 @@ def test_bodies_beyond_belief_are_told(arm: Robot, exact_arm_log: RobotLog) -> N
         text for text in identify(replace(exact_arm_log, torque=torque), arm, settings).warnings if "10" in text
     ]
     assert "elbow" in warning
+    found = find_whole_log([replace(exact_arm_log, torque=torque)], arm, get_law("stribeck"), settings, quiet)
+    assert np.all(found.fit.model.spread <= 1.0)  # and no model is believed to be as wrong as that
     assert not any("10 times" in text for text in identify(exact_arm_log, arm, settings).warnings)
 
 

@@ -27,6 +27,12 @@ from stribeck.pseudo_inertia import SIZE
 DOUBT, ALIKE_DOUBT = 0.1, 1.0
 """How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
 
+MOST = 1.0
+"""Of the errors of model and sensors [1] over what they are usually wrong by.
+
+A log with errors of other kinds would have bodies explain them, and more so with every round.
+"""
+
 ALIKE = 0.5
 """How much joints differ in the nonlinear parameters and pure numbers of their law [1], before the log speaks."""
 
@@ -70,7 +76,7 @@ def _learn_spread(model: ModelCorrections, solution: Solution) -> ModelCorrectio
     for group in _groups(model):
         known = (1 - variance[group] / spread[group] ** 2).clip(0, 1).sum()
         square = np.sum(solution.corrections[group] ** 2)
-        spread[group] = np.sqrt((square + DOUBT) / (known + DOUBT))
+        spread[group] = min(np.sqrt((square + DOUBT) / (known + DOUBT)), MOST)
     return replace(model, spread=spread)
 
 
