@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction.terms import LADDER
-from stribeck.identification.selection import LEAST, Candidate, Kept, Objection, climb, meaningless
+from stribeck.identification.selection import LEAST, Candidate, Kept, Objection, climb
 from stribeck.identification.whole_log.joint_descent import JointSolution, descend_joint
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.profile import JointFold, Quadratic, joint_folds
@@ -22,6 +22,12 @@ from stribeck.result import TermVerdict
 
 FOLDS = 8
 """Parts of a log [1] that are held out one after another."""
+
+ROUNDS = 3
+"""How often terms that repeated errors may look like are taken back [1]."""
+
+PARAMETERS = {term.name: term.parameters for term in LADDER}
+"""Term -> its parameters, the one first that is none if the term is."""
 
 LEAST_FOLDS = 4
 """Of them [1]: fewer do not show how much their scores differ."""
@@ -56,82 +62,72 @@ def settle_terms(
 ) -> Choice:
     """Return the terms of each joint that held-out scores choose and that no repeated error may look like.
 
-    `repeating` is a share of the log with repeated torques; the others are as in `choose_terms`.
-    """
-    choice = choose_terms(total, folds, curves, model, solution, refused)
-    solution = solve(total, choice.curves, model, choice.start)
-    _, covariance = spread_of_repeated(repeating, total.count, choice.curves, model, solution)
-    return drop_unproven(choice, solution.covariance, covariance)
-
-
-def choose_terms(
-    total: Statistic,
-    folds: list[Statistic],
-    curves: VaryingCurves,
-    model: ModelCorrections,
-    solution: Solution,
-    refused: Sequence[dict[str, str]],
-) -> Choice:
-    """Return the terms of each joint, all else having all terms meanwhile.
-
     Parameters
     ----------
-    total, folds
-        The log, and its parts.
+    total, folds, repeating
+        The log, its parts, and a share of it with repeated torques.
     curves, model, solution
-        A fit with all terms.
+        A fit with all terms, which all else has while a joint is tried.
     refused
         Of each joint, terms that are out of the question, and why.
     """
     scale = max(1.0, solution.chi_square / max(total.count - solution.internal.size, 1))
     parts = joint_folds(total, folds, curves, model, solution)
-    verdicts, start = [], solution.internal.copy()
-    for joint, own in enumerate(parts):
-        trial = JointTrial(curves.joint(joint), own[0].training, tuple(own[1:]), scale)
-        if len(folds) >= LEAST_FOLDS:
-            verdicts.append(climb(trial.candidate, refused[joint]))
-        else:
-            few = f"{len(folds)} parts of the log can be held out; at least {LEAST_FOLDS} are needed"
-            verdicts.append({term.name: TermVerdict(verdict="refused", reason=few) for term in LADDER})
-        kept = frozenset(name for name, verdict in verdicts[-1].items() if verdict.kept)
-        start[joint] = trial.fit(kept).internal[0]
-    return _chosen(verdicts, curves, replace(solution, internal=start))
+    trials = [JointTrial(curves.joint(k), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(parts)]
+    if len(folds) < LEAST_FOLDS:
+        few = f"{len(folds)} parts of the log can be held out; at least {LEAST_FOLDS} are needed"
+        refused = [{term.name: few for term in LADDER} for _ in trials]
+    verdicts = [climb(trial.candidate, own) for trial, own in zip(trials, refused, strict=True)]
+    for _ in range(ROUNDS):
+        choice = _chosen(verdicts, curves, trials, solution)
+        found = solve(total, choice.curves, model, choice.start)
+        _, covariance = spread_of_repeated(repeating, total.count, choice.curves, model, found)
+        if not any(dropped := unproven(choice, found, covariance)):
+            break
+        for joint, own in enumerate(dropped):
+            if own:  # what the joint is refused now may let another term in
+                out = dict(refused[joint]) | {name: verdict.reason for name, verdict in own.items()}
+                verdicts[joint] = climb(trials[joint].candidate, out) | own
+                refused = [*refused[:joint], out, *refused[joint + 1 :]]
+    return _chosen(verdicts, curves, trials, solution)
 
 
-def drop_unproven(choice: Choice, plain: Array, repeated: Array) -> Choice:
-    """Return the choice without terms that errors which every step repeats may look like.
+def unproven(choice: Choice, solution: Solution, repeated: Array) -> list[dict[str, TermVerdict]]:
+    """Return by joint the terms that are none after all: errors that every step repeats may look like them.
 
     Held-out parts share these errors, and a term that explains them scores well there too. So its gain counts only by
-    the share that they have in its variance, of the `plain` covariance in the one that knows of them, both of all
-    coordinates.
+    the share that they leave of its variance: of the solution's covariance in the `repeated` one, which knows of them.
     """
-    curves, joints = choice.curves, len(choice.verdicts)
-    names = [parameter.name for parameter in curves.parameters]
-    size = joints * len(names)
-    share = (np.diag(plain)[:size] / np.diag(repeated)[:size]).reshape(joints, -1)
-    verdicts = []
+    curves, names = choice.curves, [parameter.name for parameter in choice.curves.parameters]
+    size = solution.internal.size
+    share = (np.diag(solution.covariance)[:size] / np.diag(repeated)[:size]).reshape(solution.internal.shape)
+    low = np.broadcast_to(curves.bounds[0], solution.internal.shape)
+    dropped: list[dict[str, TermVerdict]] = []
     for joint, own in enumerate(choice.verdicts):
-        changed = dict(own)
-        for term in LADDER:
-            said = own[term.name]
+        dropped.append({})
+        for name, said in own.items():
+            first = names.index(PARAMETERS[name][0]) if said.kept else 0
             if not said.kept or said.gain is None:
                 continue
-            worth = said.gain * float(share[joint, names.index(term.parameters[0])])
+            worth = said.gain * float(share[joint, first])
             if worth < LEAST:
                 why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
-                changed[term.name] = replace(said, verdict="refused", reason=why)
-            elif term.needs and not changed[term.needs].kept:
-                changed[term.name] = replace(said, verdict="refused", reason=meaningless(term))
-        verdicts.append(changed)
-    return _chosen(verdicts, curves, choice.start)
+            elif solution.internal[joint, first] <= low[joint, first]:
+                why = f"{said.reason}, but in the log as a whole it is none"
+            else:
+                continue
+            dropped[-1][name] = replace(said, verdict="refused", reason=why)
+    return dropped
 
 
-def _chosen(verdicts: Sequence[dict[str, TermVerdict]], curves: VaryingCurves, start: Solution) -> Choice:
-    """Return the choice of these verdicts, parameters that joints do without at their neutral values."""
+def _chosen(
+    verdicts: Sequence[dict[str, TermVerdict]], curves: VaryingCurves, trials: Sequence[JointTrial], solution: Solution
+) -> Choice:
+    """Return the choice of these verdicts; fits start from each joint's own, and neutral values of what it lacks."""
     kept = [frozenset(name for name, verdict in own.items() if verdict.kept) for own in verdicts]
+    start = np.concatenate([trial.fit(own).internal for trial, own in zip(trials, kept, strict=True)])
     free = np.stack([curves.with_terms(own) for own in kept])
-    internal = np.where(free, start.internal, curves.neutral)
-    return Choice(tuple(verdicts), curves.only(free), replace(start, internal=internal))
+    return Choice(tuple(verdicts), curves.only(free), replace(solution, internal=start))
 
 
 @dataclass(frozen=True, eq=False)

@@ -250,15 +250,13 @@ def _sum_up_all(
 ) -> tuple[list[Statistic], Statistic]:
     """Return statistics of parts of what is seen, and that of a share of it with repeated torques and suspects."""
     stride = STRIDE if len(seen) >= FEWEST_STEPS * gaits else 1
-    share = seen[::stride]
-    others = sorted(set(seen) - set(share))
+    share = set(seen[::stride])
     folds, repeating = [], []
     for k in range(count := min(most, len(seen))):
-        repeating.append(
-            sum_up((equations[place] for place in share[k::count]), levels, curves, model, gaits, suspects)
-        )
+        own, others = ([place for place in seen[k::count] if (place in share) == shared] for shared in (True, False))
+        repeating.append(sum_up((equations[place] for place in own), levels, curves, model, gaits, suspects))
         folds.append(without_repeated(repeating[-1].without_last(suspects.size, gaits)))
-        folds[-1].merge(sum_up((equations[place] for place in others[k::count]), levels, curves, model, 0))
+        folds[-1].merge(sum_up((equations[place] for place in others), levels, curves, model, 0))
     return folds, merged(repeating)
 
 
