@@ -123,8 +123,7 @@ def friction_torque(
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
     for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
-        kept = np.flatnonzero(support_of_row[stretch] >= 0)
-        kept = kept[(kept + stretch.start) % stride == 0]
+        kept = np.flatnonzero((support_of_row[stretch] >= 0) & (np.arange(stretch.start, stretch.stop) % stride == 0))
         if len(kept) == 0:
             continue
         wide = slice(stretch.start - reach, stretch.stop + reach)
