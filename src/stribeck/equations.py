@@ -142,6 +142,11 @@ class WeakEquations:
         joints = self.velocity.shape[1]
         return np.broadcast_to(np.eye(joints), (len(self.residual), joints, joints))
 
+    def windows(self, signal: Array) -> Array:
+        """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
+        views = np.lib.stride_tricks.sliding_window_view(signal, len(self.taps), axis=0)[:: self.step]
+        return np.asarray(views[: len(self.time)] @ self.taps)
+
     @property
     def sensors(self) -> Array:
         """What the noise of torque sensors, and of a wrench sensor, does to the left side, shape (K, m, n or n + 6)."""

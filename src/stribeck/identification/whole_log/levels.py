@@ -114,6 +114,4 @@ def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
 
 def resting(equations: WeakEquations, rest: Array) -> Array:
     """Return the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
-    slow = (np.abs(equations.velocity) < rest).astype(float)
-    views = np.lib.stride_tricks.sliding_window_view(slow, len(equations.taps), axis=0)
-    return np.asarray(views[:: equations.step][: len(equations.time)] @ equations.taps)
+    return equations.windows((np.abs(equations.velocity) < rest).astype(float))

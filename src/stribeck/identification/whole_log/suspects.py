@@ -64,7 +64,7 @@ class Suspects:
         sign = np.tanh(equations.velocity / (SIGN * self.top_speed))
         travel = np.abs(equations.velocity) * period / self.top_speed
         lags = _lags(sign, [travel / distance for distance in DISTANCES])
-        s, speed, *lagging = (_windows(equations, each) for each in (sign, equations.velocity / self.top_speed, *lags))
+        s, speed, *lagging = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed, *lags))
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
         columns = [load * s, GAIN * equations.torque, time * s, time * speed, *lagging, *_blows(equations)]
@@ -119,9 +119,3 @@ def _blows(equations: WeakEquations) -> list[Array]:
     strength = np.sign(change[window, joint])[:, None] * shape / taps.max()
     np.add.at(blows, (np.clip(rows, 0, len(torque) - 1), joint[:, None]), strength)
     return [blows, np.concatenate([np.zeros_like(blows[:1]), blows[:-1]])]
-
-
-def _windows(equations: WeakEquations, signal: Array) -> Array:
-    """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
-    views = np.lib.stride_tricks.sliding_window_view(signal, len(equations.taps), axis=0)[:: equations.step]
-    return np.asarray(views[: len(equations.time)] @ equations.taps)
