@@ -187,7 +187,14 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
     fit = fit_whole_log(
-        equations, equations.gaits, corrections, law, top_speed, rest, settings.intervals == "bootstrap"
+        equations,
+        equations.supports,
+        equations.gaits,
+        corrections,
+        law,
+        top_speed,
+        rest,
+        settings.intervals == "bootstrap",
     )
     return WholeLog(
         fit=fit,

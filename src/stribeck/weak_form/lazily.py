@@ -24,6 +24,11 @@ class Lazily(Sequence[WeakEquations]):
         return form.equations(stretch, gait)
 
     @property
+    def supports(self) -> tuple[tuple[str, ...], ...]:
+        """The feet that each stretch stands on."""
+        return tuple(stretch.feet for _, stretch, _ in self.parts)
+
+    @property
     def gaits(self) -> int:
         """How many gait phases there are."""
         return 1 + max((gait for _, _, gait in self.parts), default=-1)

@@ -11,6 +11,8 @@ from tests.arm import arm_log, write_arm
 from stribeck import Robot, identify
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
+from stribeck.identification.whole_log.levels import FIRST_MODEL
+from stribeck.identification.whole_log.listening import places_to_listen
 from stribeck.log import RobotLog
 from stribeck.result import read_result
 from stribeck.settings import Settings
@@ -94,6 +96,29 @@ def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() ->
     log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
     for name, joint in identify(log, robot, WHOLE_LOG).joints.items():
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
+
+
+def test_every_leg_is_listened_to_while_it_stands() -> None:
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    exact, _ = exact_log(  # 15 steps: every other one stands on the same foot
+        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=17.0, posture=POSTURES["biped"], seed=2
+    )
+    log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
+    found = find_whole_log([log], robot, get_law("stribeck"), WHOLE_LOG, quiet)
+    first = np.full_like(found.fit.levels.model, FIRST_MODEL)
+    legs = robot.standing(tuple(robot.contacts))[found.columns]
+    assert np.all((found.fit.levels.model != first)[:, legs])
+
+
+def test_stretches_of_every_support_are_listened_to() -> None:
+    steps = [("left",), ("right",)] * 20
+    places = places_to_listen([*steps, ("left", "right"), *steps])
+    heard = [place % 2 for place in places if place != len(steps)]
+    assert len(steps) in places
+    assert len(places) == 9
+    assert sum(heard) == 4
+    assert max(np.diff(places)) < len(steps)
 
 
 def test_what_corrections_do_is_shown_by_limbs_that_swing() -> None:

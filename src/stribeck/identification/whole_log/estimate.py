@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.identification.whole_log.believed import solve_and_believe
@@ -16,7 +14,7 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.factors import unsupported
 from stribeck.identification.whole_log.lack_of_fit import Lack, lacks_of_fit
 from stribeck.identification.whole_log.levels import ErrorLevels
-from stribeck.identification.whole_log.listening import Heard, listen, with_all_terms
+from stribeck.identification.whole_log.listening import Heard, listen, places_to_listen, with_all_terms
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
@@ -27,9 +25,6 @@ from stribeck.identification.whole_log.validation import left_over, validate
 from stribeck.identification.whole_log.varying import VaryingCurves
 from stribeck.log import Array
 from stribeck.result import TermVerdict, Validation
-
-LISTEN = 8
-"""Stretches [1], spread over the log, on which the levels of the errors are measured."""
 
 LEAST_TRAINING = 4
 """Stretches [1] in all for each one that is held out for the validation."""
@@ -110,6 +105,7 @@ class WholeLogFit:
 
 def fit_whole_log(
     equations: Sequence[WeakEquations],
+    supports: Sequence[tuple[str, ...]],
     gaits: int,
     corrections: Corrections,
     law: FrictionLaw,
@@ -123,6 +119,8 @@ def fit_whole_log(
     ----------
     equations
         Of all stretches; worked out when they are asked for, so that they are never all in memory.
+    supports
+        The feet that each of them stands on.
     gaits
         Number of their gait phases.
     corrections
@@ -136,7 +134,7 @@ def fit_whole_log(
     bootstrapped
         Whether the covariance is that of logs drawn from this log's stretches.
     """
-    places = np.unique(np.linspace(0, len(equations) - 1, LISTEN).astype(int)).tolist()
+    places = places_to_listen(supports)
     some = [equations[k] for k in places]
     heard, auto = listen(some, corrections, law, top_speed, rest), law.name == AUTO
     if auto:

@@ -21,6 +21,9 @@ from stribeck.identification.whole_log.summing import sum_up
 from stribeck.identification.whole_log.varying import rising, varying_curves
 from stribeck.log import Array
 
+STRETCHES = 8
+"""About so many [1] are listened to."""
+
 ROUNDS = 3
 """Of measuring the errors [1]; each needs a fit of its own."""
 
@@ -38,6 +41,20 @@ class Heard:
     def known(self) -> tuple[Array, Array]:
         """Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), of the solution."""
         return self.curves.coefficients(self.solution.internal), self.model.values(self.solution.corrections)[0]
+
+
+def places_to_listen(supports: Sequence[tuple[str, ...]]) -> list[int]:
+    """Return the places of stretches that are listened to, given the feet that each stretch stands on.
+
+    Every support has its share, one at least, spread over its own stretches: errors of a leg that stands show while it
+    stands. Evenly spaced stretches of a walk could all stand on the same foot.
+    """
+    found: set[int] = set()
+    for support in set(supports):
+        own = [place for place, feet in enumerate(supports) if feet == support]
+        share = max(1, round(STRETCHES * len(own) / len(supports)))
+        found.update(own[k] for k in np.linspace(0, len(own) - 1, share).astype(int))
+    return sorted(found)
 
 
 def listen(
