@@ -71,6 +71,17 @@ def test_both_engines_have_one_equation_of_motion(name: str, tmp_path: Path) -> 
     np.testing.assert_allclose(sim.data.qfrc_inverse[body.velocity_index], force[6:], atol=1e-9)
 
 
+def as_pinocchio_has_them(
+    sim: MujocoSim, configuration: Array, velocity: Array, acceleration: Array
+) -> tuple[Array, Array]:
+    """Velocity and acceleration, in MuJoCo's coordinates, in those of Pinocchio."""
+    turn = pin.Quaternion(configuration[3:7]).toRotationMatrix()
+    joints = sim.body.velocity_index
+    v = np.concatenate([turn.T @ velocity[:3], velocity[3:6], velocity[joints]])
+    a = np.concatenate([turn.T @ acceleration[:3] - np.cross(v[3:6], v[:3]), acceleration[3:6], acceleration[joints]])
+    return v, a
+
+
 def standing(robot: Robot, friction: FrictionTruth) -> tuple[MujocoSim, Dynamics]:
     body = compile_body(robot)
     dynamics = Dynamics(robot, body.soles)
@@ -79,23 +90,24 @@ def standing(robot: Robot, friction: FrictionTruth) -> tuple[MujocoSim, Dynamics
 
 
 def test_ground_gravity_and_friction_are_all_that_acts() -> None:
-    """The foot wrenches, the torques and R give the acceleration that the simulator has, joint by joint."""
+    """The foot wrenches, the torques and R give the acceleration that the simulator has, joint by joint.
+
+    Coriolis and centrifugal torques are those of the velocity that the last change foresees for a step's middle.
+    """
     robot = Robot.from_file(MODELS / "toro.toml")
     sim, dynamics = standing(robot, leg_friction(robot, 1.0))
     generator = np.random.default_rng(2)
     model, data = dynamics.model, dynamics.data
-    step = sim.period
+    step, change = sim.period, np.zeros(model.nv)
     for _ in range(100):
-        before, velocity_before = as_mujoco_has_it(sim)
-        linear = sim.data.qvel[:3].copy()
+        before, _ = as_mujoco_has_it(sim)
+        velocity = sim.data.qvel.copy()
         torque, touch, _ = sim.advance(3 * generator.normal(size=model.nv - 6))
         wrenches = foot_wrenches(sim.body, touch)
-        _, velocity_after = as_mujoco_has_it(sim)
         resisting = sim.now().friction_torque
-        turn = pin.Quaternion(before[3:7]).toRotationMatrix()
-        a = (velocity_after - velocity_before) / step
-        a[:3] = turn.T @ (sim.data.qvel[:3] - linear) / step - np.cross(velocity_before[3:6], velocity_before[:3])
-        force = pin.rnea(model, data, before, velocity_before, a)
+        middle, change = velocity + 0.5 * change, sim.data.qvel - velocity
+        v, a = as_pinocchio_has_them(sim, before, middle, change / step)
+        force = pin.rnea(model, data, before, v, a)
         force[6:] += resisting - torque
         for name, wrench in zip(robot.contacts, wrenches, strict=True):
             frame = model.getFrameId(robot.contacts[name].frame)
@@ -136,6 +148,31 @@ def test_friction_is_the_law_s_at_the_velocity_that_positions_show() -> None:
     """The error falls with the square of the physics step: it is no friction that depends on the acceleration."""
     coarse, fine = distance_from_the_law(0.0005), distance_from_the_law(0.00025)
     assert fine < 2e-3
+    assert 3.0 < coarse / fine < 5.0
+
+
+def distance_from_the_equation_of_motion(step: float) -> float:
+    """How far the joint torques that act are from those that the shown motion needs [N m], RMS."""
+    sim, knee = free_leg(step, step)
+    sim.body.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)  # no joint's stop acts
+    model = Robot.from_file(MODELS / "toro.toml").tree.model
+    data, torque = model.createData(), np.zeros(27)
+    errors = []
+    for k in range(round(0.3 / step)):
+        torque[[0, knee - 1, knee]] = np.array([5.0, -5.0, 5.0]) * np.sin(2 * np.pi * 3 * k * step)
+        before, _ = as_mujoco_has_it(sim)
+        velocity = sim.data.qvel.copy()
+        applied, _, _ = sim.advance(torque)
+        change = sim.data.qvel - velocity
+        v, a = as_pinocchio_has_them(sim, before, velocity + 0.5 * change, change / step)
+        errors.append(pin.rnea(model, data, before, v, a)[6:] + sim.now().friction_torque - applied)
+    return float(np.sqrt(np.mean(np.square(errors[2:]))))
+
+
+def test_the_shown_motion_needs_the_torques_that_act() -> None:
+    """The error falls with the square of the physics step: Coriolis torques do not lag, like viscous friction."""
+    coarse, fine = distance_from_the_equation_of_motion(0.0005), distance_from_the_equation_of_motion(0.00025)
+    assert fine < 1e-4
     assert 3.0 < coarse / fine < 5.0
 
 

@@ -3,7 +3,9 @@
 Friction is that of the velocity in the middle of a physics step, `R = D (v + v_next) / 2 + c`: half of D goes to
 MuJoCo's implicit integrator as a damper, the rest is an applied torque; see `stribeck.simulation.friction_truth`. The
 secant D is that of the velocity foreseen for there. `D v_next` with the secant of v would not be R(v) but larger by a
-share of `a dt / v` while a joint speeds up, and smaller while it slows down: seen from outside, a wrong law.
+share of `a dt / v` while a joint speeds up, and smaller while it slows down: seen from outside, a wrong law. Coriolis
+and centrifugal torques are those of the velocity in the middle as well: as MuJoCo takes them, of the step's beginning,
+they would lag, which looks like viscous friction.
 """
 
 from __future__ import annotations
@@ -34,6 +36,7 @@ class _Views(NamedTuple):
     position: Array
     velocity: Array
     force: Array
+    bias: Array
     damping: Array
     rotation: Array
     place: Array
@@ -89,13 +92,15 @@ class MujocoSim:
         self.data.qpos[body.position_index] = configuration[7:]
         self._resisting = np.zeros(len(configuration) - 7)
         self._last_velocity = np.zeros(3)
-        self._change = np.zeros(len(configuration) - 7)
+        self._change = np.zeros(body.model.nv)
+        self._bias = np.zeros(body.model.nv)
         mujoco.mj_forward(body.model, self.data)
         data, root = self.data, int(body.model.body_rootid[body.feet[0]])
         self._views = _Views(
             data.qpos,
             data.qvel,
             data.qfrc_applied,
+            data.qfrc_bias,
             body.model.dof_damping,
             data.xmat,
             data.xpos,
@@ -127,22 +132,34 @@ class MujocoSim:
         if push is not None:
             data.xfrc_applied[1, :3] = push
         self._last_velocity = views.velocity[:3].copy()
-        velocity = views.velocity[index].copy()
+        velocity = views.velocity.copy()
         first = last = np.zeros((0, TOUCH))
         for k in range(self.substeps):
             middle = velocity + 0.5 * self._change
-            beginning = Beginning(data.time, step, views.position[self._positions], middle, applied)
+            beginning = Beginning(data.time, step, views.position[self._positions], middle[index], applied)
             slope, offset = self.friction.before(beginning)
             half = 0.5 * slope
-            views.damping[index], views.force[index] = half, applied - offset - half * velocity
-            mujoco.mj_step(model, data)
-            end = views.velocity[index].copy()
-            self._resisting = self.friction.after(0.5 * (velocity + end))
+            views.damping[index], views.force[index] = half, applied - offset - half * velocity[index]
+            self._step(velocity, middle)
+            end = views.velocity.copy()
+            self._resisting = self.friction.after(0.5 * (velocity + end)[index])
             self._change, velocity = end - velocity, end
             if k == 0:
                 first = self._touch()
         last = self._touch() if self.substeps > 1 else first
         return applied, first, last
+
+    def _step(self, velocity: Array, middle: Array) -> None:
+        """Make a physics step from a velocity, with Coriolis and centrifugal torques of the one in its middle."""
+        model, data, views = self.body.model, self.data, self._views
+        mujoco.mj_step1(model, data)
+        views.velocity[:] = middle
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_rne(model, data, 0, self._bias)
+        views.velocity[:] = velocity
+        mujoco.mj_comVel(model, data)
+        views.bias[:] = self._bias
+        mujoco.mj_step2(model, data)
 
     def now(self) -> Snapshot:
         """Return the state now."""
