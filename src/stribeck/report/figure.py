@@ -12,7 +12,11 @@ from markupsafe import Markup, escape
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.patches import StepPatch
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
+
+from stribeck.log import Array
+from stribeck.report.frame import FONT_SIZE, frame
 
 WIDTH = 360.0
 """Width of every figure [SVG units]; a phone shows it at about its own size, so its text stays readable."""
@@ -22,15 +26,14 @@ HEIGHT = 224.0
 
 POINTS_PER_INCH = 72.0
 
-COLOURS = {name: f"#0102{index:02x}" for index, name in enumerate(("ink", "muted", "grid", "data", "law", "right"), 3)}
+COLOURS = {name: f"#0102{index:02x}" for index, name in enumerate(("ink", "muted", "data", "law", "right"), 3)}
 """Stand-ins that matplotlib can draw with; the page's variable of that name takes their place."""
 
 STYLE: dict[str, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "stribeck",  # the same figure gets the same ids every time
-    "font.size": 9.5,
+    "font.size": FONT_SIZE,
     "text.color": COLOURS["ink"],
-    "axes.labelcolor": COLOURS["muted"],
     "axes.edgecolor": COLOURS["muted"],
     "axes.facecolor": "none",
     "axes.linewidth": 0.7,
@@ -38,25 +41,16 @@ STYLE: dict[str, Any] = {
     "axes.spines.right": False,
     "axes.unicode_minus": True,
     "axes.grid": True,
-    "axes.axisbelow": True,
     "image.composite_image": False,  # each picture keeps its own pixels
     "figure.facecolor": "none",
-    "grid.color": COLOURS["grid"],
-    "grid.linewidth": 0.7,
     "lines.linewidth": 1.4,
-    "xtick.color": COLOURS["muted"],
-    "ytick.color": COLOURS["muted"],
-    "xtick.bottom": False,  # the grid lines are the ticks
-    "ytick.left": False,
-    "xtick.major.pad": 4.0,
-    "ytick.major.pad": 4.0,
 }
 
 _TAG = re.compile(r"<[^>]+>")
 _REFERENCE = re.compile(r'(?:url\(#|href="#)([^)"]+)')
 _ID = re.compile(r' id="([^"]+)"')
-_LONG_NUMBER = re.compile(r"(\d+\.\d\d)\d+")
-_LONG_SCALE = re.compile(r"(\d+\.\d{5})\d+")  # of pictures: it is multiplied by hundreds of pixels
+_NEEDLESS_DIGITS = re.compile(r"(?<=\.\d\d)\d+")
+_NEEDLESS_OF_SCALE = re.compile(r"(?<=\.\d{5})\d+")  # of pictures: it is multiplied by hundreds of pixels
 _FONT = re.compile(r" font-family: [^;\"]+;?")
 _COLOUR = re.compile("|".join(COLOURS.values()))
 _VARIABLE = {stand_in: f"var(--{name})" for name, stand_in in COLOURS.items()}
@@ -66,20 +60,65 @@ _VARIABLE = {stand_in: f"var(--{name})" for name, stand_in in COLOURS.items()}
 def house_style() -> Iterator[None]:
     """Draw as the page wants it, whatever the user's own matplotlib settings are; they come back afterwards."""
     with style.context(STYLE, after_reset=True):
-        yield
+        try:
+            yield
+        finally:
+            _DRAWN.clear()
+
+
+_DRAWN: list[Axes] = []
+"""Axes whose figure is drawn: the next figure takes them, since new ones cost more than what is drawn in them."""
 
 
 def new_axes(x_label: str, y_label: str, *, height: float = HEIGHT, left: float = 50.0) -> Axes:
-    """Return the only axes of a new figure, with room for its labels; nothing is laid out later, which is slow."""
-    figure = Figure(figsize=(WIDTH / POINTS_PER_INCH, height / POINTS_PER_INCH), dpi=POINTS_PER_INCH)
+    """Return the only axes of a figure, empty, with room for its labels; nothing is laid out later, which is slow."""
+    axes = _emptied(_DRAWN.pop()) if _DRAWN else _bare()
+    figure = axes.get_figure(root=True)
+    assert figure is not None  # for the type checker: it was made with them
     bottom, top, right = 32.0, 8.0, 8.0  # [SVG units]
-    box = (left / WIDTH, bottom / height, 1 - (left + right) / WIDTH, 1 - (bottom + top) / height)
-    axes = figure.add_axes(box)
+    figure.set_size_inches(WIDTH / POINTS_PER_INCH, height / POINTS_PER_INCH)
+    axes.set_position((left / WIDTH, bottom / height, 1 - (left + right) / WIDTH, 1 - (bottom + top) / height))
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    axes.set_xlabel(x_label, labelpad=2)
-    axes.set_ylabel(y_label, labelpad=2)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
     return axes
+
+
+def _bare() -> Axes:
+    """Return new axes that draw nothing but what is drawn in them: the ground is the page's, around them is `frame`."""
+    figure = Figure(dpi=POINTS_PER_INCH)
+    axes = figure.add_axes((0, 0, 1, 1))
+    for hidden in (figure.patch, axes.patch, axes.xaxis, axes.yaxis):
+        hidden.set_visible(False)
+    return axes
+
+
+def _emptied(axes: Axes) -> Axes:
+    """Return axes as they were when they were new."""
+    for artist in (*axes.collections, *axes.images, *axes.lines, *axes.patches, *axes.texts):
+        artist.remove()
+    for axis, set_scale in ((axes.xaxis, axes.set_xscale), (axes.yaxis, axes.set_yscale)):
+        if axis.get_scale() != "linear":
+            set_scale("linear")
+        axis.set_major_formatter(ScalarFormatter())
+        axis.grid(True)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(True)
+    axes.set_prop_cycle(None)
+    axes.margins(0.05)
+    axes.relim()
+    axes.autoscale()
+    return axes
+
+
+def draw_steps(axes: Axes, values: Array, edges: Array, *, baseline: float, opacity: float) -> None:
+    """Fill the steps between edges, shape (N + 1,), up to values, shape (N,).
+
+    Limits do not follow them, as they do with `Axes.stairs`, which takes most of its time.
+    """
+    steps = StepPatch(values, edges, baseline=baseline, facecolor=COLOURS["data"], alpha=opacity, linewidth=0)
+    axes.add_artist(steps)
 
 
 def inline_svg(axes: Axes, label: str, name: str) -> Markup:
@@ -95,13 +134,15 @@ def inline_svg(axes: Axes, label: str, name: str) -> Markup:
     buffer = io.StringIO()
     figure = axes.get_figure(root=True)
     assert figure is not None  # for the type checker: `new_axes` made it
+    width, height = figure.bbox.size
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(buffer, format="svg", metadata=nothing)
     drawing = buffer.getvalue()
     body = drawing[drawing.index("</defs>") + len("</defs>") :]  # the first defs is a style for the whole page
-    box = f"0 0 {figure.get_figwidth() * POINTS_PER_INCH:.0f} {figure.get_figheight() * POINTS_PER_INCH:.0f}"
-    head = f'<svg viewBox="{box}" role="img" aria-label="{escape(label)}">'
-    return Markup(head + _slim(body, name))
+    head = f'<svg viewBox="0 0 {width:.0f} {height:.0f}" role="img" aria-label="{escape(label)}">'
+    if axes not in _DRAWN:
+        _DRAWN.append(axes)
+    return Markup(head + frame(axes, height) + _slim(body, name))
 
 
 def _slim(body: str, name: str) -> str:
@@ -112,7 +153,7 @@ def _slim(body: str, name: str) -> str:
     def slim_tag(match: re.Match[str]) -> str:
         tag = _ID.sub(lambda found: f' id="{used[found[1]]}"' if found[1] in used else "", match[0])
         tag = _REFERENCE.sub(lambda found: found[0].replace(found[1], used[found[1]]), tag)
-        tag = (_LONG_SCALE if "matrix(" in tag else _LONG_NUMBER).sub(r"\1", tag)
+        tag = (_NEEDLESS_OF_SCALE if "matrix(" in tag else _NEEDLESS_DIGITS).sub("", tag)
         tag = _COLOUR.sub(lambda found: _VARIABLE[found[0]], _FONT.sub("", tag))
         return re.sub(r"\s*\n\s*", " ", tag)
 

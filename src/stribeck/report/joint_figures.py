@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stribeck.log import Array
 from stribeck.report.density import draw_density, robust_limits
-from stribeck.report.figure import COLOURS, new_axes
+from stribeck.report.figure import COLOURS, draw_steps, new_axes
 from stribeck.report.joint_data import JointData
 from stribeck.report.text import number
 
@@ -76,7 +76,7 @@ def velocity_coverage(data: JointData, stribeck_velocity: float | None) -> Axes:
     counts, edges = np.histogram(data.velocity, bins=80, range=(low, high))
     seconds = counts * data.seconds_per_sample
     floor = 0.5 * data.seconds_per_sample
-    axes.stairs(np.maximum(seconds, floor), edges, baseline=floor, fill=True, color=COLOURS["data"], alpha=0.75)
+    draw_steps(axes, np.maximum(seconds, floor), edges, baseline=floor, opacity=0.75)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 1)))
     axes.yaxis.set_minor_locator(NullLocator())

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from stribeck.log import Array
-from stribeck.report.figure import COLOURS, inline_svg, new_axes
+from stribeck.report.figure import COLOURS, draw_steps, inline_svg, new_axes
 from stribeck.report.page import Section, render
 
 COLUMNS = 600
@@ -82,7 +82,7 @@ def _strips(phases: Phases, names: list[str], start: float, end: float) -> Axes:
         for used, opacity in ((False, 0.3), (True, 0.9)):
             chosen = [phase for phase in visible if phase[2] == name and (phase[3] or not used)]
             share = _share_held(chosen, edges)
-            axes.stairs(row + BAR * share, edges, baseline=row, fill=True, color=COLOURS["data"], alpha=opacity)
+            draw_steps(axes, row + BAR * share, edges, baseline=row, opacity=opacity)
         axes.text(start, row + BAR + 0.13, name, color=COLOURS["ink"], fontsize=9, parse_math=False)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
