@@ -1,6 +1,8 @@
 """Who may import whom: data flows one way, and estimation cannot know whether a robot is simulated."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -57,3 +59,10 @@ def test_estimation_never_imports_simulation() -> None:
 def test_readers_do_not_know_the_rest() -> None:
     reached = {name for path in files_of("readers") for name in imports(path)}
     assert not reached & {"pipeline", "survey", "dynamics", "friction_torque", "identification", "report", "cli"}
+
+
+def test_what_is_slow_to_import_waits_until_it_is_needed() -> None:
+    slow = {"mujoco", "scipy.signal", "scipy.stats"}
+    program = "import sys, stribeck.cli; print(*sys.modules)"
+    printed = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    assert not slow & set(printed.split())

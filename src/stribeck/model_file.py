@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
-from stribeck.model_check import check_finite, check_mjcf, check_sdf, check_urdf, check_urdf_links
+from stribeck.model_check import check_finite, check_sdf, check_urdf, check_urdf_links
 from stribeck.rooting import FLOATING, is_floating
 from stribeck.sdf import build_from_sdf
 
@@ -45,6 +45,8 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
             check_finite(path, model)
             notes += check_sdf(model)
         else:
+            from stribeck.mjcf_check import check_mjcf  # MuJoCo is slow to import: for these robots alone
+
             model = pin.buildModelFromMJCF(str(path))
             check_finite(path, model)
             notes = check_mjcf(path, model)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student_t
+from scipy.special import stdtrit  # of scipy.stats, which is slow to import
 
 from stribeck.log import Array
 
@@ -86,7 +86,7 @@ def intervals_95(values: Array, deviation: Array, freedom: Array, logarithmic: N
 
     `deviation` is the standard error of each parameter, or of its logarithm where `logarithmic`.
     """
-    half = student_t.ppf(0.975, freedom) * deviation
+    half = stdtrit(freedom, 0.975) * deviation
     factor = np.exp(np.minimum(half, 100.0))
     lower = np.where(logarithmic, values / factor, values - half)
     upper = np.where(logarithmic, values * factor, values + half)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import butter, sosfilt, sosfiltfilt
+import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.errors import SettingsError
 from stribeck.log import Array
@@ -31,7 +31,7 @@ def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
         )
     # |H|^2 = 1 / (1 + (w / w_c)^(2 order)) = 1 / sqrt 2, with w = tan(pi f / rate) of the bilinear transform
     warped = np.tan(np.pi * cutoff / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
-    return np.asarray(butter(order, np.arctan(warped) * rate / np.pi, fs=rate, output="sos"))
+    return np.asarray(scipy.signal.butter(order, np.arctan(warped) * rate / np.pi, fs=rate, output="sos"))
 
 
 def settling_length(sections: Array) -> int:
@@ -40,7 +40,7 @@ def settling_length(sections: Array) -> int:
     horizon = 2 * int(np.ceil(np.log(SETTLED) / np.log(slowest))) + 8
     impulse = np.zeros(horizon)
     impulse[0] = 1.0
-    response = np.abs(sosfilt(sections, impulse))
+    response = np.abs(scipy.signal.sosfilt(sections, impulse))
     left = np.cumsum(response[::-1])[::-1]
     return int(np.argmax(left <= SETTLED * left[0]))
 
@@ -61,4 +61,4 @@ def filter_derivatives(
 
 def _zero_phase(sections: Array, raw: Array) -> Array:
     # The first sample is taken out and put back: it is the largest part of a position and needs no filter.
-    return np.asarray(sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0])
+    return np.asarray(scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0])

@@ -6,7 +6,6 @@ from math import factorial
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.signal.windows import gaussian, hann
 
 from stribeck.errors import SettingsError
 from stribeck.log import Array
@@ -123,9 +122,9 @@ def _weights(weights: Weights, window: int) -> Array:
     if weights == "uniform":
         return np.ones(window)
     if weights == "hann":
-        return np.asarray(hann(window + 2)[1:-1])  # its outermost samples are zero
+        return np.hanning(window + 2)[1:-1]  # its outermost samples are zero
     if weights == "gaussian":
-        return np.asarray(gaussian(window, window / 4))
+        return np.asarray(np.exp(-0.5 * ((np.arange(window) - (window - 1) / 2) / (window / 4)) ** 2))
     values = np.asarray(weights, dtype=np.float64)
     if values.shape != (window,):
         raise SettingsError(

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal.windows import hann
 
 from stribeck.errors import LogError
 from stribeck.log import Array
@@ -66,7 +65,7 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
         If no stretch has 64 samples.
     """
     length = _part_length(np.array([np.isfinite(stretch).sum(axis=0) for stretch in first]), rate)
-    window = hann(length, sym=False)
+    window = np.hanning(length + 1)[:-1]
     samples_per_power = 2 / (rate * np.sum(window**2))
     joints = first[0].shape[1]
     first_power, second_power = np.zeros((2, length // 2 + 1, joints))

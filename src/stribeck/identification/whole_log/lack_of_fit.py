@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import chi2
+from scipy.special import chdtrc  # the tail of chi square
 
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
@@ -133,7 +133,8 @@ def _test(score: Array, information: Array, variance: Array, level: float) -> tu
         inverse = np.linalg.inv(information[grid] + prior)
         size, covariance = (inverse @ score[which])[own], (inverse @ (variance[grid] + prior) @ inverse)[own, own]
         squares = float(size @ np.linalg.solve(covariance, size))
-        surprise = float(-chi2.logsf(squares, len(columns)) / np.log(10))
+        with np.errstate(divide="ignore"):  # beyond what a number can hold: infinite
+            surprise = float(-np.log10(chdtrc(len(columns), squares)))
         largest = float(np.abs(size).max())
         share = largest / max(level, 1e-12)
         found.append(Lack(kind, largest, share, surprise, surprise > SURPRISING and share > MATTERS))
