@@ -18,8 +18,11 @@ MAD_TO_STANDARD_DEVIATION = 1.4826
 LISTEN = 60_000
 """Rows [1] that are listened to."""
 
-POSITION_FLOOR, TORQUE_FLOOR = 1e-6, 1e-2
-"""[rad], [N m]: what rounding, clocks and the model's smallest errors leave even of a perfect sensor."""
+POSITION_FLOOR, TORQUE_FLOOR = 1e-7, 1e-3
+"""[rad], [N m]: what rounding and clocks leave even of a perfect sensor.
+
+Noise that is not there would hide slow errors, such as those of a foot that rocks: they would count as too small.
+"""
 
 WRENCH_FLOOR = np.repeat([0.5, 0.05], 3)
 """[N], [N m]: of feet, which also hang in the air without a wrench."""
