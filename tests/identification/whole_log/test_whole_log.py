@@ -9,10 +9,12 @@ import pytest
 from tests.arm import arm_log, write_arm
 
 from stribeck import Robot, identify
+from stribeck.equations import Corrections
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.levels import FIRST_MODEL
 from stribeck.identification.whole_log.listening import places_to_listen
+from stribeck.identification.whole_log.model import model_corrections
 from stribeck.log import RobotLog
 from stribeck.result import read_result
 from stribeck.settings import Settings
@@ -216,14 +218,21 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
     log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
     found = identify(log, arm, Settings(method="whole-log", corrections="calibration"))
     assert found.corrections is not None
-    gain, error = np.array([found.corrections.torque_gain[name] for name in arm.joint_names]).T
+    gain, error = np.array(list(found.corrections.torque_gain.values())).T
+    true = np.array([gains[arm.joint_names.index(name)] for name in found.corrections.torque_gain])
     known = error < 0.3 * np.std(gains)  # the wrist carries next to nothing
     assert 3 <= known.sum() < len(gains)
-    assert np.std((gain - gains)[known]) < 0.25 * np.std(gains)  # up to the gain that they share, which nothing shows
+    assert np.std((gain - true)[known]) < 0.25 * np.std(gains)  # up to the gain that they share, which nothing shows
     assert abs(gain.mean()) < 1e-4
     for column, name in enumerate(arm.joint_names):
         value, error = found.corrections.encoder_zero[name]
         assert value == pytest.approx(zeros[column], abs=4 * error)
+
+
+def test_gains_of_limbs_that_carry_little_do_not_move_those_of_the_legs() -> None:
+    model = model_corrections(Corrections(gains=4), np.array([40.0, 1.2, 15.0, 0.2]))
+    np.testing.assert_array_equal(model.loaded, [0, 2])
+    np.testing.assert_array_equal(model.scales > 0, [True, False, True, False])
 
 
 def test_rotor_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
