@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from studies import held_out
 
 from stribeck import Robot, identify, read_log
 from stribeck.errors import NothingIdentifiedError, RobotFileError
@@ -142,6 +143,16 @@ def test_whole_log_finds_the_coulomb_friction_that_the_curve_fit_does(converted,
     logs, robot = opened(converted(name))
     whole = identify(logs, robot, robot.settings.model_copy(update={"method": "whole-log", "corrections": "none"}))
     np.testing.assert_allclose(values(whole, "coulomb"), values(identify(logs, robot), "coulomb"), rtol=0.25)
+
+
+@pytest.mark.parametrize("name", ["double-pendulum", "tx40"])
+def test_corrected_inertias_do_no_harm_on_what_the_fit_has_not_seen(converted, name, monkeypatch):
+    """Friction beyond the law, and a motor that logs no torque, last for a whole log: bodies must not explain them."""
+    trusted, corrected = "whole-log, model trusted", "whole-log"
+    monkeypatch.setattr(held_out, "METHODS", {method: held_out.METHODS[method] for method in (trusted, corrected)})
+    logs, robot = opened(converted(name))
+    errors = held_out.held_out(robot, [read_log(path, robot) for path in logs], held_out.BANDS[name])
+    assert np.all(errors[corrected] < 1.05 * errors[trusted])
 
 
 def test_double_pendulum_model_as_published_is_refused(converted, tmp_path):

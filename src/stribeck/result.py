@@ -112,11 +112,13 @@ class BodyCorrection:
 class Corrections:
     """What a whole log says beside friction.
 
-    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. Gains [1] and zeros [rad] are
-    (value, standard error), to be taken off.
+    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. `disagreement` is the same of
+    what parts of the log say about the model; where it is larger than 1, the model is believed the more. Gains [1] and
+    zeros [rad] are (value, standard error), to be taken off.
     """
 
     chi_square: float
+    disagreement: float = 1.0
     bodies: dict[str, BodyCorrection] = field(default_factory=dict)
     torque_gain: dict[str, tuple[float, float]] = field(default_factory=dict)
     encoder_zero: dict[str, tuple[float, float]] = field(default_factory=dict)

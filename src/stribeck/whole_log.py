@@ -36,6 +36,9 @@ PLAIN = FilterSettings(kind="savitzky-golay", window=31)
 SUSPICIOUS = 1.5
 """Chi^2 a degree of freedom [1] from which a warning is given."""
 
+DISAGREEING = 4.0
+"""Disagreement about the model [1] from which a warning is given: parts differ by twice as much as errors make them."""
+
 FAR = 10.0
 """Corrections of bodies [1], over how wrong a model is believed to be, from which no model is as wrong as that."""
 
@@ -111,6 +114,12 @@ class WholeLog:
                 "noise and the model's measured errors explain; look at delays, calibration and contacts, or set "
                 "corrections to 'calibration'; the intervals are widened accordingly"
             )
+        if self.fit.disagreement >= DISAGREEING:
+            found.append(
+                f"what parts of the log say about the model differs {np.sqrt(self.fit.disagreement):.0f} times as much "
+                "as noise would make it: bodies would be made to explain errors of other kinds, such as friction "
+                "beyond the law, cables, or motors that log no torque; corrections are kept small accordingly"
+            )
         if bodies := self._bodies_far_off():
             found.append(
                 f"the log would have {', '.join(bodies)} over {FAR:.0f} times as far from the model as models are "
@@ -134,7 +143,7 @@ class WholeLog:
     def _bodies_far_off(self) -> list[str]:
         """Return the bodies whose corrections are beyond belief."""
         bodies = self.fit.model.corrections.bodies
-        coordinates = self.fit.solution.corrections[: SIZE * len(bodies)].reshape(-1, SIZE)
+        coordinates = self.fit.undoubted[: SIZE * len(bodies)].reshape(-1, SIZE)
         furthest = np.abs(coordinates).max(axis=1, initial=0.0)
         return [name for name, far in zip(bodies, furthest, strict=True) if far > FAR]
 

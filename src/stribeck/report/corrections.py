@@ -33,6 +33,7 @@ def corrections(result: Result) -> Section | None:
     body = render(
         "corrections.html.j2",
         chi_square=found.chi_square,
+        disagreement=found.disagreement,
         bodies=bodies,
         others=len(found.bodies) - len(bodies),
         calibration=calibration,

@@ -74,7 +74,7 @@ def _learn_spread(model: ModelCorrections, solution: Solution) -> ModelCorrectio
     variance = np.diag(solution.covariance)[solution.internal.size :]
     spread = model.spread.copy()
     for group in _groups(model):
-        known = (1 - variance[group] / spread[group] ** 2).clip(0, 1).sum()
+        known = (1 - model.doubt * variance[group] / spread[group] ** 2).clip(0, 1).sum()
         square = np.sum(solution.corrections[group] ** 2)
         spread[group] = min(np.sqrt((square + DOUBT) / (known + DOUBT)), MOST)
     return replace(model, spread=spread)

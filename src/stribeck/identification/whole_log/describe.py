@@ -38,6 +38,7 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
     pairs = list(zip(calibration.tolist(), calibration_errors.tolist(), strict=True))
     return Corrections(
         chi_square=fit.chi_square,
+        disagreement=fit.disagreement,
         bodies=bodies,
         torque_gain={joints[k]: pairs[k] for k in fit.model.loaded},
         encoder_zero=dict(zip(encoders, pairs[there.gains : there.gains + there.zeros], strict=False)),

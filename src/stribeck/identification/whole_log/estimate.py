@@ -11,6 +11,7 @@ from stribeck.identification.whole_log.believed import solve_and_believe
 from stribeck.identification.whole_log.bootstrap import bootstrap_covariance
 from stribeck.identification.whole_log.choose import FOLDS, Choice, settle_terms
 from stribeck.identification.whole_log.curves import Curves
+from stribeck.identification.whole_log.disagreement import by_doubt, disagreement, doubt_of
 from stribeck.identification.whole_log.factors import unsupported
 from stribeck.identification.whole_log.lack_of_fit import Lack, lacks_of_fit
 from stribeck.identification.whole_log.levels import ErrorLevels
@@ -63,6 +64,10 @@ class WholeLogFit:
         Whether the covariance is that of logs drawn from this log's stretches, however large errors were taken to be.
     terms, mean_load
         Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
+    disagreement
+        How much more the parts of the log disagree about the model than errors would make them [1], squared.
+    undoubted
+        Coordinates of the corrections that the log would have if its parts agreed, shape (c,).
     lacks
         Of each joint, friction that no law of velocity describes.
     """
@@ -77,6 +82,8 @@ class WholeLogFit:
     residual_rms: Array
     validation: tuple[Validation | None, ...]
     lacks: tuple[tuple[Lack, ...], ...]
+    disagreement: float
+    undoubted: Array
     bootstrapped: bool = False
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
@@ -143,20 +150,26 @@ def fit_whole_log(
     held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
     suspects = find_suspects(some, heard.curves.top_speed)
-    folds, repeating = _sum_up_all(equations, seen, gaits, heard, suspects, FOLDS if auto else 1)
+    folds, repeating = _sum_up_all(equations, seen, gaits, heard, suspects, FOLDS if auto or corrections.size else 1)
     steps = repeating.without_last(suspects.size, gaits)
     statistic = merged(folds)
     heard, choice = _settled(heard, statistic, folds, steps, some)
+    undoubted = heard.solution.corrections
+    differ = disagreement(statistic, folds, heard.curves, heard.model, heard.solution)
+    if differ > 1:
+        heard = _believed(replace(heard, model=replace(heard.model, doubt=doubt_of(differ, len(folds)))), statistic)
     unseen = list(held_out.values())
     none = (None,) * len(top_speed)
     validation = validate(unseen, statistic, heard.curves, heard.levels, *heard.known) if unseen else none
     statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, 0))
-    curves, model, solution = solve_and_believe(statistic, heard.curves, heard.model, heard.solution)
-    heard = replace(heard, curves=curves, model=model, solution=solution)
+    heard = _believed(heard, statistic)
+    curves, model, solution = heard.curves, heard.model, heard.solution
     repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
     if bootstrapped:
         drawn = bootstrap_covariance(equations, heard.levels, curves, model, solution)
         covariance = covariance - solution.covariance + drawn
+    if model.doubt > 1:
+        covariance = covariance + by_doubt(model, solution)
     return WholeLogFit(
         curves=curves,
         model=model,
@@ -167,6 +180,8 @@ def fit_whole_log(
         stretches=len(equations),
         residual_rms=left_over(some, curves, heard.levels, *heard.known, heard.known[0][None])[0],
         validation=validation,
+        disagreement=differ,
+        undoubted=undoubted,
         bootstrapped=bootstrapped,
         terms=choice.verdicts if choice else (),
         mean_load=statistic.loads[1] / statistic.loads[0] if choice else None,
@@ -184,8 +199,13 @@ def _settled(
         refused = unsupported(some, curves.slow, statistic.loads)
         choice = settle_terms(statistic, folds, steps, curves, model, solution, refused)
         curves, solution = choice.curves, choice.start
-    curves, model, solution = solve_and_believe(statistic, curves, model, solution)
-    return replace(heard, curves=curves, model=model, solution=solution), choice
+    return _believed(replace(heard, curves=curves, solution=solution), statistic), choice
+
+
+def _believed(heard: Heard, statistic: Statistic) -> Heard:
+    """Return the solution of a log, and what is believed with it."""
+    curves, model, solution = solve_and_believe(statistic, heard.curves, heard.model, heard.solution)
+    return replace(heard, curves=curves, model=model, solution=solution)
 
 
 def _sum_up_all(

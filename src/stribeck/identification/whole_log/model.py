@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations import Corrections
+from stribeck.equations import WRENCH_SIZE, Corrections
 from stribeck.identification.whole_log.bodies import Bodies, bodies_of
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.log import Array
@@ -51,6 +51,8 @@ class ModelCorrections:
         Standard deviation of each joint's repeated errors [N m], shape (n,).
     spread
         Standard deviations of the coordinates of `corrections` before the log speaks [1], shape (corrections.size,).
+    doubt
+        How many times larger the squared errors are than they are taken to be [1] when it comes to the model.
     """
 
     corrections: Corrections
@@ -59,11 +61,17 @@ class ModelCorrections:
     gaits: int
     repeated: Array
     spread: Array
+    doubt: float = 1.0
 
     @property
     def size(self) -> int:
         """Number of coordinates c."""
         return self.corrections.size + self.gaits * COSINES * len(self.repeated)
+
+    @property
+    def believed(self) -> int:
+        """Number of the first coordinates, those of model and sensors that are about right: no wrenches, no rotors."""
+        return self.corrections.size - WRENCH_SIZE * self.corrections.wrenches - len(self.corrections.rotors)
 
     @property
     def common_gain(self) -> float:
@@ -73,9 +81,13 @@ class ModelCorrections:
 
     @property
     def precision(self) -> Array:
-        """Inverse covariance of the coordinates before the log speaks, shape (c, c)."""
+        """Inverse covariance of the coordinates before the log speaks, shape (c, c).
+
+        Where a log is doubted it is of what is believed, times the doubt: as if it had been the shorter by as much.
+        """
         precision = np.eye(self.size)
         np.fill_diagonal(precision[: self.corrections.size, : self.corrections.size], self.spread**-2)
+        precision[: self.believed] *= self.doubt
         if len(self.loaded):
             common = self.corrections.inertial_parameters.size + self.loaded
             precision[np.ix_(common, common)] += 1 / (len(common) * SUM_OF_GAINS) ** 2

@@ -1,0 +1,78 @@
+"""Parts of a log that disagree about the model say that errors last, and by how much less the log is to be believed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.whole_log.test_believed import NOISE, SAMPLES, friction, moving
+
+from stribeck.equations import Corrections
+from stribeck.identification.whole_log.believed import solve_and_believe
+from stribeck.identification.whole_log.curves import Curves
+from stribeck.identification.whole_log.disagreement import by_doubt, disagreement, doubt_of
+from stribeck.identification.whole_log.model import ZERO, ModelCorrections, model_corrections
+from stribeck.identification.whole_log.solve import Solution, solve
+from stribeck.identification.whole_log.statistic import Statistic, merged
+from stribeck.log import Array
+
+PARTS, ZEROS, UNSEEN, ERROR = 8, 40, 3, 0.2
+
+
+def parts_of_a_log(zeros: Array, lasting: float, shared: float, seed: int) -> tuple[list[Statistic], Curves]:
+    """Return what parts say of friction and of zeros, whose errors are larger than they say by what lasts.
+
+    All parts together are thought to know each zero to `ERROR`, in units of `ZERO`. In the same units, what lasts for
+    the length of a part adds an error of standard deviation `lasting` to each part, and `shared` to all of them.
+    """
+    velocity, values = moving()
+    generator = np.random.default_rng(seed)
+    of_all = shared * generator.standard_normal(ZEROS)
+    found = []
+    for k in range(PARTS):
+        rows = slice(k * SAMPLES // PARTS, (k + 1) * SAMPLES // PARTS)
+        part, curves = friction(velocity[rows], values, ZEROS + UNSEEN, NOISE, seed=100 * seed + k)
+        there = part.nodes.size + np.arange(ZEROS)
+        errors = np.hypot(np.sqrt(PARTS) * ERROR, lasting) * generator.standard_normal(ZEROS)
+        part.gram[there, there] = (np.sqrt(PARTS) * ERROR * ZERO) ** -2
+        part.right[there] = part.gram[there, there] * (zeros + ZERO * (errors + of_all))
+        found.append(part)
+    return found, curves
+
+
+def fitted(parts: list[Statistic], curves: Curves) -> tuple[Statistic, Curves, ModelCorrections, Solution]:
+    total, model = merged(parts), model_corrections(Corrections(zeros=ZEROS, tilts=UNSEEN), np.zeros(0))
+    return total, *solve_and_believe(total, curves, model, solve(total, curves, model))
+
+
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 25.0])
+def test_disagreement_is_by_how_much_squared_errors_are_larger_than_they_are_taken_to_be(ratio: float) -> None:
+    zeros = ZERO * np.random.default_rng(5).standard_normal(ZEROS)
+    lasting = np.sqrt((ratio - 1) * PARTS) * ERROR
+    parts, curves = parts_of_a_log(zeros, lasting, 0.0, seed=1)
+    assert disagreement(parts=parts, **named(fitted(parts, curves))) == pytest.approx(ratio, rel=0.25)
+
+
+def named(found: tuple[Statistic, Curves, ModelCorrections, Solution]) -> dict[str, object]:
+    return dict(zip(("total", "curves", "model", "solution"), found, strict=True))
+
+
+def test_one_part_says_nothing_of_it() -> None:
+    parts, curves = parts_of_a_log(np.zeros(ZEROS), 1.0, 0.0, seed=1)
+    assert disagreement(parts=[merged(parts)], **named(fitted(parts, curves))) == 1.0
+
+
+def test_errors_that_parts_share_are_allowed_for_by_what_they_do_not_share() -> None:
+    lasting = 2.0 * ERROR * np.sqrt(PARTS)
+    before, after = [], []
+    for seed in range(4):
+        zeros = 0.3 * ZERO * np.random.default_rng(seed).standard_normal(ZEROS)
+        parts, curves = parts_of_a_log(zeros, lasting, lasting, seed)
+        total, curves, model, solution = fitted(parts, curves)
+        doubt = doubt_of(disagreement(total, parts, curves, model, solution), PARTS)
+        curves, doubted, wary = solve_and_believe(total, curves, replace(model, doubt=doubt), solution)
+        variance = np.diag(wary.covariance + by_doubt(doubted, wary))[wary.internal.size :]
+        assert np.sqrt(variance[ZEROS:]) == pytest.approx(1.0)  # what nothing shows is as unknown as ever
+        before.append(solution.corrections[:ZEROS] - zeros / ZERO)
+        after.append(wary.corrections[:ZEROS] - zeros / ZERO)
+        assert np.mean(np.abs(after[-1]) < 1.96 * np.sqrt(variance[:ZEROS])) > 0.9
+    assert np.std(after) < 0.6 * np.std(before)
