@@ -33,6 +33,9 @@ class Corrections:
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
         Which of the n joints have a rotor inertia that the model lacks [kg m^2].
+    independent, sums
+        Columns of base parameters, shape (b,), and those of all inertial parameters as sums of them, shape
+        (b, 10 bodies).
     """
 
     bodies: tuple[str, ...] = ()
@@ -42,6 +45,8 @@ class Corrections:
     tilts: int = 0
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
+    independent: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    sums: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def size(self) -> int:

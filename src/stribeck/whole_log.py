@@ -27,6 +27,7 @@ from stribeck.result import TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.survey import PreparedLog, Progress, prepare
+from stribeck.weak_form.base_parameters import base_parameters
 from stribeck.weak_form.build import weak_form
 from stribeck.weak_form.lazily import all_equations
 from stribeck.weak_form.stretches import cut_stretches
@@ -192,6 +193,9 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         for part in prepared
     ]
     corrections = forms[0].corrections
+    if corrections.bodies:
+        independent, sums = base_parameters(robot, [support for form in forms for support in form.supports.values()])
+        corrections = replace(corrections, independent=independent, sums=sums)
     equations = all_equations(forms)
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)

@@ -83,7 +83,7 @@ class WeakForm:
             forces = jacobian[:, :, support.rows]
             projection = null_projection(forces)
             left = without_contact_forces(left, at_every_row(forces, half, window.step, len(left)))
-        lags = window.lags(self.filter.sharp.shape[1])
+        of_acceleration, of_torque = window.overlaps(self.filter.sharp[2], np.ones(1))
         time = self.log.time[stretch.first + half :: window.step][: len(centres)]
         return WeakEquations(
             time=time,
@@ -100,8 +100,8 @@ class WeakForm:
             root_response=_seen(projection, root),
             encoder_noise=self.noise.position,
             torque_noise=self.noise.torque[self.joints],
-            acceleration_overlap=window.overlap(self.filter.sharp[2], lags),
-            torque_overlap=window.overlap(np.ones(1), lags),
+            acceleration_overlap=of_acceleration,
+            torque_overlap=of_torque,
             columns=None if columns is None else _seen(projection, columns),
             torque=window.apply(torque[:, self.joints]),
             elapsed=time - self.log.time[0],

@@ -14,8 +14,11 @@ BOXES = 4
 LENGTH = 0.041
 """Of the whole window [s]: long enough to average encoder noise away, short against the motion."""
 
-SPACING = 0.010
-"""Of the windows [s]: a quarter of their length loses nothing."""
+SPACING = 0.012
+"""Of the windows [s]: it loses next to nothing, and errors reach over three windows alone."""
+
+NEGLIGIBLE = 1e-4
+"""Correlation [1] that is as good as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +43,20 @@ class Window:
         views = np.lib.stride_tricks.sliding_window_view(signal, len(self.taps), axis=0)[:: self.step]
         return np.asarray(views @ self.taps)
 
-    def lags(self, length: int) -> int:
-        """Return how many windows apart errors are still correlated, that a filter of a length makes of white noise."""
-        return max(1, (len(self.taps) + length - 2) // self.step)
+    def overlaps(self, *kernels: Array) -> list[Array]:
+        """Return how windows of filtered white noise are correlated, of each filter [1 / variance of the noise].
 
-    def overlap(self, kernel: Array, lags: int) -> Array:
-        """Return the correlation of these errors [1 / variance of the noise] at lags 0 to `lags`, shape (lags + 1,)."""
-        response = np.convolve(self.taps, kernel)
-        full = np.correlate(response, response, mode="full")[len(response) - 1 :: self.step]
-        overlap = np.zeros(lags + 1)
-        overlap[: min(len(full), lags + 1)] = full[: lags + 1]
-        return overlap
+        From lag 0 to the last that is worth mentioning for any filter, and one at least, shape (lags + 1,).
+        """
+        responses = [np.convolve(self.taps, kernel) for kernel in kernels]
+        longest = max(len(response) for response in responses)
+        found = np.zeros((len(kernels), longest // self.step + 2))
+        for own, response in zip(found, responses, strict=True):
+            full = np.correlate(response, response, mode="full")[len(response) - 1 :: self.step]
+            own[: len(full)] = full
+        reached = np.abs(found) > NEGLIGIBLE * found[:, :1]
+        lags = max(1, int(np.flatnonzero(reached.any(axis=0))[-1]))
+        return list(found[:, : lags + 1])
 
 
 def smooth_window(period: float) -> Window:

@@ -91,4 +91,4 @@ def _drives(response: Array, overlap: Array) -> Array:
 
 def _driven(windows: int, lags: int) -> NDArray[np.int64]:
     """Return the windows of the drives that are looked at, a share of all; the first lie before the stretch."""
-    return np.arange(-lags, windows, max(1, (lags + 1) // 2))
+    return np.arange(-lags, windows, lags)

@@ -17,6 +17,7 @@ from stribeck.identification.whole_log.lack_of_fit import Lack, lacks_of_fit
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.listening import Heard, listen, places_to_listen, with_all_terms
 from stribeck.identification.whole_log.model import ModelCorrections
+from stribeck.identification.whole_log.narrowing import Narrowing, narrowings
 from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, merged
@@ -30,11 +31,8 @@ from stribeck.result import TermVerdict, Validation
 LEAST_TRAINING = 4
 """Stretches [1] in all for each one that is held out for the validation."""
 
-STRIDE = 3
-"""One stretch of so many [1] is looked at for errors that every step repeats; odd, as left and right alternate."""
-
-FEWEST_STEPS = 15
-"""Stretches a gait phase [1] below which all are."""
+FEWEST, FEWEST_STEPS = 30, 5
+"""Stretches in all, and a gait phase [1], that are looked at for errors that every step repeats, and for suspects."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -150,10 +148,14 @@ def fit_whole_log(
     held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
     suspects = find_suspects(some, heard.curves.top_speed)
-    folds, repeating = _sum_up_all(equations, seen, gaits, heard, suspects, FOLDS if auto or corrections.size else 1)
-    steps = repeating.without_last(suspects.size, gaits)
-    statistic = merged(folds)
-    heard, choice = _settled(heard, statistic, folds, steps, some)
+    count = FOLDS if auto or corrections.size else 1
+    for narrow in narrowings(heard.curves, corrections, heard.statistic, heard.solution, len(some) / len(equations)):
+        folds, repeating = _sum_up_all(equations, seen, gaits, heard, suspects, count, narrow)
+        steps, statistic = repeating.without_last(suspects.size, gaits), merged(folds)
+        settled, choice = _settled(heard, statistic, folds, steps, some)
+        if narrow.holds(settled.known[0]):
+            break
+    heard = settled
     undoubted = heard.solution.corrections
     differ = disagreement(statistic, folds, heard.curves, heard.model, heard.solution)
     if differ > 1:
@@ -161,7 +163,7 @@ def fit_whole_log(
     unseen = list(held_out.values())
     none = (None,) * len(top_speed)
     validation = validate(unseen, statistic, heard.curves, heard.levels, *heard.known) if unseen else none
-    statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, 0))
+    statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, 0, narrowing=narrow))
     heard = _believed(heard, statistic)
     curves, model, solution = heard.curves, heard.model, heard.solution
     repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
@@ -215,15 +217,16 @@ def _sum_up_all(
     heard: Heard,
     suspects: Suspects,
     most: int,
+    narrow: Narrowing,
 ) -> tuple[list[Statistic], Statistic]:
     """Return statistics of parts of what is seen, and that of a share of it with repeated torques and suspects."""
     levels, curves, model = heard.levels, heard.curves, heard.model
-    stride = STRIDE if len(seen) >= FEWEST_STEPS * gaits else 1
-    share = set(seen[::stride])
+    stride = max(1, len(seen) // max(FEWEST, FEWEST_STEPS * gaits))
+    share = set(seen[:: stride - (1 - stride % 2)])  # odd, as left and right alternate
     folds, repeating = [], []
     for k in range(count := min(most, len(seen))):
         own, others = ([place for place in seen[k::count] if (place in share) == shared] for shared in (True, False))
-        repeating.append(sum_up((equations[place] for place in own), levels, curves, model, gaits, suspects))
+        repeating.append(sum_up((equations[place] for place in own), levels, curves, model, gaits, suspects, narrow))
         folds.append(without_repeated(repeating[-1].without_last(suspects.size, gaits)))
-        folds[-1].merge(sum_up((equations[place] for place in others), levels, curves, model, 0))
+        folds[-1].merge(sum_up((equations[place] for place in others), levels, curves, model, 0, narrowing=narrow))
     return folds, merged(repeating)

@@ -27,7 +27,7 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, curvature, times_jacobian
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.identification.whole_log.suspects import COLUMNS, GAIN_COLUMN, KINDS
+from stribeck.identification.whole_log.suspects import COLUMNS, GAIN_COLUMN, KINDS, NO_TORQUE
 from stribeck.log import Array
 
 SURPRISING = 8.0
@@ -112,8 +112,11 @@ def lacks_of_fit(
     information = gram[:, cosines:]
     scale = max(1.0, solution.chi_square / max(total - solution.internal.size, 1))
     level = np.maximum(_friction(curves, solution), LEAST_FRICTION * own.torque)
-    found = []
+    found: list[tuple[Lack, ...]] = []
     for joint in range(joints):
+        if own.torque[joint] <= NO_TORQUE:
+            found.append(())
+            continue
         place = slice(joint * COLUMNS, (joint + 1) * COLUMNS)
         variance = scale * information[place, place] + bias[place] @ bias[place].T
         found.append(_test(score[place], information[place, place], variance, float(level[joint])))

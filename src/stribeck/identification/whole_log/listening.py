@@ -16,7 +16,7 @@ from stribeck.identification.whole_log.levels import ErrorLevels, first_levels
 from stribeck.identification.whole_log.model import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.solve import Solution, solve
-from stribeck.identification.whole_log.statistic import design
+from stribeck.identification.whole_log.statistic import Statistic, design
 from stribeck.identification.whole_log.summing import sum_up
 from stribeck.identification.whole_log.varying import rising, varying_curves
 from stribeck.log import Array
@@ -30,12 +30,13 @@ ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """Coordinates of friction and of the model's corrections, levels of the errors, and the last solution."""
+    """Coordinates of friction and of the model's corrections, levels of the errors, the last solution, and what of."""
 
     curves: Curves
     model: ModelCorrections
     levels: ErrorLevels
     solution: Solution
+    statistic: Statistic
 
     @property
     def known(self) -> tuple[Array, Array]:
@@ -91,10 +92,11 @@ def _measured(some: list[WeakEquations], curves: Curves, model: ModelCorrections
     """Measure the levels of the errors and solve, by turns."""
     solution = None
     for _ in range(ROUNDS):
-        solution = solve(sum_up(some, levels, curves, model, 0), curves, model, solution)
+        statistic = sum_up(some, levels, curves, model, 0)
+        solution = solve(statistic, curves, model, solution)
         levels = update_levels(levels, _left_over(some, curves, model, solution))
     assert solution is not None
-    return Heard(curves, model, levels, solution)
+    return Heard(curves, model, levels, solution, statistic)
 
 
 def _torques(equations: WeakEquations) -> Array:

@@ -48,7 +48,8 @@ class Nodes:
     velocity
         Of each joint's nodes [rad/s], shape (n, N).
     functions
-        Orthonormal columns: values at the nodes of a joint, shape (N, r).
+        Values at the nodes of a joint: orthonormal columns, the same for all joints, shape (N, r), or some of each
+        joint's own, shape (n, N, r).
     factored
         Functions that the equations' factors multiply, as sums of the others, shape (r, s); (r, 0) if none.
     factors
@@ -63,7 +64,7 @@ class Nodes:
     @property
     def size(self) -> int:
         """Number of coefficients of all joints, n R with R = r + f s."""
-        return int(self.velocity.shape[0] * (self.functions.shape[1] + self.factors * self.factored.shape[1]))
+        return int(self.velocity.shape[0] * (self.functions.shape[-1] + self.factors * self.factored.shape[1]))
 
     def coefficients(self, curves: Array, *times_factors: Array) -> Array:
         """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times factors."""
@@ -79,7 +80,7 @@ class Nodes:
         starts = len(taps) * np.arange(count + 1)
         matrix = csr_array((np.tile(taps, count), columns.ravel(), starts), shape=(count, len(velocity)))
         values = (matrix @ self._weights(velocity)).toarray().reshape(count, joints, nodes)
-        return np.asarray(values @ self.functions)
+        return np.asarray((values.transpose(1, 0, 2) @ self.functions).transpose(1, 0, 2))
 
     def _weights(self, velocity: Array) -> csr_array:
         """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).

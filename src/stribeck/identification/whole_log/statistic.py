@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.cosines import repeated_columns
@@ -35,6 +36,8 @@ class Statistic:
         Number of gait phases whose repeated errors are looked for.
     suspects
         Friction beyond the law that is looked for, if any.
+    kept
+        Which columns of the equations' corrections are summed up, shape (b,); None if all.
     gram, right
         Shape (D, D) and (D,), with D = nodes.size + c.
     square, count
@@ -47,6 +50,7 @@ class Statistic:
     corrections: int
     gaits: int = 0
     suspects: Suspects | None = None
+    kept: NDArray[np.int64] | None = None
     gram: Array = field(init=False)
     right: Array = field(init=False)
     loads: Array = field(init=False)
@@ -60,7 +64,7 @@ class Statistic:
 
     def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
         """Take in the equations of a stretch."""
-        parts = {0: design(equations, self.nodes)}  # by the place of their first column
+        parts = {0: design(equations, self.nodes, self.kept)}  # by the place of their first column
         end = len(self.right) - (self.suspects.size if self.suspects else 0)
         if self.gaits and equations.gait >= 0:
             own = repeated_columns(equations)
@@ -110,11 +114,12 @@ def merged(parts: Sequence[Statistic]) -> Statistic:
     return whole
 
 
-def design(equations: WeakEquations, nodes: Nodes) -> Array:
-    """Return the equations' derivatives by coefficients, then corrections, shape (K m, D)."""
+def design(equations: WeakEquations, nodes: Nodes, kept: NDArray[np.int64] | None = None) -> Array:
+    """Return the equations' derivatives by coefficients, then corrections, those kept or all, shape (K m, D)."""
     windows, rows = equations.residual.shape
     curves = curve_windows(equations, nodes)
-    corrections = 0 if equations.columns is None else equations.columns.shape[2]
+    columns = equations.columns if equations.columns is None or kept is None else equations.columns[:, :, kept]
+    corrections = 0 if columns is None else columns.shape[2]
     matrix = np.empty((windows, rows, nodes.size + corrections))
     friction = matrix[:, :, : nodes.size].reshape(windows, rows, *curves.shape[1:])  # a view: its last axis in two
     if equations.projection is None:
@@ -122,8 +127,8 @@ def design(equations: WeakEquations, nodes: Nodes) -> Array:
         np.einsum("kjjr->kjr", friction)[:] = curves
     else:
         np.multiply(equations.projection[:, :, :, None], curves[:, None], out=friction)
-    if equations.columns is not None:
-        matrix[:, :, nodes.size :] = equations.columns
+    if columns is not None:
+        matrix[:, :, nodes.size :] = columns
     return matrix.reshape(windows * rows, -1)
 
 

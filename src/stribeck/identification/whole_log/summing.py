@@ -10,6 +10,7 @@ from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.model import ModelCorrections
+from stribeck.identification.whole_log.narrowing import Narrowing, all_functions
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.suspects import Suspects
 
@@ -24,10 +25,15 @@ def sum_up(
     model: ModelCorrections,
     gaits: int,
     suspects: Suspects | None = None,
+    narrowing: Narrowing | None = None,
 ) -> Statistic:
-    """Return the statistic of equations: worked out here, added up by threads, in an order that never changes."""
-    size = model.size + gaits * COSINES * len(curves.top_speed) + (suspects.size if suspects else 0)
-    statistics = [Statistic(curves.nodes, size, gaits, suspects) for _ in range(WORKERS)]
+    """Return the statistic of equations: worked out here, added up by threads, in an order that never changes.
+
+    What `narrowing` leaves out is not lost: the statistic is of all columns.
+    """
+    narrow = narrowing or all_functions(curves.nodes, model.corrections)
+    size = len(narrow.kept) + gaits * COSINES * len(curves.top_speed) + (suspects.size if suspects else 0)
+    statistics = [Statistic(narrow.nodes, size, gaits, suspects, narrow.kept) for _ in range(WORKERS)]
     waiting: list[Future[None] | None] = [None] * WORKERS
     with ThreadPoolExecutor(WORKERS) as pool:
         for k, part in enumerate(equations):
@@ -39,4 +45,4 @@ def sum_up(
                 last.result()
     for other in statistics[1:]:
         statistics[0].merge(other)
-    return statistics[0]
+    return narrow.widened(statistics[0], curves.nodes)

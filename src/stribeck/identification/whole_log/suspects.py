@@ -35,6 +35,9 @@ SIGN = 0.01
 DISTANCES = 1e-3, 4e-3
 """Time [s] that the top speed takes to go the distances of presliding."""
 
+NO_TORQUE = 1e-9
+"""Mean torque [N m] of a joint that logs none: it has no friction to be told of."""
+
 CERTAIN = 6.0
 """Standard deviations of its noise [1] by which a torque changes from window to window when it surely changes sign."""
 
@@ -75,7 +78,7 @@ def find_suspects(some: Sequence[WeakEquations], top_speed: Array) -> Suspects:
     """Return what there is to look for in a log of which `some` equations are known; they reach to its end."""
     torque = np.abs(np.concatenate([part.torque for part in some])).mean(axis=0)
     last = max(float(part.elapsed[-1]) for part in some)
-    return Suspects(top_speed, np.maximum(torque, 1e-9), max(last, 1e-9))
+    return Suspects(top_speed, np.maximum(torque, NO_TORQUE), max(last, 1e-9))
 
 
 def _lags(sign: Array, travels: Sequence[Array]) -> list[Array]:
