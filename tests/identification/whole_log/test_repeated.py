@@ -12,7 +12,7 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import first_levels
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
+from stribeck.identification.whole_log.repeated import spread_of_repeated
 from stribeck.identification.whole_log.solve import solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
@@ -50,7 +50,7 @@ def fitted(equations: list[WeakEquations]) -> tuple[Array, Array, Array]:
     statistic = Statistic(nodes, 2 * COSINES * 3, 2)
     for part in equations:
         statistic.add(part, first_levels(part, np.zeros(3), np.zeros(3)))
-    solution = solve(without_repeated(statistic), curves, model)
+    solution = solve(statistic.without_last(statistic.gaits * COSINES * len(statistic.nodes.velocity)), curves, model)
     levels, covariance = spread_of_repeated(statistic, statistic.count, curves, model, solution)
     return levels, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(covariance))[:9]
 

@@ -17,12 +17,12 @@ from stribeck.identification.whole_log.lack_of_fit import Lack, lacks_of_fit
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.listening import Heard, listen, places_to_listen, with_all_terms
 from stribeck.identification.whole_log.model import ModelCorrections
-from stribeck.identification.whole_log.narrowing import Narrowing, narrowings
-from stribeck.identification.whole_log.repeated import spread_of_repeated, without_repeated
+from stribeck.identification.whole_log.narrowing import narrowings
+from stribeck.identification.whole_log.repeated import spread_of_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, merged
-from stribeck.identification.whole_log.summing import sum_up
-from stribeck.identification.whole_log.suspects import Suspects, find_suspects
+from stribeck.identification.whole_log.summing import sum_up, sum_up_folds
+from stribeck.identification.whole_log.suspects import find_suspects
 from stribeck.identification.whole_log.validation import left_over, validate
 from stribeck.identification.whole_log.varying import VaryingCurves
 from stribeck.log import Array
@@ -148,9 +148,9 @@ def fit_whole_log(
     held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
     suspects = find_suspects(some, heard.curves.top_speed)
-    count = FOLDS if auto or corrections.size else 1
+    parts = _folds(seen, gaits, FOLDS if auto or corrections.size else 1)
     for narrow in narrowings(heard.curves, corrections, heard.statistic, heard.solution, len(some) / len(equations)):
-        folds, repeating = _sum_up_all(equations, seen, gaits, heard, suspects, count, narrow)
+        folds, repeating = sum_up_folds(equations, parts, heard.levels, heard.curves, narrow, gaits, suspects)
         steps, statistic = repeating.without_last(suspects.size, gaits), merged(folds)
         settled, choice = _settled(heard, statistic, folds, steps, some)
         if narrow.holds(settled.known[0]):
@@ -163,7 +163,7 @@ def fit_whole_log(
     unseen = list(held_out.values())
     none = (None,) * len(top_speed)
     validation = validate(unseen, statistic, heard.curves, heard.levels, *heard.known) if unseen else none
-    statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, 0, narrowing=narrow))
+    statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, narrow))
     heard = _believed(heard, statistic)
     curves, model, solution = heard.curves, heard.model, heard.solution
     repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
@@ -210,23 +210,9 @@ def _believed(heard: Heard, statistic: Statistic) -> Heard:
     return replace(heard, curves=curves, model=model, solution=solution)
 
 
-def _sum_up_all(
-    equations: Sequence[WeakEquations],
-    seen: list[int],
-    gaits: int,
-    heard: Heard,
-    suspects: Suspects,
-    most: int,
-    narrow: Narrowing,
-) -> tuple[list[Statistic], Statistic]:
-    """Return statistics of parts of what is seen, and that of a share of it with repeated torques and suspects."""
-    levels, curves, model = heard.levels, heard.curves, heard.model
+def _folds(seen: list[int], gaits: int, most: int) -> list[tuple[list[int], list[int]]]:
+    """Return folds of what is seen: places that are looked at, and the others."""
     stride = max(1, len(seen) // max(FEWEST, FEWEST_STEPS * gaits))
     share = set(seen[:: stride - (1 - stride % 2)])  # odd, as left and right alternate
-    folds, repeating = [], []
-    for k in range(count := min(most, len(seen))):
-        own, others = ([place for place in seen[k::count] if (place in share) == shared] for shared in (True, False))
-        repeating.append(sum_up((equations[place] for place in own), levels, curves, model, gaits, suspects, narrow))
-        folds.append(without_repeated(repeating[-1].without_last(suspects.size, gaits)))
-        folds[-1].merge(sum_up((equations[place] for place in others), levels, curves, model, 0, narrowing=narrow))
-    return folds, merged(repeating)
+    folds = [seen[k :: min(most, len(seen))] for k in range(min(most, len(seen)))]
+    return [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]

@@ -92,7 +92,7 @@ def _measured(some: list[WeakEquations], curves: Curves, model: ModelCorrections
     """Measure the levels of the errors and solve, by turns."""
     solution = None
     for _ in range(ROUNDS):
-        statistic = sum_up(some, levels, curves, model, 0)
+        statistic = sum_up(some, levels, curves, model)
         solution = solve(statistic, curves, model, solution)
         levels = update_levels(levels, _left_over(some, curves, model, solution))
     assert solution is not None

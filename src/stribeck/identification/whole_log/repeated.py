@@ -79,8 +79,3 @@ def without_corrections(statistic: Statistic, model: ModelCorrections, solution:
     rest.square = statistic.square + float(taken @ (statistic.gram @ taken - 2 * statistic.right))
     rest.count = statistic.count
     return rest
-
-
-def without_repeated(statistic: Statistic) -> Statistic:
-    """Return the statistic without the columns of repeated torques."""
-    return statistic.without_last(statistic.gaits * COSINES * len(statistic.nodes.velocity))

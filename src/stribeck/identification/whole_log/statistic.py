@@ -62,8 +62,8 @@ class Statistic:
         self.gram, self.right = np.zeros((size, size)), np.zeros(size)
         self.loads = np.zeros((3, len(self.nodes.velocity)))
 
-    def add(self, equations: WeakEquations, levels: ErrorLevels) -> None:
-        """Take in the equations of a stretch."""
+    def add(self, equations: WeakEquations, levels: ErrorLevels, core: Statistic | None = None) -> None:
+        """Take in the equations of a stretch; `core`, a statistic without further columns, takes them in as well."""
         parts = {0: design(equations, self.nodes, self.kept)}  # by the place of their first column
         end = len(self.right) - (self.suspects.size if self.suspects else 0)
         if self.gaits and equations.gait >= 0:
@@ -81,8 +81,16 @@ class Statistic:
             self.gram[places[first], places[there]] += product
             if first != there:
                 self.gram[places[there], places[first]] += product.T
+            elif core is not None and first == 0:
+                core.gram += product
         for first, columns in parts.items():
             self.right[places[first]] += (columns.T @ residual)[:, 0]
+        self._count(equations, residual)
+        if core is not None:
+            core.right += (parts[0].T @ residual)[:, 0]
+            core._count(equations, residual)
+
+    def _count(self, equations: WeakEquations, residual: Array) -> None:
         self.square += float(residual[:, 0] @ residual[:, 0])
         self.count += equations.residual.size
         if equations.factors is not None:
@@ -108,7 +116,8 @@ class Statistic:
 
 def merged(parts: Sequence[Statistic]) -> Statistic:
     """Return the statistic of all parts together, of the same nodes and corrections."""
-    whole = Statistic(parts[0].nodes, parts[0].corrections, parts[0].gaits, parts[0].suspects)
+    first = parts[0]
+    whole = Statistic(first.nodes, first.corrections, first.gaits, first.suspects, first.kept)
     for part in parts:
         whole.merge(part)
     return whole
