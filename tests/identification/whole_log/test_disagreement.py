@@ -16,6 +16,7 @@ from stribeck.identification.whole_log.statistic import Statistic, merged
 from stribeck.log import Array
 
 PARTS, ZEROS, UNSEEN, ERROR = 8, 40, 3, 0.2
+OFFSET = 4
 
 
 def parts_of_a_log(zeros: Array, lasting: float, shared: float, seed: int) -> tuple[list[Statistic], Curves]:
@@ -49,16 +50,43 @@ def test_disagreement_is_by_how_much_squared_errors_are_larger_than_they_are_tak
     zeros = ZERO * np.random.default_rng(5).standard_normal(ZEROS)
     lasting = np.sqrt((ratio - 1) * PARTS) * ERROR
     parts, curves = parts_of_a_log(zeros, lasting, 0.0, seed=1)
-    assert disagreement(parts=parts, **named(fitted(parts, curves))) == pytest.approx(ratio, rel=0.25)
+    of_model, of_joints = disagreement(parts=parts, **named(fitted(parts, curves)))
+    assert of_model == pytest.approx(ratio, rel=0.25)
+    assert np.mean(of_joints > 1) < 0.1  # nothing lasts in their friction
 
 
 def named(found: tuple[Statistic, Curves, ModelCorrections, Solution]) -> dict[str, object]:
     return dict(zip(("total", "curves", "model", "solution"), found, strict=True))
 
 
+def test_a_joint_whose_friction_changes_from_part_to_part_is_found() -> None:
+    """By as much as errors that last for a part's length make the mean over the parts worse."""
+    velocity, values = moving()
+    lasting, found, off = 0.05, [], []
+    offsets = lasting * np.random.default_rng(4).standard_normal((20, PARTS))
+    for seed, changes in enumerate(offsets):
+        parts = []
+        for k, change in enumerate(changes):
+            rows = slice(k * SAMPLES // PARTS, (k + 1) * SAMPLES // PARTS)
+            own = values.copy()
+            own[0, OFFSET] += change
+            part, curves = friction(velocity[rows], own, 0, NOISE, seed=100 * seed + k)
+            parts.append(part)
+        total, model = merged(parts), model_corrections(Corrections(), np.zeros(0))
+        curves, model, solution = solve_and_believe(total, curves, model, solve(total, curves, model))
+        of_model, of_joints = disagreement(total, parts, curves, model, solution)
+        assert of_model == 1.0
+        assert np.mean(of_joints[1:] > 1) < 0.1
+        found.append(of_joints[0, OFFSET])
+        deviation = np.sqrt(solution.covariance[OFFSET, OFFSET] * of_joints[0, OFFSET])
+        off.append((solution.internal[0, OFFSET] - values[0, OFFSET]) / deviation)
+    assert min(found) > 2
+    assert np.mean(np.abs(off) < 1.96) > 0.8
+
+
 def test_one_part_says_nothing_of_it() -> None:
     parts, curves = parts_of_a_log(np.zeros(ZEROS), 1.0, 0.0, seed=1)
-    assert disagreement(parts=[merged(parts)], **named(fitted(parts, curves))) == 1.0
+    assert disagreement(parts=[merged(parts)], **named(fitted(parts, curves)))[0] == 1.0
 
 
 def test_errors_that_parts_share_are_allowed_for_by_what_they_do_not_share() -> None:
@@ -68,7 +96,7 @@ def test_errors_that_parts_share_are_allowed_for_by_what_they_do_not_share() -> 
         zeros = 0.3 * ZERO * np.random.default_rng(seed).standard_normal(ZEROS)
         parts, curves = parts_of_a_log(zeros, lasting, lasting, seed)
         total, curves, model, solution = fitted(parts, curves)
-        doubt = doubt_of(disagreement(total, parts, curves, model, solution), PARTS)
+        doubt = doubt_of(disagreement(total, parts, curves, model, solution)[0], PARTS)
         curves, doubted, wary = solve_and_believe(total, curves, replace(model, doubt=doubt), solution)
         variance = np.diag(wary.covariance + by_doubt(doubted, wary))[wary.internal.size :]
         assert np.sqrt(variance[ZEROS:]) == pytest.approx(1.0)  # what nothing shows is as unknown as ever

@@ -7,7 +7,8 @@ being fitted along, h_f the slope there that part f of P has at the best fit of 
 
     D = sum h_f^T S^-1 h_f / tr(K - K^2 / P)
 
-is one where errors are as independent, and the model as wrong, as they are taken to be.
+is one where errors are as independent, and the model as wrong, as they are taken to be. The same of all parameters
+of a joint's friction, and of each, says how much wider their intervals must be.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
@@ -22,31 +25,59 @@ from stribeck.identification.whole_log.solve import Solution, curvature, inverse
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 
-LEAST_KNOWN = 1.0
+LEAST_KNOWN = 0.5
 """Coordinates [1] that a log must settle for its parts to disagree about."""
+
+CHANCE = 0.01
+"""Probability [1] of parts to disagree by chance as much about a joint, or a parameter, whose intervals get wider."""
 
 
 def disagreement(
     total: Statistic, parts: Sequence[Statistic], curves: Curves, model: ModelCorrections, solution: Solution
-) -> float:
-    """Return D [1], at least one, of the fit to a log, the total of its parts; one where nothing tells."""
-    count, first = len(parts), solution.internal.size
-    if count < 2 or not model.believed:
-        return 1.0
-    own, rest = np.arange(first, first + model.size), np.flatnonzero(~solution.held)
-    matrix = curvature(total, curves, model, solution)
-    across, beside = matrix[np.ix_(rest, own)], matrix[np.ix_(rest, rest)]
+) -> tuple[float, Array]:
+    """Return D of the model, and of each joint's parameters, shape (n, p) [1]: at least one; one where nothing tells.
+
+    Parameters
+    ----------
+    total, parts
+        Of a log and of its parts.
+    curves, model, solution
+        The fit to the log.
+    """
+    (joints, count), coordinates = solution.internal.shape, len(solution.covariance)
+    if len(parts) < 2:
+        return 1.0, np.ones((joints, count))
     corrected, bodies = model.values(solution.corrections)
     values = np.concatenate([curves.coefficients(solution.internal), corrected])
     pulls = np.stack([part.gram @ values - part.right for part in parts])
     slopes = times_jacobian(pulls, curves.jacobians(solution.internal), bodies, model.scales).T
-    follow = inverse_of(beside) @ across
-    left = slopes[own] - follow.T @ slopes[rest]
-    inverse = inverse_of(matrix[np.ix_(own, own)] - across.T @ follow)
-    known = np.eye(model.size) - inverse @ model.precision
-    expected = float(np.trace(known) - np.sum(known * known.T) / count)
-    squares = float(np.sum(left * (inverse @ left)))
-    return max(1.0, squares / expected) if expected > LEAST_KNOWN else 1.0
+    prior = np.diag(np.zeros(coordinates))
+    prior[joints * count :, joints * count :] = model.precision
+    prior[range(joints * count), range(joints * count)] = (curves.prior()[1] ** -2).ravel()
+    free = np.flatnonzero(~np.concatenate([solution.held.ravel(), np.zeros(model.size, dtype=bool)]))
+    covariance, steps = np.zeros((coordinates, coordinates)), np.zeros((coordinates, len(parts)))
+    covariance[np.ix_(free, free)] = inverse_of(curvature(total, curves, model, solution)[np.ix_(free, free)])
+    steps[free] = covariance[np.ix_(free, free)] @ slopes[free]  # of Gauss and Newton, that each part would take
+
+    def ratio(own: NDArray[np.int64]) -> tuple[float, float]:
+        """Return D, and of how many squares it is the mean."""
+        block = np.ix_(own, own)
+        known = np.eye(len(own)) - covariance[block] @ prior[block]
+        expected = float(np.trace(known) - np.sum(known * known.T) / len(parts))
+        squares = float(np.sum(steps[own] * (inverse_of(covariance[block]) @ steps[own])))
+        return (squares / expected, expected * len(parts)) if expected > LEAST_KNOWN else (1.0, 1.0)
+
+    of_model, of_friction = 1.0, np.ones((joints, count))
+    if model.believed:
+        of_model = max(1.0, ratio(joints * count + np.arange(model.size))[0])
+    for joint in range(joints):
+        own = np.intersect1d(free, joint * count + np.flatnonzero(curves.has(joint)))
+        for group in (own, *own[:, None]) if len(own) else ():
+            found, squares = ratio(group)
+            if found > chdtri(squares, CHANCE) / squares:
+                which = group - joint * count
+                of_friction[joint, which] = np.maximum(of_friction[joint, which], found)
+    return of_model, of_friction
 
 
 def doubt_of(disagreement: float, parts: int) -> float:

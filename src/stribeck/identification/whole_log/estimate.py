@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.identification.whole_log.believed import solve_and_believe
@@ -62,8 +64,9 @@ class WholeLogFit:
         Whether the covariance is that of logs drawn from this log's stretches, however large errors were taken to be.
     terms, mean_load
         Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
-    disagreement
-        How much more the parts of the log disagree about the model than errors would make them [1], squared.
+    disagreement, differing
+        How much more the parts of the log disagree about the model than errors would make them [1], squared, and about
+        each joint's parameters, shape (n, p).
     undoubted
         Coordinates of the corrections that the log would have if its parts agreed, shape (c,).
     lacks
@@ -81,6 +84,7 @@ class WholeLogFit:
     validation: tuple[Validation | None, ...]
     lacks: tuple[tuple[Lack, ...], ...]
     disagreement: float
+    differing: Array
     undoubted: Array
     bootstrapped: bool = False
     terms: tuple[dict[str, TermVerdict], ...] = ()
@@ -148,7 +152,7 @@ def fit_whole_log(
     held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
     suspects = find_suspects(some, heard.curves.top_speed)
-    parts = _folds(seen, gaits, FOLDS if auto or corrections.size else 1)
+    parts = _folds(seen, gaits, FOLDS)
     for narrow in narrowings(heard.curves, corrections, heard.statistic, heard.solution, len(some) / len(equations)):
         folds, repeating = sum_up_folds(equations, parts, heard.levels, heard.curves, narrow, gaits, suspects)
         steps, statistic = repeating.without_last(suspects.size, gaits), merged(folds)
@@ -157,7 +161,7 @@ def fit_whole_log(
             break
     heard = settled
     undoubted = heard.solution.corrections
-    differ = disagreement(statistic, folds, heard.curves, heard.model, heard.solution)
+    differ, differing = disagreement(statistic, folds, heard.curves, heard.model, heard.solution)
     if differ > 1:
         heard = _believed(replace(heard, model=replace(heard.model, doubt=doubt_of(differ, len(folds)))), statistic)
     unseen = list(held_out.values())
@@ -183,6 +187,7 @@ def fit_whole_log(
         residual_rms=left_over(some, curves, heard.levels, *heard.known, heard.known[0][None])[0],
         validation=validation,
         disagreement=differ,
+        differing=np.ones_like(differing) if bootstrapped else differing,
         undoubted=undoubted,
         bootstrapped=bootstrapped,
         terms=choice.verdicts if choice else (),

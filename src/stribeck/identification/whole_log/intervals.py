@@ -16,29 +16,30 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     """Return the fits of all joints by name.
 
     The covariance is the inverse curvature of all coordinates together, so that what is not known of the model widens
-    the friction's intervals; it is scaled by chi^2 where the errors are larger than they were taken to be. A gain that
-    all torques share scales all friction.
+    the friction's intervals; it is scaled where errors are larger than they were taken to be, or parts of the log
+    disagree about a joint. A gain that all torques share scales all friction.
     """
-    scale = fit.widening
     freedom = max(fit.stretches - 1.0, 1.0)
-    return {name: _joint_fit(fit, k, scale, freedom, len(names)) for k, name in enumerate(names)}
+    return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
 
 
-def _joint_fit(fit: WholeLogFit, joint: int, scale: float, freedom: float, joints: int) -> JointFit:
+def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
     solution, there = fit.solution, fit.model.corrections
     has = np.flatnonzero(fit.curves.has(joint))
     own = (joint * len(fit.curves.parameters) + has).tolist()
     parameters = tuple(fit.curves.parameters[k] for k in has)
     coordinates, share, held = solution.internal[joint, has], np.ones(len(has)), solution.held[joint, has]
+    wider = np.sqrt(np.maximum(fit.widening, fit.differing[joint, has]))
     if joint in there.rotors:
         place = there.size - len(there.rotors) + there.rotors.index(joint)
         own.append(solution.internal.size + place)
         parameters, rotor = (*parameters, ARMATURE), solution.corrections[place]
         coordinates = np.append(coordinates, max(rotor, 0.0))
         share, held = np.append(share, ROTOR), np.append(held, rotor <= 0)
+        wider = np.append(wider, np.sqrt(fit.widening))
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
-    covariance = scale * solution.covariance[np.ix_(own, own)] * np.outer(share, share)
+    covariance = solution.covariance[np.ix_(own, own)] * np.outer(wider * share, wider * share)
     values = to_external(coordinates, logs) * share
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
     scaled = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0)
