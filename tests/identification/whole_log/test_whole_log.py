@@ -307,7 +307,7 @@ def deviations(log: RobotLog, robot: Robot, intervals: str) -> tuple[np.ndarray,
     return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
 
 
-def test_drawn_steps_give_wider_intervals_where_steps_disagree(arm: Robot) -> None:
+def test_intervals_are_wider_where_steps_disagree(arm: Robot) -> None:
     law = get_law("coulomb-viscous")
     truth = {name: TRUTH[name] for name in ("viscous", "coulomb", "offset")}
     exact, _ = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=60.0, seed=5)
@@ -318,11 +318,11 @@ def test_drawn_steps_give_wider_intervals_where_steps_disagree(arm: Robot) -> No
     spread = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
     uneven = replace(noisy, torque=noisy.torque + spread[(noisy.time / 1.6).astype(int)])  # offsets come and go
     error, drawn = deviations(uneven, arm, "bootstrap")
-    _, believed = deviations(uneven, arm, "model")
-    assert np.median((drawn / believed)[:, 2]) > 1.5
-    assert (
-        np.sqrt(np.mean((error[:, 2] / drawn[:, 2]) ** 2)) < 1.6 < np.sqrt(np.mean((error[:, 2] / believed[:, 2]) ** 2))
-    )
+    _, believed = deviations(uneven, arm, "model")  # parts of the log disagree, too, which its intervals know
+    for each in (drawn, believed):
+        assert np.mean(np.abs(error / each) < 2) > 0.8
+    even = deviations(noisy, arm, "model")[1]
+    assert np.median((believed / even)[:, 2]) > 3
 
 
 def test_drawn_steps_leave_what_no_step_knows_as_uncertain_as_it_was_believed(

@@ -8,6 +8,7 @@ from stribeck.identification.covariance import intervals_95
 from stribeck.identification.descent import to_external, to_internal
 from stribeck.identification.joint_fit import AT_BOUND, JointFit
 from stribeck.identification.problem import ARMATURE
+from stribeck.identification.whole_log.choose import FOLDS
 from stribeck.identification.whole_log.estimate import WholeLogFit
 from stribeck.identification.whole_log.model import ROTOR
 
@@ -30,13 +31,14 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
     parameters = tuple(fit.curves.parameters[k] for k in has)
     coordinates, share, held = solution.internal[joint, has], np.ones(len(has)), solution.held[joint, has]
     wider = np.sqrt(np.maximum(fit.widening, fit.differing[joint, has]))
+    degrees = np.where(fit.differing[joint, has] > fit.widening, min(freedom, FOLDS - 1), freedom)
     if joint in there.rotors:
         place = there.size - len(there.rotors) + there.rotors.index(joint)
         own.append(solution.internal.size + place)
         parameters, rotor = (*parameters, ARMATURE), solution.corrections[place]
         coordinates = np.append(coordinates, max(rotor, 0.0))
         share, held = np.append(share, ROTOR), np.append(held, rotor <= 0)
-        wider = np.append(wider, np.sqrt(fit.widening))
+        wider, degrees = np.append(wider, np.sqrt(fit.widening)), np.append(degrees, freedom)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
     covariance = solution.covariance[np.ix_(own, own)] * np.outer(wider * share, wider * share)
@@ -47,7 +49,6 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
     deviation = np.sqrt(np.diag(covariance))
     factor = np.where(logs, values, 1.0)
     distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
-    degrees = np.full(len(values), freedom)
     return JointFit(
         parameters=parameters,
         values=values,
