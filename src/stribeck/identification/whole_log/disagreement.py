@@ -51,7 +51,7 @@ def disagreement(
     values = np.concatenate([curves.coefficients(solution.internal), corrected])
     pulls = np.stack([part.gram @ values - part.right for part in parts])
     slopes = times_jacobian(pulls, curves.jacobians(solution.internal), bodies, model.scales).T
-    prior = np.diag(np.zeros(coordinates))
+    prior = np.zeros((coordinates, coordinates))
     prior[joints * count :, joints * count :] = model.precision
     prior[range(joints * count), range(joints * count)] = (curves.prior()[1] ** -2).ravel()
     free = np.flatnonzero(~np.concatenate([solution.held.ravel(), np.zeros(model.size, dtype=bool)]))
