@@ -152,7 +152,7 @@ def fit_whole_log(
     held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
     suspects = find_suspects(some, heard.curves.top_speed)
-    parts = _folds(seen, gaits, FOLDS)
+    parts = _folds(seen, gaits)
     for narrow in narrowings(heard.curves, corrections, heard.statistic, heard.solution, len(some) / len(equations)):
         folds, repeating = sum_up_folds(equations, parts, heard.levels, heard.curves, narrow, gaits, suspects)
         steps, statistic = repeating.without_last(suspects.size, gaits), merged(folds)
@@ -170,12 +170,7 @@ def fit_whole_log(
     statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, narrow))
     heard = _believed(heard, statistic)
     curves, model, solution = heard.curves, heard.model, heard.solution
-    repeated, covariance = spread_of_repeated(steps, statistic.count, curves, model, solution)
-    if bootstrapped:
-        drawn = bootstrap_covariance(equations, heard.levels, curves, model, solution)
-        covariance = covariance - solution.covariance + drawn
-    if model.doubt > 1:
-        covariance = covariance + by_doubt(model, solution)
+    repeated, covariance = _spread(equations, steps, statistic.count, heard, bootstrapped)
     return WholeLogFit(
         curves=curves,
         model=model,
@@ -215,9 +210,28 @@ def _believed(heard: Heard, statistic: Statistic) -> Heard:
     return replace(heard, curves=curves, model=model, solution=solution)
 
 
-def _folds(seen: list[int], gaits: int, most: int) -> list[tuple[list[int], list[int]]]:
+def _spread(
+    equations: Sequence[WeakEquations], steps: Statistic, total: int, heard: Heard, bootstrapped: bool
+) -> tuple[Array, Array]:
+    """Return the repeated torques' standard deviation in each joint [N m], shape (n,), and all coordinates' covariance.
+
+    Beside the solution's, or that of logs drawn from this one, it is of repeated errors, and of what is not known of a
+    model that is doubted.
+    """
+    curves, model, solution = heard.curves, heard.model, heard.solution
+    repeated, covariance = spread_of_repeated(steps, total, curves, model, solution)
+    if bootstrapped:
+        drawn = bootstrap_covariance(equations, heard.levels, curves, model, solution)
+        covariance = covariance - solution.covariance + drawn
+    if model.doubt > 1:
+        covariance = covariance + by_doubt(model, solution)
+    return repeated, covariance
+
+
+def _folds(seen: list[int], gaits: int) -> list[tuple[list[int], list[int]]]:
     """Return folds of what is seen: places that are looked at, and the others."""
     stride = max(1, len(seen) // max(FEWEST, FEWEST_STEPS * gaits))
     share = set(seen[:: stride - (1 - stride % 2)])  # odd, as left and right alternate
-    folds = [seen[k :: min(most, len(seen))] for k in range(min(most, len(seen)))]
+    count = min(FOLDS, len(seen))
+    folds = [seen[k::count] for k in range(count)]
     return [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]

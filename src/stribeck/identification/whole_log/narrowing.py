@@ -52,7 +52,8 @@ class Narrowing:
     lift
         All columns as sums of those kept, functions first, shape (nodes.size + b, D).
     losses
-        What is lost of a joint's coefficients, in standard deviations of the whole log, shape (n, r, r).
+        Rows whose products with a joint's coefficients are lost, in standard deviations of the whole log, shape
+        (n, any, r).
     """
 
     nodes: Nodes
