@@ -194,7 +194,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     ]
     corrections = forms[0].corrections
     if corrections.bodies:
-        independent, sums = base_parameters(robot, [support for form in forms for support in form.supports.values()])
+        supports = {feet: support for form in forms for feet, support in form.supports.items()}  # of all logs, once
+        independent, sums = base_parameters(robot, supports.values())
         corrections = replace(corrections, independent=independent, sums=sums)
     equations = all_equations(forms)
     noise = np.max([form.velocity_noise for form in forms], axis=0)

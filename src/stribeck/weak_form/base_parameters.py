@@ -18,8 +18,8 @@ from stribeck.state import Orientation, State
 from stribeck.weak_form.corrections import inertia_columns
 from stribeck.weak_form.support import Support
 
-MOTIONS = 3
-"""Random motions of each support [1] a column: more equations than can be independent."""
+EQUATIONS = 3
+"""Of random motions on each support [1] for every column: more than can be independent."""
 
 INDEPENDENT = 1e-9
 """Share of the largest pivot [1] below which a column is a sum of others; rounding leaves about 1e-14."""
@@ -46,7 +46,7 @@ def _columns(robot: Robot, support: Support) -> Array:
     """Return the columns of random motions, shape (rows, 10 bodies)."""
     generator = np.random.default_rng(1)
     joints, rows = len(robot.joint_names), max(len(support.rows), 1)
-    count = -(-MOTIONS * 10 * robot.tree.model.njoints // rows)
+    count = -(-EQUATIONS * 10 * robot.tree.model.njoints // rows)
     position, velocity, acceleration = generator.uniform(-np.pi, np.pi, (3, count, joints))
     turn = None
     if robot.base == "floating":
