@@ -53,7 +53,9 @@ def main() -> None:
             alone = figures[f"{corrections} [s per s of log]"] * seconds
             wall, _, peak = run(path, corrections, SEVERAL)
             figures[f"{corrections}, {SEVERAL} logs [s per s of log]"] = wall / seconds / SEVERAL
-            figures[f"{corrections}, each further log [s per s of log]"] = (wall - alone) / seconds / (SEVERAL - 1)
+            further = (wall - alone) / (SEVERAL - 1)
+            figures[f"{corrections}, each further log [s per s of log]"] = further / seconds
+            figures[f"{corrections}, each further log, over the floor"] = further / floor
             figures[f"{corrections}, {SEVERAL} logs, peak memory [GB]"] = peak
         figures["processors"] = float(os.cpu_count() or 1)
     report(figures, options.save, options.compare)
