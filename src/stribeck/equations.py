@@ -149,8 +149,7 @@ class WeakEquations:
 
     def windows(self, signal: Array) -> Array:
         """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
-        views = np.lib.stride_tricks.sliding_window_view(signal, len(self.taps), axis=0)[:: self.step]
-        return np.asarray(views[: len(self.time)] @ self.taps)
+        return through_windows(signal, self.taps, self.step)[: len(self.time)]
 
     @property
     def sensors(self) -> Array:
@@ -158,3 +157,8 @@ class WeakEquations:
         torque = self.weights * self.torque_noise
         wrench = np.eye(self.residual.shape[1], len(self.wrench_noise)) * self.wrench_noise
         return np.concatenate([torque, np.broadcast_to(wrench, (len(torque), *wrench.shape))], axis=2)
+
+
+def through_windows(signal: Array, taps: Array, step: int) -> Array:
+    """Return the windows of a signal, one every `step` rows, shape (T, n) -> (K, n); T is a window or more."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(signal, len(taps), axis=0)[::step] @ taps)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.equations import through_windows
 from stribeck.log import Array
 
 BOXES = 4
@@ -40,8 +41,7 @@ class Window:
         """Return the windows of a signal, shape (T, n) -> (K, n)."""
         if not self.count(len(signal)):
             return np.empty((0, signal.shape[1]))
-        views = np.lib.stride_tricks.sliding_window_view(signal, len(self.taps), axis=0)[:: self.step]
-        return np.asarray(views @ self.taps)
+        return through_windows(signal, self.taps, self.step)
 
     def overlaps(self, *kernels: Array) -> list[Array]:
         """Return how windows of filtered white noise are correlated, of each filter [1 / variance of the noise].
