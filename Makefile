@@ -22,7 +22,7 @@ lint: .venv/.dev
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper
