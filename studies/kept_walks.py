@@ -46,7 +46,8 @@ def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulate
 
 def _digest(scenario: Scenario, robot_file: Path) -> str:
     """Return a short hash of all that a simulated log follows from."""
-    parts = [scenario.model_dump_json(), robot_file.read_text(encoding="utf-8")]
+    there = str(Path(stribeck.__file__).parent)  # where the package lies does not matter
+    parts = [scenario.model_dump_json(), robot_file.read_text(encoding="utf-8").replace(there, "")]
     text = "\n".join([*parts, version("mujoco"), version("pin"), _source_digest()])
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 

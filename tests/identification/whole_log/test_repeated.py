@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from tests.identification.whole_log.test_whitening import some_equations
 
 from stribeck.equations import Corrections, WeakEquations
@@ -12,7 +13,7 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import first_levels
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.repeated import spread_of_repeated
+from stribeck.identification.whole_log.repeated import repeated_variances, spread_of_repeated
 from stribeck.identification.whole_log.solve import solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
@@ -68,3 +69,17 @@ def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
     _, _, without = fitted(steps(0.0))
     offsets = slice(2, None, 3)
     assert np.all(deviations[offsets] > 5 * without[offsets])
+
+
+def test_variances_are_right_on_average_and_none_where_there_are_none() -> None:
+    generator = np.random.default_rng(5)
+    joints, each, true = 3, 16, np.array([0.0, 0.25, 4.0])
+    root = generator.standard_normal((joints * each, joints * each)) / 4 + np.eye(joints * each)
+    information = root.T @ root
+    found = []
+    for _ in range(300):
+        effects = np.tile(np.sqrt(true), each) * generator.standard_normal(joints * each)
+        pull = information @ effects + root.T @ generator.standard_normal(joints * each)
+        found.append(repeated_variances(information, pull, joints))
+    assert np.mean(found, axis=0) == pytest.approx(true, rel=0.15, abs=0.1)
+    assert np.median(found, axis=0)[0] < 0.03

@@ -24,7 +24,7 @@ from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 from stribeck.pseudo_inertia import SIZE
 
-DOUBT, ALIKE_DOUBT = 0.1, 1.0
+DOUBT = 0.1
 """How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
 
 MOST = 1.0
@@ -63,10 +63,11 @@ def _learn_alike(curves: Curves, solution: Solution) -> Curves:
             continue
         known = (1 - variance[own, k] / spread[own, k] ** 2).clip(0, 1)
         off = solution.internal[own, k] - mean[own, k]
-        total = known.sum() + ALIKE_DOUBT
-        middle = (np.sum(known * mean[own, k] + off) + ALIKE_DOUBT * mean[own, k].mean()) / total
+        total = known.sum() + DOUBT
+        middle = (np.sum(known * mean[own, k] + off) + DOUBT * mean[own, k].mean()) / total
         squares = np.sum((off + known * (mean[own, k] - middle)) ** 2)
-        alike[:, k] = middle, np.sqrt((squares + ALIKE_DOUBT * ALIKE**2) / total)
+        beside = max(known.sum() - 1, 0.0) + DOUBT  # one of them has gone into the middle
+        alike[:, k] = middle, np.sqrt((squares + DOUBT * ALIKE**2) / beside)
     return replace(curves, alike=alike)
 
 

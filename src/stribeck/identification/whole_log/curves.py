@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +58,11 @@ class Curves:
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of one joint."""
         return self.law.parameters
+
+    def joint(self, column: int) -> Self:
+        """Return the curves of one joint."""
+        nodes = replace(self.nodes, velocity=self.nodes.velocity[[column]])
+        return replace(self, nodes=nodes, top_speed=self.top_speed[[column]], torque=self.torque[[column]])
 
     def has(self, joint: int) -> NDArray[np.bool_]:  # noqa: ARG002 - laws alike in all joints
         """Return which of them a joint has, shape (p,)."""
@@ -120,6 +127,12 @@ class Curves:
                 }
                 for speed in self.top_speed
             ]
+
+    def all_shapes(self) -> list[dict[str, float]]:
+        """Return all sets of nonlinear parameters to start from, of curves of one joint."""
+        nonlinear = [parameter for parameter in self.law.parameters if parameter.starts]
+        axes = [np.array(p.starts) * self.top_speed[0] ** p.start_speed_power for p in nonlinear]
+        return [dict(zip((p.name for p in nonlinear), shape, strict=True)) for shape in product(*axes)]
 
     def linear_start(self, shapes: list[dict[str, float]], gram: Array, right: Array) -> Array:
         """Return internal coordinates, shape (n, p), of a linear fit of all joints with given nonlinear parameters."""

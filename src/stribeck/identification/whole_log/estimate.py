@@ -21,6 +21,7 @@ from stribeck.identification.whole_log.listening import Heard, listen, places_to
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.narrowing import narrowings
 from stribeck.identification.whole_log.repeated import spread_of_repeated
+from stribeck.identification.whole_log.restarts import with_restarts
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, merged
 from stribeck.identification.whole_log.summing import sum_up, sum_up_folds
@@ -196,7 +197,8 @@ def _settled(
 ) -> tuple[Heard, Choice | None]:
     """Return the solution of what is seen, and the terms that its joints have, if these are to be chosen."""
     curves, model = heard.curves, heard.model
-    solution, choice = solve(statistic, curves, model, heard.solution), None
+    solution = with_restarts(statistic, curves, model, solve(statistic, curves, model, heard.solution))
+    choice = None
     if isinstance(curves, VaryingCurves):
         refused = unsupported(some, curves.slow, statistic.loads)
         choice = settle_terms(statistic, folds, steps, curves, model, solution, refused)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.profile import Quadratic
-from stribeck.identification.whole_log.varying import VaryingCurves
 from stribeck.log import Array
 
 SETTLED = 1e-3
@@ -25,19 +25,15 @@ class JointSolution:
     cost: float
 
 
-def descend_joint(log: Quadratic, curves: VaryingCurves, start: Array) -> JointSolution:
+def descend_joint(log: Quadratic, curves: Curves, start: Array) -> JointSolution:
     """Return where a damped Gauss-Newton descent from internal coordinates, shape (1, p), ends.
 
     `curves` are those of the joint, some of whose parameters may be fixed.
     """
-    low, high = (bound[0] for bound in curves.bounds)
+    low, high = (np.broadcast_to(bound, start.shape)[0] for bound in curves.bounds)
     mean, spread = (part[0] for part in curves.prior())
-
-    def cost_at(x: Array) -> float:
-        return log.at(curves.coefficients(x[None])) + float(np.sum(((x - mean) / spread) ** 2))
-
     x, damping = np.clip(start[0], low, high), 1e-3
-    cost = cost_at(x)
+    cost = joint_cost(log, curves, x[None])
     for _ in range(ITERATIONS):
         slopes = curves.jacobians(x[None])[0]
         pull = log.gram @ curves.coefficients(x[None]) - log.right
@@ -50,7 +46,7 @@ def descend_joint(log: Quadratic, curves: VaryingCurves, start: Array) -> JointS
             tried = x.copy()
             tried[free] -= np.linalg.solve(matrix + damping * scale, gradient[free])
             tried = np.clip(tried, low, high)
-            gain = cost - cost_at(tried)
+            gain = cost - joint_cost(log, curves, tried[None])
             if gain > 0:
                 x, cost, damping = tried, cost - gain, max(damping / 8, 1e-9)
                 break
@@ -58,3 +54,9 @@ def descend_joint(log: Quadratic, curves: VaryingCurves, start: Array) -> JointS
         if gain < SETTLED:
             break
     return JointSolution(x[None], cost)
+
+
+def joint_cost(log: Quadratic, curves: Curves, internal: Array) -> float:
+    """Return chi^2 but for a constant at internal coordinates, shape (1, p), the prior's share included."""
+    mean, spread = curves.prior()
+    return log.at(curves.coefficients(internal)) + float(np.sum(((internal - mean) / spread) ** 2))

@@ -11,6 +11,7 @@ functions of velocity, some of them times a factor.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,11 +104,9 @@ class VaryingCurves(Curves):
         """Return the curves of joints with these parameters, shape (n, p)."""
         return replace(self, free=free)
 
-    def joint(self, column: int) -> VaryingCurves:
+    def joint(self, column: int) -> Self:
         """Return the curves of one joint."""
-        nodes = replace(self.nodes, velocity=self.nodes.velocity[[column]])
-        own = self.top_speed[[column]], self.torque[[column]], self.free[[column]]
-        return replace(self, nodes=nodes, top_speed=own[0], torque=own[1], free=own[2])
+        return replace(super().joint(column), free=self.free[[column]])
 
     def with_terms(self, kept: frozenset[str]) -> NDArray[np.bool_]:
         """Return which parameters a joint with these terms has, shape (p,)."""
