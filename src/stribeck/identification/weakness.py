@@ -13,12 +13,15 @@ from stribeck.log import Array
 MOST, FEW = 0.9, 0.02
 """Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
 
-WIDEST = {"curve-fit": 1.0, "whole-log": 0.52}
+WIDEST = {"curve-fit": 1.0, "whole-log": 0.36}
 """Width of a 95 % interval over the value [1] from which a parameter is weak, by method.
 
 The whole log's finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
 (studies/verdicts.py).
 """
+
+WIDEST_NUMBER = WIDEST | {"whole-log": 0.28}
+"""The same of pure numbers, such as the Stribeck gain, whose errors go furthest beyond their intervals."""
 
 CLEARED = 2.0
 """Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
@@ -47,7 +50,9 @@ def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArra
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    weak = np.asarray(fit.at_bound | cut | (high - low > WIDEST[method] * reference))
+    number = np.array([parameter.unit == "1" for parameter in fit.parameters])
+    widest = np.where(number, WIDEST_NUMBER[method], WIDEST[method])
+    weak = np.asarray(fit.at_bound | cut | (high - low > widest * reference))
     if method == "curve-fit" and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
     return weak
