@@ -233,7 +233,7 @@ def _spread(
 def _folds(seen: list[int], gaits: int) -> list[tuple[list[int], list[int]]]:
     """Return folds of what is seen: places that are looked at, and the others."""
     stride = max(1, len(seen) // max(FEWEST, FEWEST_STEPS * gaits))
-    share = set(seen[:: stride - (1 - stride % 2)])  # odd, as left and right alternate
+    share = set(seen[:: stride | 1])  # odd, as left and right alternate
     count = min(FOLDS, len(seen))
     folds = [seen[k::count] for k in range(count)]
     return [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -64,34 +63,34 @@ class Statistic:
 
     def add(self, equations: WeakEquations, levels: ErrorLevels, core: Statistic | None = None) -> None:
         """Take in the equations of a stretch; `core`, a statistic without further columns, takes them in as well."""
-        parts = {0: design(equations, self.nodes, self.kept)}  # by the place of their first column
         end = len(self.right) - (self.suspects.size if self.suspects else 0)
+        further: list[tuple[int, Array]] = []  # by the place of their first column
         if self.gaits and equations.gait >= 0:
             own = repeated_columns(equations)
-            parts[end - (self.gaits - equations.gait) * own.shape[1]] = own
+            further.append((end - (self.gaits - equations.gait) * own.shape[1], own))
         if self.suspects:
-            parts[end] = self.suspects.columns(equations)
-        residual = equations.residual.reshape(-1, 1).copy()
-        whitener = make_whitener(equations, levels)
-        for columns in (*parts.values(), residual):
-            whitener.whiten(columns)
-        places = {first: slice(first, first + columns.shape[1]) for first, columns in parts.items()}
-        for first, there in itertools.combinations_with_replacement(parts, 2):
-            product = parts[first].T @ parts[there]  # NumPy knows that of a part with itself to be symmetric
-            self.gram[places[first], places[there]] += product
-            if first != there:
-                self.gram[places[there], places[first]] += product.T
-            elif core is not None and first == 0:
-                core.gram += product
-        for first, columns in parts.items():
-            self.right[places[first]] += (columns.T @ residual)[:, 0]
-        self._count(equations, residual)
+            further.append((end, self.suspects.columns(equations)))
+        plain, residual = design(equations, self.nodes, self.kept), equations.residual.reshape(-1, 1)
+        white = np.column_stack([plain, *(columns for _, columns in further), residual])
+        make_whitener(equations, levels).whiten(white)
+        product = white.T @ white  # NumPy knows it to be symmetric
+        size = plain.shape[1]
+        places = [(slice(0, size), slice(0, size))]  # in the product, and here
+        for first, columns in further:
+            last = places[-1][0].stop
+            places.append((slice(last, last + columns.shape[1]), slice(first, first + columns.shape[1])))
+        for here, place in places:
+            self.right[place] += product[here, -1]
+            for other, there in places:
+                self.gram[place, there] += product[here, other]
+        self._count(equations, product[-1, -1])
         if core is not None:
-            core.right += (parts[0].T @ residual)[:, 0]
-            core._count(equations, residual)
+            core.gram += product[:size, :size]
+            core.right += product[:size, -1]
+            core._count(equations, product[-1, -1])
 
-    def _count(self, equations: WeakEquations, residual: Array) -> None:
-        self.square += float(residual[:, 0] @ residual[:, 0])
+    def _count(self, equations: WeakEquations, square: float) -> None:
+        self.square += float(square)
         self.count += equations.residual.size
         if equations.factors is not None:
             load = equations.factors[:, :, 0]

@@ -41,19 +41,23 @@ class Whitener:
         return white
 
     def whiten(self, rows: Array) -> None:
-        """Whiten rows where they are, shape (K m, c), window by window: what is zero in the factors is left out."""
+        """Whiten rows where they are, shape (K m, c), block by block in two halves: most zeros are left out."""
         size = self.inverse.shape[1]
-        product = np.empty((self.rows, rows.shape[1]))
+        half = size // 2 // self.rows * self.rows  # whole windows
+        product = np.empty((size, rows.shape[1]))
         for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
             before, here = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
-            windows = [slice(start, start + self.rows) for start in range(0, len(here), self.rows)]
+            end = len(here)
             if k:
-                for window in windows:
-                    on = slice(window.start, None)
-                    here[window] -= np.matmul(coupling[window, on], before[on], out=product)
-            for window in reversed(windows):
-                up = slice(0, window.stop)
-                here[window] = np.matmul(inverse[window, up], here[up], out=product)
+                here[:half] -= np.matmul(coupling[:half], before, out=product[:half])[:end]
+            if k and end > half:
+                here[half:] -= np.matmul(coupling[half:end, half:], before[half:], out=product[half:end])
+            if end > half:
+                late = np.matmul(inverse[half:end, :end], here, out=product[half:end])
+                here[:half] = np.matmul(inverse[:half, :half], here[:half], out=product[:half])
+                here[half:] = late
+            else:
+                here[:] = np.matmul(inverse[:end, :end], here, out=product[:end])
 
 
 def make_whitener(equations: WeakEquations, levels: ErrorLevels) -> Whitener:
@@ -61,15 +65,13 @@ def make_whitener(equations: WeakEquations, levels: ErrorLevels) -> Whitener:
     windows, rows = equations.residual.shape
     lags = len(equations.torque_overlap) - 1
     count, size = -(-windows // lags), lags * rows
-    errors = _errors(equations, levels)
+    within, between = _covariances(_errors(equations, levels))
+    filled = windows * rows - (count - 1) * size
+    within[-1, range(filled, size), range(filled, size)] = 1.0  # rows that fill the last block up
     inverse, coupling = np.zeros((2, count, size, size))
-    for k in range(count):
-        diagonal = _covariance(errors, k, k)
-        filled = windows * rows - k * size
-        if filled < size:  # rows that fill the last block up
-            diagonal[range(filled, size), range(filled, size)] = 1.0
+    for k, diagonal in enumerate(within):
         if k:
-            coupling[k] = _covariance(errors, k, k - 1) @ inverse[k - 1].T
+            np.matmul(between[k - 1], inverse[k - 1].T, out=coupling[k])
             diagonal -= coupling[k] @ coupling[k].T
         inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
     return Whitener(inverse, coupling, rows)
@@ -112,13 +114,15 @@ def _between_groups(fades: Array, rows: int) -> Array:
     return np.repeat(np.repeat(factors, rows, axis=1), rows, axis=2)
 
 
-def _covariance(errors: list[_Errors], late: int, early: int) -> Array:
-    """Return the covariance of a group of windows with itself or with the one before, shape (b, b)."""
-    parts: list[Array] = []
-    for each in errors:
-        part = each.response[late] @ each.response[early].T
-        part *= each.fades[late - early]
-        parts.append(part)
-    for part in parts[1:]:
-        parts[0] += part
-    return parts[0]
+def _covariances(errors: list[_Errors]) -> tuple[Array, Array]:
+    """Return the covariances of groups of windows, (B, b, b), and of each with the one before, (B - 1, b, b)."""
+    found: list[Array] = []
+    for late in (slice(None), slice(1, None)):
+        early = slice(None) if late.start is None else slice(-1)
+        parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
+        for part, each in zip(parts, errors, strict=True):
+            part *= each.fades[len(found)]
+        for part in parts[1:]:
+            parts[0] += part
+        found.append(parts[0])
+    return found[0], found[1]
