@@ -17,7 +17,7 @@ import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
-from studies import accuracy_table, beyond_the_laws, verdicts
+from studies import accuracy_cases, accuracy_table, beyond_the_laws, least_error, verdicts
 from tests.arm import arm_log, save_npz, write_arm
 from tests.models import EXAMPLES, MODELS, STRIBECK
 from tests.readers.formats import messages_of, write_messages
@@ -27,7 +27,7 @@ from stribeck.cli import app
 from stribeck.errors import StribeckError
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
-from stribeck.identification.weakness import WIDEST
+from stribeck.identification.weakness import WIDEST, WIDEST_NUMBER
 from stribeck.motion.filters import TAKES
 from stribeck.readers.mapping import UNITS, check_table
 from stribeck.result import (
@@ -265,10 +265,19 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     said = json.loads((ROOT / "studies/verdicts.json").read_text())["parameters"]
     for row in verdicts.table(said):
         assert row in PAGES["docs/whole-log.md"]
+    for each in said:  # nothing but its width makes one weak
+        widest = WIDEST_NUMBER if each["parameter"] == "stribeck_gain" else WIDEST
+        assert each["weak"] == (each["width"] > widest["whole-log"])
     wrong, found, right, alarms = verdicts.told(said)
-    assert (wrong, found, right, alarms) == verdicts.told(said, WIDEST["whole-log"])  # nothing else makes them weak
-    assert found > 0.97 * wrong
+    assert found == wrong
     assert alarms < 0.25 * right
+
+
+def test_the_least_errors_shown_are_the_studys() -> None:
+    found = json.loads((ROOT / "studies/least_error.json").read_text())["bounds"]
+    assert {each["robot"] for each in found} == set(accuracy_cases.ROBOTS)
+    for row in least_error.table(found):
+        assert row in PAGES["docs/whole-log.md"]
 
 
 def test_what_is_told_of_friction_beyond_the_laws_is_the_studys() -> None:

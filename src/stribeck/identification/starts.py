@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
+from stribeck.friction import FrictionLaw
 from stribeck.identification.problem import FitProblem
 from stribeck.identification.speed import top_speed
 from stribeck.log import Array
@@ -17,13 +18,14 @@ from stribeck.log import Array
 
 def grid_starts(problem: FitProblem) -> list[tuple[float, Array]]:
     """Return (sum of squared residuals, values (p,)) of every grid point, best first."""
-    starts = [eliminate_linear(problem, shape) for shape in _shapes(problem)]
+    speed = max(top_speed(problem.velocity), 1e-6)
+    starts = [eliminate_linear(problem, shape) for shape in shapes_of(problem.law, speed)]
     return sorted(starts, key=lambda start: start[0])
 
 
-def _shapes(problem: FitProblem) -> Iterator[dict[str, float]]:
-    nonlinear = [parameter for parameter in problem.law.parameters if parameter.starts]
-    speed = max(top_speed(problem.velocity), 1e-6)
+def shapes_of(law: FrictionLaw, speed: float) -> Iterator[dict[str, float]]:
+    """Yield all sets of nonlinear parameters to start from, of a joint with a top speed [rad/s]."""
+    nonlinear = [parameter for parameter in law.parameters if parameter.starts]
     axes = [np.clip(np.array(p.starts) * speed**p.start_speed_power, p.lower, p.upper).tolist() for p in nonlinear]
     for point in itertools.product(*axes):
         yield dict(zip((parameter.name for parameter in nonlinear), point, strict=True))

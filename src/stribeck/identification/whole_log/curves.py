@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import product
 from typing import Self
 
 import numpy as np
@@ -127,12 +126,6 @@ class Curves:
                 }
                 for speed in self.top_speed
             ]
-
-    def all_shapes(self) -> list[dict[str, float]]:
-        """Return all sets of nonlinear parameters to start from, of curves of one joint."""
-        nonlinear = [parameter for parameter in self.law.parameters if parameter.starts]
-        axes = [np.array(p.starts) * self.top_speed[0] ** p.start_speed_power for p in nonlinear]
-        return [dict(zip((p.name for p in nonlinear), shape, strict=True)) for shape in product(*axes)]
 
     def linear_start(self, shapes: list[dict[str, float]], gram: Array, right: Array) -> Array:
         """Return internal coordinates, shape (n, p), of a linear fit of all joints with given nonlinear parameters."""

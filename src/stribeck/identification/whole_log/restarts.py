@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.identification.starts import shapes_of
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.joint_descent import descend_joint, joint_cost
 from stribeck.identification.whole_log.model import ModelCorrections
@@ -33,7 +34,9 @@ def with_restarts(statistic: Statistic, curves: Curves, model: ModelCorrections,
         rows = slice(joint * size, (joint + 1) * size)
         own, gram = curves.joint(joint), statistic.gram[rows, rows]
         log = Quadratic(gram, statistic.right[rows] - statistic.gram[rows] @ values + gram @ values[rows])
-        starts = [own.linear_start([shape], log.gram, log.right) for shape in own.all_shapes()]
+        starts = [
+            own.linear_start([shape], log.gram, log.right) for shape in shapes_of(own.law, float(own.top_speed[0]))
+        ]
         starts.sort(key=lambda start: log.at(own.coefficients(start)))
         best = min((descend_joint(log, own, start) for start in starts[:BEST]), key=lambda found: found.cost)
         if best.cost < joint_cost(log, own, internal[[joint]]) - BETTER:
