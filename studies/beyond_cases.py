@@ -33,7 +33,7 @@ def _with(**changes: object) -> FrictionTable:
 CASES: dict[str, FrictionTable] = {
     INSIDE: LEGS.friction,
     "LuGre": FrictionTable(lugre={joint: _bristles(values) for joint, values in LEGS.friction.joints.items()}),
-    "backlash": _with(backlash={"*_ankle_pitch": {"play": 0.01, "stiffness": 2e4, "damping": 2.0}}),
+    "backlash": _with(backlash={"*_ankle_pitch": {"play": 0.005, "stiffness": 2e4, "damping": 2.0}}),
     "load": _with(load=dict.fromkeys(LEGS.friction.joints, SHARE)),
     "drift": _with(drift=DriftTable(ratios={"viscous": 0.5, "coulomb": 0.8}, time_constant=20.0)),
 }
