@@ -9,6 +9,7 @@ import pytest
 from stribeck.friction import LAWS, get_law
 from stribeck.identification.curve_fit import fit_law
 from stribeck.identification.verdict import judge
+from stribeck.identification.weakness import is_weak, why_strong
 from stribeck.settings import Settings
 
 
@@ -122,3 +123,17 @@ def test_torque_without_friction_is_never_identified_and_never_crashes(make_samp
 def test_joints_keep_the_order_of_the_samples(make_samples, make_joint) -> None:
     samples = make_samples({"b": make_joint(), "still": make_joint(speed=0.0), "a": make_joint()}, blocks=8)
     assert list(identified(samples, "coulomb-viscous")) == ["b", "still", "a"]
+
+
+@pytest.mark.parametrize(
+    ("width", "weak"), [(0.27, []), (0.32, ["stribeck_gain"]), (0.37, ["viscous", "coulomb", "stribeck_gain"])]
+)
+def test_the_whole_logs_pure_numbers_are_weak_sooner(make_samples, make_joint, width: float, weak: list[str]) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=60)
+    fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
+    intervals = fit.intervals.copy()
+    intervals[:3] = fit.values[:3, None] * np.array([1 - width / 2, 1 + width / 2])
+    wide = replace(fit, intervals=intervals)
+    found = is_weak(wide, np.linspace(-2, 2, 100), "whole-log")
+    assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
+    assert why_strong(wide, "whole-log").endswith("0.36 of its value, a pure number's than 0.28")

@@ -10,7 +10,7 @@ from stribeck.friction import FrictionLaw, unit_for
 from stribeck.identification.excitation import Excitation, excitation
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.problem import FitProblem, hold_out, joint_problem
-from stribeck.identification.weakness import WIDEST, is_weak, why_weak
+from stribeck.identification.weakness import is_weak, why_strong, why_weak
 from stribeck.log import Array
 from stribeck.result import JointResult, ParameterEstimate, Validation
 from stribeck.samples import Samples
@@ -74,8 +74,7 @@ def _judge_joint(
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
     if not fit.settled and not reason:
         reason = "the fit came to no end: the samples hardly tell the parameters apart"
-    most = "its value" if WIDEST[method] == 1 else f"{WIDEST[method]:g} of its value"
-    enough = f"every interval is narrower than {most} ({moved.blocks} blocks, {moved.reversals} reversals)"
+    enough = f"{why_strong(fit, method)} ({moved.blocks} blocks, {moved.reversals} reversals)"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(

@@ -50,12 +50,23 @@ def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArra
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    number = np.array([parameter.unit == "1" for parameter in fit.parameters])
-    widest = np.where(number, WIDEST_NUMBER[method], WIDEST[method])
+    widest = np.where(_numbers(fit), WIDEST_NUMBER[method], WIDEST[method])
     weak = np.asarray(fit.at_bound | cut | (high - low > widest * reference))
     if method == "curve-fit" and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
     return weak
+
+
+def why_strong(fit: JointFit, method: str) -> str:
+    """Return what the intervals of a joint without weak parameters have in common."""
+    least, number = WIDEST[method], WIDEST_NUMBER[method]
+    found = f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
+    return f"{found}, a pure number's than {number:g}" if number < least and _numbers(fit).any() else found
+
+
+def _numbers(fit: JointFit) -> NDArray[np.bool_]:
+    """Return which parameters are pure numbers, shape (p,)."""
+    return np.array([parameter.unit == "1" for parameter in fit.parameters])
 
 
 def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
