@@ -2,8 +2,8 @@
 
 Feet rock alike after every lift-off, a tilt or an inertia that is off is off alike in every step. Such errors do not
 average out over steps; taken for noise they would make intervals too narrow. So every gait phase may have a smooth
-torque of its own in each joint, a few cosines over the phase. How large these torques are is measured by a fit that has
-them; the friction itself is better found without, and its covariance is what they would do to it.
+torque of its own in each joint, a few cosines over the phase. The friction itself is better found without these; how
+large they are, what it leaves over says, and its covariance is what they would do to it.
 """
 
 from __future__ import annotations
