@@ -27,9 +27,8 @@ from stribeck.identification.whole_log.summing import sum_up
 from stribeck.log import Array
 from stribeck.simulation.run import Simulated
 from stribeck.survey import prepare
-from stribeck.weak_form.build import weak_form
 from stribeck.weak_form.lazily import all_equations
-from stribeck.whole_log import PLAIN, identify_whole_log
+from stribeck.whole_log import PLAIN, identify_whole_log, weak_forms
 from studies.accuracy_cases import CASES, ROBOTS, exact_walks, measured
 from studies.accuracy_table import LAW, NAMES
 
@@ -64,20 +63,7 @@ def information(case: str, walks: list[Simulated], free: Literal["none", "inerti
     prepared = [prepare(log, robot, settings.model_copy(update={"filter": PLAIN})) for log in logs]
     found = identify_whole_log(prepared, robot, law, settings)
     fit, truth = found.fit, walks[0].truth.parameters
-    equations = all_equations(
-        [
-            weak_form(
-                robot,
-                part.log,
-                found.columns,
-                part.support.phases,
-                part.sampling.segments,
-                part.sampling.period,
-                settings,
-            )
-            for part in prepared
-        ]
-    )
+    equations = all_equations(weak_forms(prepared, robot, found.columns, settings))
     levels = replace(
         fit.levels,
         model=np.full_like(fit.levels.model, NEXT_TO_NOTHING),

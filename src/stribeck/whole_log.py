@@ -28,7 +28,7 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.survey import PreparedLog, Progress, prepare
 from stribeck.weak_form.base_parameters import base_parameters
-from stribeck.weak_form.build import weak_form
+from stribeck.weak_form.build import WeakForm, weak_form
 from stribeck.weak_form.lazily import all_equations
 from stribeck.weak_form.stretches import cut_stretches
 
@@ -177,21 +177,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     NothingIdentifiedError
         If no joint moves enough, or no stretch can be used.
     """
-    wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
     columns, top_speed = _joints_that_move(prepared, robot, law)
-    forms = [
-        weak_form(
-            robot,
-            part.log,
-            columns,
-            part.support.phases,
-            part.sampling.segments,
-            part.sampling.period,
-            settings,
-            wrenches=wrenches,
-        )
-        for part in prepared
-    ]
+    forms = weak_forms(prepared, robot, columns, settings)
     corrections = forms[0].corrections
     if corrections.bodies:
         supports = {feet: support for form in forms for feet, support in form.supports.items()}  # of all logs, once
@@ -216,6 +203,26 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         robot=corrected_robot(robot, corrections, fit.corrections),
         given=tuple(_with_notes(part) for part in prepared),
     )
+
+
+def weak_forms(
+    prepared: Sequence[PreparedLog], robot: Robot, columns: NDArray[np.int64], settings: Settings
+) -> list[WeakForm]:
+    """Return the equations of motion of logs: foot wrenches are in them if every log has them."""
+    wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
+    return [
+        weak_form(
+            robot,
+            part.log,
+            columns,
+            part.support.phases,
+            part.sampling.segments,
+            part.sampling.period,
+            settings,
+            wrenches=wrenches,
+        )
+        for part in prepared
+    ]
 
 
 def _joints_that_move(

@@ -43,21 +43,15 @@ class Whitener:
     def whiten(self, rows: Array) -> None:
         """Whiten rows where they are, shape (K m, c), block by block in two halves: most zeros are left out."""
         size = self.inverse.shape[1]
-        half = size // 2 // self.rows * self.rows  # whole windows
+        half = -(-size // self.rows // 2) * self.rows  # whole windows
         product = np.empty((size, rows.shape[1]))
         for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
             before, here = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
-            end = len(here)
-            if k:
-                here[:half] -= np.matmul(coupling[:half], before, out=product[:half])[:end]
-            if k and end > half:
-                here[half:] -= np.matmul(coupling[half:end, half:], before[half:], out=product[half:end])
-            if end > half:
-                late = np.matmul(inverse[half:end, :end], here, out=product[half:end])
-                here[:half] = np.matmul(inverse[:half, :half], here[:half], out=product[:half])
-                here[half:] = late
-            else:
-                here[:] = np.matmul(inverse[:end, :end], here, out=product[:end])
+            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            for part in halves if k else ():
+                here[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
+            for part in halves[::-1]:  # the later half needs the earlier one as it was
+                here[part] = np.matmul(inverse[part, : part.stop], here[: part.stop], out=product[part])
 
 
 def make_whitener(equations: WeakEquations, levels: ErrorLevels) -> Whitener:
@@ -116,13 +110,15 @@ def _between_groups(fades: Array, rows: int) -> Array:
 
 def _covariances(errors: list[_Errors]) -> tuple[Array, Array]:
     """Return the covariances of groups of windows, (B, b, b), and of each with the one before, (B - 1, b, b)."""
-    found: list[Array] = []
-    for late in (slice(None), slice(1, None)):
-        early = slice(None) if late.start is None else slice(-1)
-        parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
-        for part, each in zip(parts, errors, strict=True):
-            part *= each.fades[len(found)]
-        for part in parts[1:]:
-            parts[0] += part
-        found.append(parts[0])
-    return found[0], found[1]
+    every, first, last = slice(None), slice(-1), slice(1, None)
+    return _covariance(errors, 0, every, every), _covariance(errors, 1, last, first)
+
+
+def _covariance(errors: list[_Errors], apart: int, late: slice, early: slice) -> Array:
+    """Return the covariances of late groups with early ones, so many groups apart, shape (B, b, b)."""
+    parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
+    for part, each in zip(parts, errors, strict=True):
+        part *= each.fades[apart]
+    for part in parts[1:]:
+        parts[0] += part
+    return parts[0]
