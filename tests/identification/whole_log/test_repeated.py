@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import toeplitz
 from tests.identification.whole_log.test_whitening import some_equations
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.cosines import COSINES, repeated_columns
 from stribeck.identification.whole_log.curves import Curves
+from stribeck.identification.whole_log.fading import fading
 from stribeck.identification.whole_log.levels import first_levels
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
@@ -18,13 +20,19 @@ from stribeck.identification.whole_log.solve import solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 
+INERTIA = np.array([[0.5, 0.1, 0.0], [0.1, 0.4, 0.2], [0.0, 0.2, 0.3]])  # of what turns with the root [kg m^2]
 VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])  # viscous, Coulomb, offset
 
 
-def steps(repeated: float) -> list[WeakEquations]:
-    """Steps on two feet: friction, little noise, and a torque that comes back with every step on the same foot."""
+def steps(repeated: float, rocking: float = 0.0) -> list[WeakEquations]:
+    """Steps on two feet: friction, little noise, and errors that come back with every step on the same foot.
+
+    These are torques [N m], and angular accelerations [rad/s^2] that fade as the levels' errors do.
+    """
     generator = np.random.default_rng(3)
-    torques = repeated * generator.standard_normal((2, 4 * 3))
+    torques = repeated * generator.standard_normal((2, 4, 3))
+    chords = np.linalg.cholesky(toeplitz(np.append(fading(3), np.zeros(36))))
+    turns = rocking * chords @ generator.standard_normal((2, 40, 3))
     law = get_law("coulomb-viscous")
     found = []
     for seed in range(30):
@@ -35,24 +43,29 @@ def steps(repeated: float) -> list[WeakEquations]:
         friction = np.column_stack([law.torque(velocity[:, k], VALUES[k]) for k in range(3)])
         windows = np.stack([friction[3 * k : 3 * k + 7].T @ step.taps for k in range(40)])
         noise = 0.005 * generator.standard_normal((40, 3))
-        step = replace(step, velocity=velocity, residual=windows + noise)
-        found.append(
-            replace(step, residual=step.residual + (repeated_columns(step) @ torques[seed % 2]).reshape(40, 3))
-        )
+        torque = repeated_columns(step) @ torques[seed % 2].ravel()
+        step = replace(step, velocity=velocity, residual=windows + noise + torque.reshape(40, 3))
+        if rocking:
+            response = np.tile(INERTIA, (40, 1, 1))
+            step = replace(step, root_response=np.concatenate([np.zeros((40, 3, 3)), response], axis=2))
+            step = replace(step, residual=step.residual + turns[seed % 2] @ INERTIA.T)
+        found.append(step)
     return found
 
 
-def fitted(equations: list[WeakEquations]) -> tuple[Array, Array, Array]:
+def fitted(equations: list[WeakEquations], rocking: float = 0.0) -> tuple[Array, Array, Array]:
     """Return repeated levels, errors and standard errors of the friction."""
     law = get_law("coulomb-viscous")
     nodes = make_nodes(law, np.ones(3))
     curves = Curves(law, nodes, np.ones(3), np.ones(3))
     model = model_corrections(Corrections(), np.zeros(0))
-    statistic = Statistic(nodes, 2 * COSINES * 3, 2)
+    turns = np.full(equations[0].root_response.shape[2] // 2, rocking)
+    columns = 2 * COSINES * (3 + len(turns))
+    statistic = Statistic(nodes, columns, 2)
     for part in equations:
         statistic.add(part, first_levels(part, np.zeros(3), np.zeros(3)))
-    solution = solve(statistic.without_last(statistic.gaits * COSINES * len(statistic.nodes.velocity)), curves, model)
-    levels, covariance = spread_of_repeated(statistic, statistic.count, curves, model, solution)
+    solution = solve(statistic.without_last(columns), curves, model)
+    levels, covariance = spread_of_repeated(statistic, statistic.count, curves, model, solution, turns)
     return levels, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(covariance))[:9]
 
 
@@ -69,6 +82,27 @@ def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
     _, _, without = fitted(steps(0.0))
     offsets = slice(2, None, 3)
     assert np.all(deviations[offsets] > 5 * without[offsets])
+
+
+def test_a_rocking_foot_is_noise_that_every_step_repeats() -> None:
+    response = np.tile(np.eye(3), (40, 1, 2))
+    step = replace(some_equations(40, False, 0), root_response=response)
+    columns = repeated_columns(step).reshape(40, 3, COSINES, 6)[:, 1, :, 3:]  # of the second joint, by turns
+    assert np.all(columns[:, :, [0, 2]] == 0)
+    covariance = toeplitz(np.append(fading(len(step.torque_overlap) - 1), np.zeros(40 - len(step.torque_overlap))))
+    progress = step.since / (step.since + step.until)
+    for k in range(COSINES):
+        wave = np.cos(np.pi * k * progress)
+        assert np.sum((wave @ columns[:, :, 1]) ** 2) == pytest.approx(wave @ covariance @ wave, rel=0.2)
+
+
+def test_rocking_widens_the_intervals() -> None:
+    equations = steps(0.0, rocking=0.05)
+    levels, errors, deviations = fitted(equations, rocking=0.05)
+    _, _, without = fitted(equations)
+    assert levels[3:] == pytest.approx(0.05)
+    assert np.all(deviations > without)
+    assert np.all(np.abs(errors) < 2 * deviations)
 
 
 def test_variances_are_right_on_average_and_none_where_there_are_none() -> None:

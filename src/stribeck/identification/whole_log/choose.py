@@ -58,6 +58,7 @@ def settle_terms(
     curves: VaryingCurves,
     model: ModelCorrections,
     solution: Solution,
+    rocking: Array,
     refused: Sequence[dict[str, str]],
 ) -> Choice:
     """Return the terms of each joint that held-out scores choose and that no repeated error may look like.
@@ -65,9 +66,11 @@ def settle_terms(
     Parameters
     ----------
     total, folds, repeating
-        The log, its parts, and a share of it with repeated torques.
+        The log, its parts, and a share of it with repeated errors.
     curves, model, solution
         A fit with all terms, which all else has while a joint is tried.
+    rocking
+        Standard deviations of the root's angular acceleration [rad/s^2], shape (3,) or (0,).
     refused
         Of each joint, terms that are out of the question, and why.
     """
@@ -81,7 +84,7 @@ def settle_terms(
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, curves, trials, solution)
         found = solve(total, choice.curves, model, choice.start)
-        _, covariance = spread_of_repeated(repeating, total.count, choice.curves, model, found)
+        _, covariance = spread_of_repeated(repeating, total.count, choice.curves, model, found, rocking)
         if not any(dropped := unproven(choice, found, covariance)):
             break
         for joint, own in enumerate(dropped):

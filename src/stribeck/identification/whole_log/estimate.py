@@ -50,8 +50,6 @@ class WholeLogFit:
         Their values and covariance.
     levels
         Of the errors that no sensor makes.
-    repeated
-        Standard deviation of each joint's errors that come back with every step [N m], shape (n,).
     statistic
         The log, summed up.
     stretches
@@ -78,7 +76,6 @@ class WholeLogFit:
     model: ModelCorrections
     solution: Solution
     levels: ErrorLevels
-    repeated: Array
     statistic: Statistic
     stretches: int
     residual_rms: Array
@@ -177,7 +174,6 @@ def fit_whole_log(
         model=model,
         solution=replace(solution, covariance=covariance),
         levels=heard.levels,
-        repeated=repeated,
         statistic=statistic,
         stretches=len(equations),
         residual_rms=left_over(some, curves, heard.levels, *heard.known, heard.known[0][None])[0],
@@ -201,7 +197,8 @@ def _settled(
     choice = None
     if isinstance(curves, VaryingCurves):
         refused = unsupported(some, curves.slow, statistic.loads)
-        choice = settle_terms(statistic, folds, steps, curves, model, solution, refused)
+        rocking = heard.levels.rocking
+        choice = settle_terms(statistic, folds, steps, curves, model, solution, rocking, refused)
         curves, solution = choice.curves, choice.start
     return _believed(replace(heard, curves=curves, solution=solution), statistic), choice
 
@@ -215,13 +212,13 @@ def _believed(heard: Heard, statistic: Statistic) -> Heard:
 def _spread(
     equations: Sequence[WeakEquations], steps: Statistic, total: int, heard: Heard, bootstrapped: bool
 ) -> tuple[Array, Array]:
-    """Return the repeated torques' standard deviation in each joint [N m], shape (n,), and all coordinates' covariance.
+    """Return the repeated errors' standard deviations, and the covariance of all coordinates.
 
     Beside the solution's, or that of logs drawn from this one, it is of repeated errors, and of what is not known of a
     model that is doubted.
     """
     curves, model, solution = heard.curves, heard.model, heard.solution
-    repeated, covariance = spread_of_repeated(steps, total, curves, model, solution)
+    repeated, covariance = spread_of_repeated(steps, total, curves, model, solution, heard.levels.rocking)
     if bootstrapped:
         drawn = bootstrap_covariance(equations, heard.levels, curves, model, solution)
         covariance = covariance - solution.covariance + drawn

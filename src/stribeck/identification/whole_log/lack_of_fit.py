@@ -94,11 +94,12 @@ def lacks_of_fit(
     curves, model, solution
         Of the whole log.
     repeated
-        Standard deviation of each joint's repeated errors [N m], shape (n,).
+        Standard deviations of the repeated errors: of each joint's torque [N m] and the root's turns, shape (n + 3,) or
+        (n,).
     """
-    joints, own = len(repeated), statistic.suspects
+    joints, own = len(curves.top_speed), statistic.suspects
     assert own is not None
-    cosines, plain = statistic.gaits * COSINES * joints, statistic.nodes.size + model.size
+    cosines, plain = statistic.gaits * COSINES * len(repeated), statistic.nodes.size + model.size
     corrected, slopes = model.values(solution.corrections)
     x = np.concatenate([curves.coefficients(solution.internal), corrected])
     left = statistic.right - statistic.gram[:, :plain] @ x

@@ -78,6 +78,11 @@ class ErrorLevels:
         return np.concatenate([self.model.ravel(), self.root, self.wrench])
 
     @property
+    def rocking(self) -> Array:
+        """Of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base."""
+        return self.root[3:]
+
+    @property
     def kinds(self) -> NDArray[np.int64]:
         """Row of `unrest` of each level, shape (2 n + root + wrench,)."""
         return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])

@@ -48,7 +48,8 @@ class ModelCorrections:
     gaits
         Number of gait phases whose repeated errors are looked for.
     repeated
-        Standard deviation of each joint's repeated errors [N m], shape (n,).
+        Standard deviations of the repeated errors: of each joint's torque [N m] and the root's turns, shape (n + 3,) or
+        (n,).
     spread
         Standard deviations of the coordinates of `corrections` before the log speaks [1], shape (corrections.size,).
     doubt

@@ -22,11 +22,11 @@ ROUNDS = 5
 
 
 def spread_of_repeated(
-    statistic: Statistic, total: int, curves: Curves, model: ModelCorrections, solution: Solution
+    statistic: Statistic, total: int, curves: Curves, model: ModelCorrections, solution: Solution, rocking: Array
 ) -> tuple[Array, Array]:
-    """Return the repeated torques' standard deviation in each joint [N m], shape (n,), and the solution's covariance.
+    """Return the repeated errors' standard deviations, shape (n + 3,) or (n,), and the solution's covariance.
 
-    With A the curvature, Z the repeated torques' columns and Q their variances, an estimate that leaves them out has
+    With A the curvature, Z the repeated errors' columns and Q their variances, an estimate that leaves them out has
 
         A^-1 + A^-1 (J^T Sigma^-1 Z) Q (J^T Sigma^-1 Z)^T A^-1
 
@@ -37,20 +37,25 @@ def spread_of_repeated(
     total
         Number of equations of the whole log.
     curves, model, solution
-        Of the whole log, without these torques.
+        Of the whole log, without these errors.
+    rocking
+        Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. Those of
+        the joints' torques [N m] are what the solution leaves over.
     """
-    joints = len(curves.top_speed)
+    joints, least = len(curves.top_speed), LEAST * curves.torque
+    effects = joints + len(rocking)
     if not statistic.gaits:
-        return np.zeros(joints), solution.covariance
-    columns = statistic.gaits * COSINES * joints
-    both = replace(model, gaits=statistic.gaits, repeated=np.ones(joints))
+        return np.zeros(effects), solution.covariance
+    columns = statistic.gaits * COSINES * effects
+    both = replace(model, gaits=statistic.gaits, repeated=np.ones(effects))
     at = replace(solution, corrections=np.concatenate([solution.corrections, np.zeros(columns)]))
     gradient, hessian = derivatives(statistic, curves, both, at)
     free = np.flatnonzero(~solution.held)  # friction, which explains what it can of them
-    across, own = hessian[free, -columns:], hessian[-columns:, -columns:] - np.eye(columns)
+    torques = np.arange(len(hessian) - columns, len(hessian))[np.arange(columns) % effects < joints]
+    across, own = hessian[np.ix_(free, torques)], hessian[np.ix_(torques, torques)] - np.eye(len(torques))
     explained = np.linalg.solve(hessian[np.ix_(free, free)], across).T
-    variance = repeated_variances(own - explained @ across, explained @ gradient[free] - gradient[-columns:], joints)
-    level = np.maximum(np.sqrt(variance), LEAST * curves.torque)
+    variance = repeated_variances(own - explained @ across, explained @ gradient[free] - gradient[torques], joints)
+    level = np.concatenate([np.maximum(np.sqrt(variance), least), rocking])
     bias = solution.covariance @ hessian[:-columns, -columns:] * (total / statistic.count)
     bias *= np.tile(level, statistic.gaits * COSINES)
     return level, solution.covariance + bias @ bias.T

@@ -62,9 +62,9 @@ def sum_up_folds(
     folds
         Places of the stretches of each: of those that are looked at, and of the others.
     gaits, suspects
-        The further columns: repeated torques of so many gait phases, and friction beyond the law.
+        The further columns: repeated errors of so many gait phases, and friction beyond the law.
     """
-    further = gaits * COSINES * len(curves.top_speed) + suspects.size
+    further = gaits * COSINES * (len(curves.top_speed) + len(levels.rocking)) + suspects.size
     shares = [Statistic(narrow.nodes, len(narrow.kept) + further, gaits, suspects, narrow.kept) for _ in range(WORKERS)]
     statistics = [[_nothing(narrow) for _ in range(WORKERS)] for _ in folds]
 
