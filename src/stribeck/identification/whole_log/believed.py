@@ -24,11 +24,13 @@ from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 from stribeck.pseudo_inertia import SIZE
 
-DOUBT, DOUBT_OF_MODEL = 0.1, 0.01
-"""How many estimates the first belief is worth [1], of how alike joints are, and of how wrong model and sensors.
+DOUBT = 0.1
+"""How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
 
-What the log does not determine stays as it was. Of the model there is more to go by, and offsets are as good as it is:
-with 0.1 an exact one is still believed to be off by half a millimetre.
+DOUBT_OF_MODEL = 0.01
+"""The same of how wrong model and sensors are, of which a log tells more; offsets are as good as what is believed.
+
+With 0.1 the centres of an exact model are still believed to be off by half a millimetre.
 """
 
 MOST = 1.0
