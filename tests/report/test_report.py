@@ -8,7 +8,8 @@ import pytest
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
-from stribeck.result import JointResult, Result
+from stribeck.report.heading import heading
+from stribeck.result import JointResult, Result, Validation
 
 VOID = {"meta", "link", "br", "wbr", "img", "hr"}
 SELF_CLOSED_IN_SVG = {"path", "use", "rect", "image", "circle"}
@@ -100,6 +101,22 @@ def test_the_verdict_table_comes_first_and_numbers_keep_their_unit(html: str) ->
         "walker.urdf",
     ):
         assert expected in page.text
+
+
+def test_joints_without_friction_do_not_count_in_what_is_explained(result: Result) -> None:
+    law, joints = get_law(result.law), {}
+    moved = [name for name, joint in result.joints.items() if joint.parameters]
+    rubbing, others = moved[:2], moved[2:]
+    assert len(others) > len(rubbing)
+    for name in moved:
+        found = dict(result.joints[name].parameters)
+        for each in ("viscous", "coulomb"):
+            found[each] = replace(found[each], interval_95=(0.1 if name in rubbing else 0.0, 2.0))
+        left = Validation(rms=0.2 if name in rubbing else 1.0, rms_zero_friction=1.0, rms_coulomb_only=0.5)
+        joints[name] = replace(result.joints[name], parameters=found, validation=left)
+    assert "<strong>80" in heading(replace(result, joints=joints), law)
+    without = replace(result, joints={name: joints[name] for name in others})
+    assert "of the friction torque" not in heading(without, law)
 
 
 def test_joints_without_motion_get_no_numbers(result: Result, html: str) -> None:
