@@ -31,7 +31,7 @@ WRONG, RIGHT = 0.25, 0.10
 WIDTHS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.8, 1.0)
 NOISY = ("A", "B", "A, wrong model", "B, wrong model")
 HEAD = "| robot | weak from | over 25 % wrong | told | within 10 % | called weak |\n|---|---:|---:|---:|---:|---:|"
-DIGITS = 4
+DIGITS = 6
 
 
 class Said(TypedDict):

@@ -267,8 +267,7 @@ def test_the_verdicts_shown_are_the_studys() -> None:
         assert row in PAGES["docs/whole-log.md"]
     for each in said:  # nothing but its width makes one weak
         widest = WIDEST_NUMBER if each["parameter"] == "stribeck_gain" else WIDEST
-        if each["width"] != widest["whole-log"]:  # which may have been rounded to it
-            assert each["weak"] == (each["width"] > widest["whole-log"])
+        assert each["weak"] == (each["width"] > widest["whole-log"])
     wrong, found, right, alarms = verdicts.told(said)
     assert found == wrong
     assert alarms < 0.25 * right
