@@ -140,6 +140,11 @@ class WeakEquations:
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
+    def lags(self) -> int:
+        """How many windows further errors reach [1]."""
+        return len(self.torque_overlap) - 1
+
+    @property
     def weights(self) -> Array:
         """P_k^T, or the identity, shape (K, m, n)."""
         if self.projection is not None:

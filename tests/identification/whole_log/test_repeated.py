@@ -89,7 +89,7 @@ def test_a_rocking_foot_is_noise_that_every_step_repeats() -> None:
     step = replace(some_equations(40, False, 0), root_response=response)
     columns = repeated_columns(step).reshape(40, 3, COSINES, 6)[:, 1, :, 3:]  # of the second joint, by turns
     assert np.all(columns[:, :, [0, 2]] == 0)
-    covariance = toeplitz(np.append(fading(len(step.torque_overlap) - 1), np.zeros(40 - len(step.torque_overlap))))
+    covariance = toeplitz(np.append(fading(step.lags), np.zeros(39 - step.lags)))
     progress = step.since / (step.since + step.until)
     for k in range(COSINES):
         wave = np.cos(np.pi * k * progress)

@@ -32,7 +32,7 @@ def repeated_columns(equations: WeakEquations) -> Array:
     whole = np.isfinite(equations.since + equations.until)
     length = np.where(whole, equations.since + equations.until, 1.0)
     progress = np.where(whole, equations.since / length, 0.5)  # a phase that is cut off: its middle, as it were
-    reach = (equations.time[1] - equations.time[0]) * (2 * fading(len(equations.torque_overlap) - 1).sum() - 1)
+    reach = (equations.time[1] - equations.time[0]) * (2 * fading(equations.lags).sum() - 1)
     waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))[:, None, :, None]
     noise = waves * np.sqrt(np.r_[1, np.full(COSINES - 1, 2)] * reach / length[:, None])[:, None, :, None]
     torques, turns = waves * equations.weights[:, :, None], noise * equations.root_response[:, :, None, 3:]

@@ -46,7 +46,7 @@ def update_levels(levels: ErrorLevels, left_over: Iterable[tuple[WeakEquations, 
 
 def _sums(levels: ErrorLevels, equations: WeakEquations, residual: Array) -> tuple[Array, Array, Array]:
     """Return both sides for each level and bin, shape (2 n + root, BINS) each, and for each encoder, (2, encoders)."""
-    lags, windows = len(equations.torque_overlap) - 1, len(equations.time)
+    lags, windows = equations.lags, len(equations.time)
     response = levels.response(equations) * levels.at(equations)[:, None]
     drives = _drives(response, fading(lags)), _drives(levels.shaken(equations), equations.acceleration_overlap)
     white = make_whitener(equations, levels).apply(*drives, residual[:, None])

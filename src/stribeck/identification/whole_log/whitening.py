@@ -57,7 +57,7 @@ class Whitener:
 def make_whitener(equations: WeakEquations, levels: ErrorLevels) -> Whitener:
     """Return the whitener of a stretch, given the levels of the errors that no sensor makes."""
     windows, rows = equations.residual.shape
-    lags = len(equations.torque_overlap) - 1
+    lags = equations.lags
     count, size = -(-windows // lags), lags * rows
     within, between = _covariances(_errors(equations, levels))
     filled = windows * rows - (count - 1) * size
@@ -86,7 +86,7 @@ class _Errors:
 def _errors(equations: WeakEquations, levels: ErrorLevels) -> list[_Errors]:
     """Return the errors of encoders and of torque sensors, and those that no sensor makes."""
     windows, rows = equations.residual.shape
-    lags = len(equations.torque_overlap) - 1
+    lags = equations.lags
     found = []
     for response, fades in (
         (levels.shaken(equations), equations.acceleration_overlap),
