@@ -26,7 +26,7 @@ from benchmarks.identify import peak_memory, write_log
 from benchmarks.report import arguments, report
 
 CORRECTIONS = ("none", "inertia", "calibration")
-SEVERAL = 4
+SEVERAL = 5
 """Logs, each as long as the one, of the jobs that show what grows with their number: a start costs the same for all."""
 
 

@@ -51,7 +51,7 @@ def bootstrap_covariance(
     places = np.array_split(np.arange(len(equations)), min(GROUPS, len(equations)))
     gradients, curvatures = np.empty((len(places), len(prior))), np.empty((len(places), *prior.shape))
     for k, group in enumerate(places):
-        part = sum_up((equations[place] for place in group), levels, curves, model)
+        part = sum_up(equations, levels, curves, model, places=group.tolist())
         gradient, curvature = derivatives(part, curves, model, solution)
         gradients[k], curvatures[k] = gradient - believed, curvature - prior
     generator = np.random.default_rng(SEED)

@@ -70,11 +70,11 @@ class Statistic:
             further.append((end - (self.gaits - equations.gait) * own.shape[1], own))
         if self.suspects:
             further.append((end, self.suspects.columns(equations)))
-        plain, residual = design(equations, self.nodes, self.kept), equations.residual.reshape(-1, 1)
-        white = np.column_stack([plain, *(columns for _, columns in further), residual])
+        behind = [*(columns for _, columns in further), equations.residual.reshape(-1, 1)]
+        white = design(equations, self.nodes, self.kept, behind)
         make_whitener(equations, levels).whiten(white)
         product = white.T @ white  # NumPy knows it to be symmetric
-        size = plain.shape[1]
+        size = white.shape[1] - sum(columns.shape[1] for columns in behind)
         places = [(slice(0, size), slice(0, size))]  # in the product, and here
         for first, columns in further:
             last = places[-1][0].stop
@@ -122,13 +122,18 @@ def merged(parts: Sequence[Statistic]) -> Statistic:
     return whole
 
 
-def design(equations: WeakEquations, nodes: Nodes, kept: NDArray[np.int64] | None = None) -> Array:
-    """Return the equations' derivatives by coefficients, then corrections, those kept or all, shape (K m, D)."""
+def design(
+    equations: WeakEquations, nodes: Nodes, kept: NDArray[np.int64] | None = None, behind: Sequence[Array] = ()
+) -> Array:
+    """Return the equations' derivatives by coefficients, then corrections, those kept or all, shape (K m, D).
+
+    More columns, shape (K m, any) each, may stand `behind` them.
+    """
     windows, rows = equations.residual.shape
     curves = curve_windows(equations, nodes)
     columns = equations.columns if equations.columns is None or kept is None else equations.columns[:, :, kept]
-    corrections = 0 if columns is None else columns.shape[2]
-    matrix = np.empty((windows, rows, nodes.size + corrections))
+    end = nodes.size + (0 if columns is None else columns.shape[2])
+    matrix = np.empty((windows, rows, end + sum(each.shape[1] for each in behind)))
     friction = matrix[:, :, : nodes.size].reshape(windows, rows, *curves.shape[1:])  # a view: its last axis in two
     if equations.projection is None:
         friction[:] = 0.0
@@ -136,8 +141,11 @@ def design(equations: WeakEquations, nodes: Nodes, kept: NDArray[np.int64] | Non
     else:
         np.multiply(equations.projection[:, :, :, None], curves[:, None], out=friction)
     if columns is not None:
-        matrix[:, :, nodes.size :] = columns
-    return matrix.reshape(windows * rows, -1)
+        matrix[:, :, nodes.size : end] = columns
+    whole = matrix.reshape(windows * rows, -1)
+    if behind:
+        np.concatenate(behind, axis=1, out=whole[:, end:])
+    return whole
 
 
 def curve_windows(equations: WeakEquations, nodes: Nodes) -> Array:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
+from collections.abc import Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from threading import Event, Lock
 
 from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.cosines import COSINES
@@ -19,29 +18,28 @@ from stribeck.identification.whole_log.suspects import Suspects
 WORKERS = 2
 """Threads [1] that weigh equations: linear algebra lets other threads run."""
 
-WAITING = 2
-"""Equations [1] that wait for each of them: enough that none idles, and few in memory."""
-
-Task = Callable[[int], None]
-"""What a worker does, told which one it is."""
+Own = Sequence[Statistic]
+"""One statistic for each worker."""
 
 
 def sum_up(
-    equations: Iterable[WeakEquations],
+    equations: Sequence[WeakEquations],
     levels: ErrorLevels,
     curves: Curves,
     model: ModelCorrections,
     narrowing: Narrowing | None = None,
+    places: Sequence[int] | None = None,
 ) -> Statistic:
-    """Return the statistic of equations. What `narrowing` leaves out is not lost: it is of all columns."""
+    """Return the statistic of equations, all or those at some places.
+
+    What `narrowing` leaves out is not lost: the statistic is of all columns.
+    """
     narrow = narrowing or all_functions(curves.nodes, model.corrections)
-    statistics = [_nothing(narrow) for _ in range(WORKERS)]
-
-    def take(part: WeakEquations) -> Task:
-        return lambda worker: statistics[worker].add(part, levels)
-
-    _share_out(take(part) for part in equations)
-    return narrow.widened(merged(statistics), curves.nodes)
+    own = _nothing(narrow)
+    _share_out(
+        equations, levels, [(place, own, None) for place in (range(len(equations)) if places is None else places)]
+    )
+    return narrow.widened(merged(own), curves.nodes)
 
 
 def sum_up_folds(
@@ -66,38 +64,42 @@ def sum_up_folds(
     """
     further = gaits * COSINES * (len(curves.top_speed) + len(levels.rocking)) + suspects.size
     shares = [Statistic(narrow.nodes, len(narrow.kept) + further, gaits, suspects, narrow.kept) for _ in range(WORKERS)]
-    statistics = [[_nothing(narrow) for _ in range(WORKERS)] for _ in folds]
-
-    def tasks() -> Iterator[Task]:
-        for (looked_at, others), own in zip(folds, statistics, strict=True):
-            for place in looked_at:
-                yield look(equations[place], own)
-            for place in others:
-                yield take(equations[place], own)
-
-    def look(part: WeakEquations, own: list[Statistic]) -> Task:
-        return lambda worker: shares[worker].add(part, levels, own[worker])
-
-    def take(part: WeakEquations, own: list[Statistic]) -> Task:
-        return lambda worker: own[worker].add(part, levels)
-
-    _share_out(tasks())
+    statistics = [_nothing(narrow) for _ in folds]
+    tasks: list[tuple[int, Own, Own | None]] = []
+    for (looked_at, others), own in zip(folds, statistics, strict=True):
+        tasks += [(place, shares, own) for place in looked_at]
+        tasks += [(place, own, None) for place in others]
+    _share_out(equations, levels, tasks)
     whole = [narrow.widened(merged(own), curves.nodes) for own in statistics]
     return whole, narrow.widened(merged(shares), curves.nodes)
 
 
-def _nothing(narrow: Narrowing) -> Statistic:
-    return Statistic(narrow.nodes, len(narrow.kept), kept=narrow.kept)
+def _nothing(narrow: Narrowing) -> Own:
+    return [Statistic(narrow.nodes, len(narrow.kept), kept=narrow.kept) for _ in range(WORKERS)]
 
 
-def _share_out(tasks: Iterable[Task]) -> None:
-    """Run tasks by threads in turn, in an order that never changes, while the next ones are worked out here."""
-    with ExitStack() as stack:
-        workers = [stack.enter_context(ThreadPoolExecutor(1)) for _ in range(WORKERS)]
-        waiting: deque[Future[None]] = deque()
-        for k, task in enumerate(tasks):
-            if len(waiting) == WAITING * WORKERS:
-                waiting.popleft().result()
-            waiting.append(workers[k % WORKERS].submit(task, k % WORKERS))
-        for last in waiting:
-            last.result()
+def _share_out(
+    equations: Sequence[WeakEquations], levels: ErrorLevels, tasks: Sequence[tuple[int, Own, Own | None]]
+) -> None:
+    """Take in equations by threads in turn, each in an order that never changes.
+
+    A task is the place of the equations, the statistics that take them in, and those of their core, if any. One thread
+    at a time works equations out: Pinocchio's working memory is not for two.
+    """
+    making, over = Lock(), Event()
+
+    def work(worker: int) -> None:
+        for place, whole, core in tasks[worker::WORKERS]:
+            if over.is_set():
+                return
+            with making:
+                part = equations[place]
+            whole[worker].add(part, levels, core[worker] if core else None)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        try:
+            done, _ = wait([pool.submit(work, worker) for worker in range(WORKERS)], return_when=FIRST_EXCEPTION)
+        finally:
+            over.set()  # nobody waits for what an error, or Ctrl-C, has made useless
+    for each in done:
+        each.result()
