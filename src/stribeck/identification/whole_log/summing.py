@@ -36,9 +36,8 @@ def sum_up(
     """
     narrow = narrowing or all_functions(curves.nodes, model.corrections)
     own = _nothing(narrow)
-    _share_out(
-        equations, levels, [(place, own, None) for place in (range(len(equations)) if places is None else places)]
-    )
+    chosen = range(len(equations)) if places is None else places
+    _share_out(equations, levels, [(place, own, None) for place in chosen])
     return narrow.widened(merged(own), curves.nodes)
 
 
