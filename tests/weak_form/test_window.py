@@ -16,14 +16,3 @@ def test_overlaps_are_of_a_covariance_at_every_rate(period: float) -> None:
     window, kernels = smooth_window(period), differentiator(2e-5, period)
     for overlap in window.overlaps(kernels.sharp[2], np.ones(1)):
         assert np.isfinite(driving(overlap)).all()  # has a Cholesky factor
-
-
-def test_overlaps_are_what_noise_shows() -> None:
-    window, kernels = smooth_window(1e-3), differentiator(2e-5, 1e-3)
-    noise = np.random.default_rng(1).standard_normal(2_000_000)
-    for kernel, overlap in zip(
-        (kernels.sharp[2], np.ones(1)), window.overlaps(kernels.sharp[2], np.ones(1)), strict=True
-    ):
-        found = window.apply(np.convolve(noise, kernel, mode="valid")[:, None])[:, 0]
-        measured = [np.mean(found[lag:] * found[: len(found) - lag]) for lag in range(len(overlap))]
-        np.testing.assert_allclose(measured, overlap, atol=0.02 * overlap[0])
