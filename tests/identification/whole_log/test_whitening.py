@@ -54,7 +54,7 @@ LEVELS = ErrorLevels(
 def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
     """As the docstring of `WeakEquations` has it, dense."""
     windows, rows = equations.residual.shape
-    lags = len(equations.torque_overlap) - 1
+    lags = equations.lags
     G, P = equations.encoder_response, equations.weights
     V = levels.response(equations) * levels.at(equations)[:, None, :]
     dense = np.zeros((windows, rows, windows, rows))

@@ -96,7 +96,7 @@ def _around(equations: WeakEquations) -> Array:
 
     Its own noise is in the equation as well: |tau| would go up wherever the noise pulls the way that the joint moves.
     """
-    away, last = len(equations.torque_overlap), len(equations.torque) - 1
+    away, last = equations.lags + 1, len(equations.torque) - 1
     k = np.arange(last + 1)
     before, after = np.where(k < away, k + away, k - away), np.where(k + away > last, k - away, k + away)
     return np.asarray(equations.torque[np.clip([before, after], 0, last)].mean(axis=0))
