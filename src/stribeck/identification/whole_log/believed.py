@@ -30,7 +30,7 @@ DOUBT = 0.1
 DOUBT_OF_MODEL = 0.01
 """The same of how wrong model and sensors are, of which a log tells more; offsets are as good as what is believed.
 
-With as much as that, an exact model is still believed to be off.
+With as much as `DOUBT`, an exact model is still believed to be off.
 """
 
 MOST = 1.0

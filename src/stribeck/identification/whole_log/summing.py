@@ -18,7 +18,7 @@ from stribeck.identification.whole_log.suspects import Suspects
 WORKERS = 2
 """Threads [1] that weigh equations: linear algebra lets other threads run."""
 
-Own = Sequence[Statistic]
+ByWorker = Sequence[Statistic]
 """One statistic for each worker."""
 
 
@@ -64,7 +64,7 @@ def sum_up_folds(
     further = gaits * COSINES * (len(curves.top_speed) + len(levels.rocking)) + suspects.size
     shares = [Statistic(narrow.nodes, len(narrow.kept) + further, gaits, suspects, narrow.kept) for _ in range(WORKERS)]
     statistics = [_nothing(narrow) for _ in folds]
-    tasks: list[tuple[int, Own, Own | None]] = []
+    tasks: list[tuple[int, ByWorker, ByWorker | None]] = []
     for (looked_at, others), own in zip(folds, statistics, strict=True):
         tasks += [(place, shares, own) for place in looked_at]
         tasks += [(place, own, None) for place in others]
@@ -73,12 +73,12 @@ def sum_up_folds(
     return whole, narrow.widened(merged(shares), curves.nodes)
 
 
-def _nothing(narrow: Narrowing) -> Own:
+def _nothing(narrow: Narrowing) -> ByWorker:
     return [Statistic(narrow.nodes, len(narrow.kept), kept=narrow.kept) for _ in range(WORKERS)]
 
 
 def _share_out(
-    equations: Sequence[WeakEquations], levels: ErrorLevels, tasks: Sequence[tuple[int, Own, Own | None]]
+    equations: Sequence[WeakEquations], levels: ErrorLevels, tasks: Sequence[tuple[int, ByWorker, ByWorker | None]]
 ) -> None:
     """Take in equations by threads in turn, each in an order that never changes.
 
