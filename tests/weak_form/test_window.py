@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck.identification.whole_log.fading import driving
@@ -11,6 +11,7 @@ from stribeck.weak_form.motion import differentiator
 from stribeck.weak_form.window import smooth_window
 
 
+@settings(deadline=None)
 @given(period=st.floats(5e-5, 0.1))
 def test_overlaps_are_of_a_covariance_at_every_rate(period: float) -> None:
     window, kernels = smooth_window(period), differentiator(2e-5, period)

@@ -16,15 +16,17 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
+from stribeck.identification.whole_log.restarts import with_restarts
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 from stribeck.pseudo_inertia import SIZE
 
-DOUBT = 0.1
+DOUBT = 0.03
 """How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
 
 DOUBT_OF_MODEL = 0.01
@@ -49,25 +51,52 @@ ROUNDS = 4
 def solve_and_believe(
     statistic: Statistic, curves: Curves, model: ModelCorrections, before: Solution
 ) -> tuple[Curves, ModelCorrections, Solution]:
-    """Return curves and model with what the log says of them beforehand, and the solution with that."""
+    """Return curves and model with what the log says of them beforehand, and the solution with that.
+
+    Once joints are known to be alike, one that is far from the others may turn out to be in a dip that was as good as
+    theirs as long as it stood alone: all try their other starts.
+    """
     solution = solve(statistic, curves, model, before)
     for _ in range(ROUNDS):
+        alone = curves.alike is None
         curves, model = _learn_alike(curves, solution), _learn_spread(model, solution)
         solution = solve(statistic, curves, model, solution)
+        if alone:
+            solution = with_restarts(statistic, curves, model, solution)
     return curves, model, solution
 
 
-def _learn_alike(curves: Curves, solution: Solution) -> Curves:
+def by_what_is_common(curves: Curves, solution: Solution) -> Array:
+    """Return what to add to a solution's covariance, as what joints have in common is not known for certain either.
+
+    With s the standard deviation of a coordinate over the joints, of which the log determines N, their mean has the
+    variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the solution's
+    covariance (Kass and Steffey 1989).
+    """
+    added = np.zeros_like(solution.covariance)
+    for k in curves.shared if curves.alike is not None else ():
+        own, known = _determined(curves, solution, k)
+        if len(own):
+            variance = curves.prior()[1][own[0], k] ** 2
+            follow = solution.covariance[:, own * solution.internal.shape[1] + k].sum(axis=1) / variance
+            added += np.outer(follow, follow) * variance / (known.sum() + DOUBT)
+    return added
+
+
+def _determined(curves: Curves, solution: Solution, parameter: int) -> tuple[NDArray[np.int64], Array]:
+    """Return the joints that have a parameter, shape (m,), and how much of each the log determines, from 0 to 1."""
     joints, count = solution.internal.shape
-    variance = np.diag(solution.covariance)[: joints * count].reshape(joints, count)
-    free = np.stack([curves.has(joint) for joint in range(joints)])
-    mean, spread = curves.prior()
-    alike = np.full((2, count), np.nan)
+    own = np.array([joint for joint in range(joints) if curves.has(joint)[parameter]], dtype=np.int64)
+    variance = np.diag(solution.covariance)[own * count + parameter]
+    return own, (1 - variance / curves.prior()[1][own, parameter] ** 2).clip(0, 1)
+
+
+def _learn_alike(curves: Curves, solution: Solution) -> Curves:
+    mean, alike = curves.prior()[0], np.full((2, solution.internal.shape[1]), np.nan)
     for k in curves.shared:
-        own = free[:, k]
-        if not own.any():
+        own, known = _determined(curves, solution, k)
+        if not len(own):
             continue
-        known = (1 - variance[own, k] / spread[own, k] ** 2).clip(0, 1)
         off = solution.internal[own, k] - mean[own, k]
         total = known.sum() + DOUBT
         middle = (np.sum(known * mean[own, k] + off) + DOUBT * mean[own, k].mean()) / total

@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
-from stribeck.identification.whole_log.believed import solve_and_believe
+from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
 from stribeck.identification.whole_log.bootstrap import bootstrap_covariance
 from stribeck.identification.whole_log.choose import FOLDS, Choice, settle_terms
 from stribeck.identification.whole_log.curves import Curves
@@ -214,14 +214,15 @@ def _spread(
 ) -> tuple[Array, Array]:
     """Return the repeated errors' standard deviations, and the covariance of all coordinates.
 
-    Beside the solution's, or that of logs drawn from this one, it is of repeated errors, and of what is not known of a
-    model that is doubted.
+    Beside the solution's, or that of logs drawn from this one, it is of repeated errors, of what is not known of what
+    joints have in common, and of a model that is doubted.
     """
     curves, model, solution = heard.curves, heard.model, heard.solution
     repeated, covariance = spread_of_repeated(steps, total, curves, model, solution, heard.levels.rocking)
     if bootstrapped:
         drawn = bootstrap_covariance(equations, heard.levels, curves, model, solution)
         covariance = covariance - solution.covariance + drawn
+    covariance = covariance + by_what_is_common(curves, solution)
     if model.doubt > 1:
         covariance = covariance + by_doubt(model, solution)
     return repeated, covariance
