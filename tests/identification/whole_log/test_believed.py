@@ -1,11 +1,13 @@
 """What is believed beforehand is what the log shows: of the model's errors, and of what joints have in common."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stribeck.equations import Corrections
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.believed import solve_and_believe
+from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ZERO, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
@@ -97,3 +99,32 @@ def test_joints_that_differ_are_left_different() -> None:
     model = model_corrections(Corrections(), np.zeros(0))
     _, _, solution = solve_and_believe(statistic, curves, model, solve(statistic, curves, model))
     assert curves.external(solution.internal)[:, 3] == pytest.approx(values[:, 3], rel=0.03)
+
+
+def test_a_joint_in_another_dip_comes_back_to_those_it_is_like() -> None:
+    velocity, values = moving()
+    statistic, curves = friction(velocity, values, corrections=0, noise=0.3 * NOISE)
+    model = model_corrections(Corrections(), np.zeros(0))
+    right = solve(statistic, curves, model)
+    elsewhere = right.internal.copy()
+    elsewhere[4, 2:4] = 1.0, np.log(3.0)
+    before = replace(right, internal=elsewhere)
+    assert curves.external(solve(statistic, curves, model, before).internal)[4, 3] > 10 * values[4, 3]
+    _, _, solution = solve_and_believe(statistic, curves, model, before)
+    assert curves.external(solution.internal)[4] == pytest.approx(values[4], rel=0.1)
+
+
+def test_a_joint_that_shows_next_to_nothing_is_as_uncertain_as_one_more_of_its_kind() -> None:
+    velocity, values = moving()
+    statistic, curves = friction(velocity, values, corrections=0, noise=0.02 * NOISE)
+    own = slice(0, statistic.nodes.size // JOINTS)
+    statistic.gram[own] *= 1e-9
+    statistic.right[own] *= 1e-9
+    model = model_corrections(Corrections(), np.zeros(0))
+    curves, _, solution = solve_and_believe(statistic, curves, model, solve(statistic, curves, model))
+    added = np.diag(by_what_is_common(curves, solution)).reshape(JOINTS, -1)
+    assert curves.alike is not None
+    spread = curves.alike[1, 3]
+    assert solution.covariance[3, 3] == pytest.approx(spread**2, rel=0.01)
+    assert added[0, 3] == pytest.approx(spread**2 / (JOINTS - 1), rel=0.05)  # that of the others' mean
+    assert added[1:, 3].max() < 0.01 * added[0, 3]  # which know their own
