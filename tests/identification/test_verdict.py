@@ -137,3 +137,19 @@ def test_the_whole_logs_pure_numbers_are_weak_sooner(make_samples, make_joint, w
     found = is_weak(wide, np.linspace(-2, 2, 100), "whole-log")
     assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
     assert why_strong(wide, "whole-log").endswith("0.36 of its value, a pure number's than 0.28")
+
+
+@pytest.mark.parametrize(
+    ("zero", "lent"),
+    [("coulomb", {"stribeck_gain", "stribeck_velocity", "slope"}), ("stribeck_gain", {"stribeck_velocity"})],
+)
+def test_the_whole_logs_bends_of_friction_that_may_be_none_are_weak(
+    make_samples, make_joint, zero: str, lent: set[str]
+) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=60)
+    fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
+    intervals = fit.values[:, None] + np.abs(fit.values)[:, None] * np.array([-0.05, 0.05])
+    assert not is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), "whole-log").any()
+    intervals[fit.names.index(zero), 0] = 0.0
+    found = is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), "whole-log")
+    assert {name for name, called in zip(fit.names, found, strict=True) if called} == {zero} | lent
