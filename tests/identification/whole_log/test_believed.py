@@ -9,9 +9,9 @@ from stribeck.equations import Corrections
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
 from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.model import ZERO, model_corrections
+from stribeck.identification.whole_log.model import ZERO, ModelCorrections, model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.solve import solve
+from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 
@@ -53,6 +53,16 @@ def moving() -> tuple[Array, Array]:
         ]
     )
     return velocity, values
+
+
+def elsewhere(gain: float, speed: float) -> tuple[Statistic, Curves, ModelCorrections, Solution, Solution]:
+    """Return a log, what is fitted to it, the best solution, and one whose joint 4 has another gain and velocity."""
+    statistic, curves = friction(*moving(), corrections=0, noise=0.3 * NOISE)
+    model = model_corrections(Corrections(), np.zeros(0))
+    right = solve(statistic, curves, model)
+    lost = right.internal.copy()
+    lost[4, 2:4] = gain, np.log(speed)
+    return statistic, curves, model, right, replace(right, internal=lost, cost=np.inf)
 
 
 @pytest.mark.parametrize("wrong", [0.1, 0.4, 1.0])
@@ -102,16 +112,11 @@ def test_joints_that_differ_are_left_different() -> None:
 
 
 def test_a_joint_in_another_dip_comes_back_to_those_it_is_like() -> None:
-    velocity, values = moving()
-    statistic, curves = friction(velocity, values, corrections=0, noise=0.3 * NOISE)
-    model = model_corrections(Corrections(), np.zeros(0))
-    right = solve(statistic, curves, model)
-    elsewhere = right.internal.copy()
-    elsewhere[4, 2:4] = 1.0, np.log(3.0)
-    before = replace(right, internal=elsewhere)
-    assert curves.external(solve(statistic, curves, model, before).internal)[4, 3] > 10 * values[4, 3]
-    _, _, solution = solve_and_believe(statistic, curves, model, before)
-    assert curves.external(solution.internal)[4] == pytest.approx(values[4], rel=0.1)
+    statistic, curves, model, _, lost = elsewhere(gain=1.0, speed=3.0)
+    true = moving()[1][4]
+    assert curves.external(solve(statistic, curves, model, lost).internal)[4, 3] > 10 * true[3]
+    _, _, solution = solve_and_believe(statistic, curves, model, lost)
+    assert curves.external(solution.internal)[4] == pytest.approx(true, rel=0.1)
 
 
 def test_a_joint_that_shows_next_to_nothing_is_as_uncertain_as_one_more_of_its_kind() -> None:

@@ -1,10 +1,8 @@
 """A joint that a descent has left in a dip of its own gets out of it, and no other moves."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from tests.identification.whole_log.test_believed import NOISE, friction, moving
+from tests.identification.whole_log.test_believed import NOISE, elsewhere, friction, moving
 
 from stribeck.equations import Corrections
 from stribeck.identification.whole_log.model import model_corrections
@@ -13,15 +11,10 @@ from stribeck.identification.whole_log.solve import solve
 
 
 def test_a_curve_that_lost_its_stribeck_effect_gets_it_back() -> None:
-    velocity, values = moving()
-    statistic, curves = friction(velocity, values, corrections=0, noise=0.3 * NOISE)
-    model = model_corrections(Corrections(), np.zeros(0))
-    right = solve(statistic, curves, model)
-    lost = right.internal.copy()
-    lost[4, 2:4] = 0.0, np.log(3.0)
-    found = with_restarts(statistic, curves, model, replace(right, internal=lost, cost=np.inf))
+    statistic, curves, model, right, lost = elsewhere(gain=0.0, speed=3.0)
+    found = with_restarts(statistic, curves, model, lost)
     assert found.cost == pytest.approx(right.cost)
-    assert curves.external(found.internal)[4] == pytest.approx(values[4], rel=0.2, abs=0.01)
+    assert curves.external(found.internal)[4] == pytest.approx(moving()[1][4], rel=0.2, abs=0.01)
     assert found.internal == pytest.approx(right.internal, abs=1e-3)
 
 
