@@ -39,8 +39,8 @@ def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArra
     Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
     is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
     the joint does not clear: the interval takes the law for exact, which decides there how the torque is shared out,
-    and errors that every step repeats do not widen it. Those of the whole log they do; but there joints lend each other
-    the bends of their curves, and what bends is not told from zero in some of them.
+    and errors that every step repeats do not widen it. Those of the whole log they do. There, joints that are alike
+    lend each other the bends of their curves: a bend is weak where the friction that it bends is not told from zero.
     """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
@@ -61,7 +61,7 @@ def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArra
 
 
 def _lent(fit: JointFit) -> list[str]:
-    """Return the parameters of friction that is not told from zero: other joints know them, this one does not."""
+    """Return the bends of friction that is not told from zero: other joints know them, this one does not."""
     zero = {name for name, low in zip(fit.names, fit.intervals[:, 0], strict=True) if low <= 0}
     jumps = {each.name for each in fit.parameters if each.name == "load" or (each.unit == "N m" and each.lower == 0)}
     if jumps <= zero:
