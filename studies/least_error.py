@@ -164,7 +164,8 @@ def table(found: list[Least]) -> list[str]:
 
 
 def _percent(mean_and_worst: tuple[float, float]) -> str:
-    return " / ".join(f"{100 * value:.{digits}f}" for value, digits in zip(mean_and_worst, (2, 1), strict=True))
+    mean, worst = mean_and_worst
+    return f"{100 * mean:.2f} / {100 * worst:.1f}"
 
 
 def main() -> None:

@@ -73,13 +73,13 @@ def by_what_is_common(curves: Curves, solution: Solution) -> Array:
     variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the solution's
     covariance (Kass and Steffey 1989).
     """
+    assert curves.alike is not None  # measured beforehand
     added = np.zeros_like(solution.covariance)
-    for k in curves.shared if curves.alike is not None else ():
+    for k in np.flatnonzero(np.isfinite(curves.alike[1])).tolist():
         own, known = _determined(curves, solution, k)
-        if len(own):
-            variance = curves.prior()[1][own[0], k] ** 2
-            follow = solution.covariance[:, own * solution.internal.shape[1] + k].sum(axis=1) / variance
-            added += np.outer(follow, follow) * variance / (known.sum() + DOUBT)
+        variance = curves.alike[1, k] ** 2
+        follow = solution.covariance[:, own * solution.internal.shape[1] + k].sum(axis=1) / variance
+        added += np.outer(follow, follow) * variance / (known.sum() + DOUBT)
     return added
 
 
