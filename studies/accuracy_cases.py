@@ -1,4 +1,4 @@
-"""What the accuracy study lets walk, and what it then makes wrong: three humanoids, three walks each, six cases."""
+"""What the accuracy study lets walk, and what it then makes wrong: three humanoids, three walks each, eleven cases."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
-from stribeck.log import RobotLog
+from stribeck.friction import get_law
+from stribeck.log import Array, RobotLog
 from stribeck.simulation.run import Simulated
 from stribeck.simulation.scenario import FrictionTable, Scenario, SoleTable, StepsTable
 from stribeck.simulation.sensors import with_noise
 from studies.kept_walks import FOLDER, kept_walk
 from studies.walking_cases import WALKERS
+
+LAW = "stribeck"
+NAMES = tuple(parameter.name for parameter in get_law(LAW).parameters)
 
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
 """Of the friction in every leg joint."""
@@ -90,12 +94,23 @@ stop.
 
 @dataclass(frozen=True)
 class Case:
-    """What is wrong, beside nothing: noise [rad], [N m], the model, the sensors' calibration."""
+    """What is wrong, beside nothing: noise [rad], [N m], the model, the sensors' calibration.
+
+    In harder cases all six parameters of every joint are off those of the walk by factors of their own, whose
+    logarithms have the standard deviation `differing`; or only a `share` of every walk is there.
+    """
 
     encoder: float = 0.0
     torque: float = 0.0
     wrong_model: bool = False
     wrong_calibration: bool = False
+    differing: float = 0.0
+    share: float = 1.0
+
+    @property
+    def harder(self) -> bool:
+        """Whether joints differ, or walks are short."""
+        return self.differing > 0 or self.share < 1
 
 
 CASES = {
@@ -105,6 +120,11 @@ CASES = {
     "A, wrong model": Case(2e-5, 0.1, True),
     "B, wrong model": Case(1e-4, 0.3, True),
     "A, wrong model and calibration": Case(2e-5, 0.1, True, True),
+    "A, joints differ": Case(2e-5, 0.1, differing=0.3),
+    "B, joints differ": Case(1e-4, 0.3, differing=0.3),
+    "A, wrong model and calibration, joints differ": Case(2e-5, 0.1, True, True, differing=0.3),
+    "A, 45 s in all": Case(2e-5, 0.1, share=1 / 3),
+    "B, 45 s in all": Case(1e-4, 0.3, share=1 / 3),
 }
 
 
@@ -137,6 +157,30 @@ def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenari
             joints={pattern: {"coulomb": level, "offset": level} for pattern, level in levels.items()},
         ),
     )
+
+
+def as_walked(walks: list[Simulated], case: Case, seed: int) -> list[Simulated]:
+    """Return walks, by sensors without errors, with the friction of a case's joints and as long as it says."""
+    if case.differing:
+        generator = np.random.default_rng([seed, 3])
+        factors = np.exp(case.differing * generator.standard_normal((len(walks[0].truth.parameters), len(NAMES))))
+        walks = [_with_other_friction(walk, factors) for walk in walks]
+    rows = slice(round(case.share * len(walks[0].log.time)))
+    return [replace(walk, log=walk.log.take(rows)) for walk in walks]
+
+
+def _with_other_friction(walk: Simulated, factors: Array) -> Simulated:
+    """Return a walk whose parameters are larger by factors, shape (joints, p); motors take what more friction does."""
+    velocity = np.gradient(walk.log.position, walk.log.time, axis=0)
+    torque, parameters = walk.log.torque.copy(), {}
+    for (joint, known), each in zip(walk.truth.parameters.items(), factors, strict=True):
+        column, values = walk.log.joint_names.index(joint), np.array([known[name] for name in NAMES])
+        before, after = (get_law(LAW).torque(velocity[:, column], these) for these in (values, values * each))
+        torque[:, column] += after - before
+        parameters[joint] = dict(zip(NAMES, (values * each).tolist(), strict=True))
+    friction = walk.truth.friction_torque + torque - walk.log.torque
+    truth = replace(walk.truth, parameters=parameters, friction_torque=friction)
+    return replace(walk, log=replace(walk.log, torque=torque), truth=truth)
 
 
 def wrong_model(robot: Robot, seed: int) -> Robot:

@@ -9,13 +9,10 @@ from typing import TypedDict
 
 import numpy as np
 
-from stribeck.friction import get_law
 from stribeck.log import Array
 from stribeck.result import whole_or_not_at_all
-from studies.accuracy_cases import CASES, ROBOTS
+from studies.accuracy_cases import CASES, NAMES, ROBOTS
 
-LAW = "stribeck"
-NAMES = tuple(parameter.name for parameter in get_law(LAW).parameters)
 INTERVALS = ("coulomb", "viscous", "offset")
 METHODS = CURVE_FIT, WHOLE_LOG, TRUSTED = "curve-fit", "whole-log", "whole-log, model trusted"
 

@@ -31,8 +31,7 @@ from stribeck.survey import prepare
 from stribeck.weak_form.lazily import all_equations
 from stribeck.whole_log import PLAIN, identify_whole_log, weak_forms
 from studies.accuracy import usual_speeds
-from studies.accuracy_cases import CASES, ROBOTS, exact_walks, measured
-from studies.accuracy_table import LAW, NAMES
+from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured
 
 NOISY = ("A", "B")
 BENDS = ("stribeck_gain", "stribeck_velocity", "slope")

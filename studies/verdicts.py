@@ -22,8 +22,7 @@ from typing import TypedDict
 
 from stribeck import Settings, identify
 from stribeck.simulation.run import Simulated
-from studies.accuracy_cases import CASES, ROBOTS, exact_walks, measured, wrong_model
-from studies.accuracy_table import LAW, NAMES
+from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured, wrong_model
 
 SEEDS = 5
 WRONG, RIGHT = 0.25, 0.10

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from studies.accuracy import SPEEDS, compared
-from studies.accuracy_cases import CASES, ROBOTS, measured, walk_scenario, wrong_model
-from studies.accuracy_table import NAMES, Run, deviations, in_order, read_runs, summary, table, write_runs
+from studies.accuracy_cases import CASES, NAMES, ROBOTS, as_walked, measured, walk_scenario, wrong_model
+from studies.accuracy_table import Run, deviations, in_order, read_runs, summary, table, write_runs
 from studies.walking_cases import WALKERS
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import exact_log
-from stribeck.simulation.run import friction_of
+from stribeck.simulation.run import Simulated, friction_of
 
 
 def a_run(seed: int, errors: list[float], robot: str = "TORO-like", case: str = "A") -> Run:
@@ -95,3 +95,25 @@ def test_a_result_is_compared_with_the_truth_joint_by_joint() -> None:
     assert max(found["relative"]) < 0.1
     assert 0 < max(found["shape"]) < 0.1
     np.testing.assert_allclose(np.abs(found["error"]["coulomb"]) / 1.2, found["relative"], rtol=1e-3)
+
+
+def test_friction_that_differs_is_that_of_the_torques() -> None:
+    robot, law = Robot.from_file(MODELS / "arm.toml"), get_law("stribeck")
+    values = [0.3, 1.2, 0.3, 0.15, 0.2, 50.0]
+    truth = {joint: dict(zip(NAMES, values, strict=True)) for joint in robot.joint_names}
+    walk = Simulated(robot, *exact_log(robot, law, truth, duration=16.0, seed=1))
+    (other,) = as_walked([walk], CASES["A, joints differ"], 0)
+    assert len({each["coulomb"] for each in other.truth.parameters.values()}) == len(truth)
+    found = identify(other.log, robot, Settings()).joints
+    for joint, known in other.truth.parameters.items():
+        assert found[joint].parameters["coulomb"].value == pytest.approx(known["coulomb"], rel=0.05)
+        assert found[joint].parameters["viscous"].value == pytest.approx(known["viscous"], rel=0.05)
+    (again,) = as_walked([walk], CASES["A, joints differ"], 0)
+    np.testing.assert_array_equal(again.log.torque, other.log.torque)
+
+
+def test_a_share_of_a_walk_is_its_beginning() -> None:
+    robot, law = Robot.from_file(MODELS / "arm.toml"), get_law("stribeck")
+    walk = Simulated(robot, *exact_log(robot, law, {}, duration=3.0, seed=1))
+    (short,) = as_walked([walk], CASES["A, 45 s in all"], 0)
+    np.testing.assert_array_equal(short.log.torque, walk.log.torque[:1000])
