@@ -15,7 +15,12 @@ from stribeck.identification.whole_log.fading import fading
 from stribeck.identification.whole_log.levels import first_levels
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.repeated import repeated_variances, spread_of_repeated
+from stribeck.identification.whole_log.repeated import (
+    ROCKING,
+    partly_pooled,
+    repeated_variances,
+    spread_of_repeated,
+)
 from stribeck.identification.whole_log.solve import solve
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
@@ -100,7 +105,7 @@ def test_rocking_widens_the_intervals() -> None:
     equations = steps(0.0, rocking=0.05)
     levels, errors, deviations = fitted(equations, rocking=0.05)
     _, _, without = fitted(equations)
-    assert levels[3:] == pytest.approx(0.05)
+    assert levels[3:] == pytest.approx(ROCKING * 0.05)
     assert np.all(deviations > without)
     assert np.all(np.abs(errors) < 2 * deviations)
 
@@ -117,3 +122,42 @@ def test_variances_are_right_on_average_and_none_where_there_are_none() -> None:
         found.append(repeated_variances(information, pull, joints))
     assert np.mean(found, axis=0) == pytest.approx(true, rel=0.15, abs=0.1)
     assert np.median(found, axis=0)[0] < 0.03
+
+
+def test_chance_alone_finds_none_in_many_joints() -> None:
+    generator = np.random.default_rng(6)
+    joints, each = 24, 12
+    found = []
+    for _ in range(100):
+        pull = generator.standard_normal(joints * each)
+        found.append(repeated_variances(np.eye(joints * each), pull, joints))
+    error = np.sqrt(
+        2 / each
+    )  # of one joint's variance by itself: it would be 0.4 of it on average, over 1.2 in a tenth
+    assert np.mean(found) < 0.2 * error
+    assert np.quantile(found, 0.9) < 0.5 * error
+
+
+def test_a_joint_that_shows_nothing_disturbs_no_other() -> None:
+    generator = np.random.default_rng(8)
+    joints, each = 3, 16
+    seen = np.tile([1.0, 0.0, 1.0], each)
+    pull = 2 * seen * generator.standard_normal(joints * each)
+    blind = repeated_variances(np.diag(seen), pull, joints)
+    both = [0, 2]
+    without = repeated_variances(np.eye(2 * each), pull.reshape(each, joints)[:, both].ravel(), 2)
+    assert blind[both] == pytest.approx(without, rel=1e-6)
+
+
+def test_a_joint_that_stands_out_keeps_its_value_and_the_others_share_theirs() -> None:
+    generator = np.random.default_rng(7)
+    own = 1 + 0.1 * generator.standard_normal(30)
+    own[4] = 20.0
+    shared = partly_pooled(own, np.full(30, 0.1**2))
+    assert shared[4] == pytest.approx(20, rel=1e-3)
+    alike = partly_pooled(np.delete(own, 4), np.full(29, 0.1**2))
+    assert np.std(alike) < 0.5 * np.std(np.delete(own, 4))
+
+
+def test_a_joint_alone_shares_with_none() -> None:
+    assert partly_pooled(np.array([0.3]), np.array([2.0])) == pytest.approx(0.3)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import nnls
 
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
@@ -14,8 +13,11 @@ from stribeck.identification.whole_log.solve import Solution, derivatives
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 
-LEAST = 2e-4
-"""Standard deviation [1], over the torque that dynamics leave to friction, that is always there: filters make it."""
+LEAST = 6e-4
+"""Standard deviation [1], over the friction, root mean square over joints and velocities, that is always there."""
+
+ROCKING = 1.5
+"""How much more feet rock alike in every step than from window to window [1]; offsets' errors are as large then."""
 
 ROUNDS = 5
 """Of weighing what is left over by what has been found [1]: deviations are then within 2 % of where they rest."""
@@ -42,7 +44,8 @@ def spread_of_repeated(
         Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. Those of
         the joints' torques [N m] are what the solution leaves over.
     """
-    joints, least = len(curves.top_speed), LEAST * curves.torque
+    joints = len(curves.top_speed)
+    least = LEAST * np.linalg.norm(curves.coefficients(solution.internal)) / np.sqrt(curves.nodes.velocity.size)
     effects = joints + len(rocking)
     if not statistic.gaits:
         return np.zeros(effects), solution.covariance
@@ -55,7 +58,7 @@ def spread_of_repeated(
     across, own = hessian[np.ix_(free, torques)], hessian[np.ix_(torques, torques)] - np.eye(len(torques))
     explained = np.linalg.solve(hessian[np.ix_(free, free)], across).T
     variance = repeated_variances(own - explained @ across, explained @ gradient[free] - gradient[torques], joints)
-    level = np.concatenate([np.maximum(np.sqrt(variance), least), rocking])
+    level = np.concatenate([np.maximum(np.sqrt(variance), least), ROCKING * rocking])
     bias = solution.covariance @ hessian[:-columns, -columns:] * (total / statistic.count)
     bias *= np.tile(level, statistic.gaits * COSINES)
     return level, solution.covariance + bias @ bias.T
@@ -69,7 +72,8 @@ def repeated_variances(information: Array, pull: Array, joints: int) -> Array:
 
         sum_j (sum B_kl^2) (Q'_j - Q_j) = sum (u_k^2 - B_kk)
 
-    no variance being negative.
+    Few steps say little of one joint's variance, and what chance makes of it would widen its intervals: joints are
+    pooled as far as they are alike. No variance is negative.
 
     Parameters
     ----------
@@ -84,8 +88,21 @@ def repeated_variances(information: Array, pull: Array, joints: int) -> Array:
         weighed = np.linalg.solve(mixed, np.column_stack([information, pull]))
         inner, score = weighed[:, :-1], weighed[:, -1] ** 2 - np.diag(weighed)
         squares = (inner**2).reshape(-1, joints, size // joints, joints).sum(axis=(0, 2))
-        unit = 1 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
-        factor = np.linalg.cholesky(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
-        aim = unit * score.reshape(-1, joints).sum(axis=0) + factor @ factor.T @ (variance / unit)
-        variance = unit * nnls(factor.T, np.linalg.solve(factor, aim))[0]
+        unit = 1 / np.sqrt(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100)  # a joint may show nothing
+        covariance = 2 * np.linalg.inv(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
+        aim = score.reshape(-1, joints).sum(axis=0) + squares @ variance
+        own = unit * (covariance @ (unit * aim)) / 2
+        variance = np.maximum(partly_pooled(own, unit**2 * np.diag(covariance)), 0.0)
     return variance
+
+
+def partly_pooled(values: Array, variances: Array) -> Array:
+    """Return values that chance moves apart nearer to their mean, shape (n,), from themselves and their variances.
+
+    How much they differ beyond chance is measured (DerSimonian and Laird 1986); if they do not, all become the mean.
+    """
+    weight = 1 / variances
+    mean = weight @ values / weight.sum()
+    beyond = weight @ (values - mean) ** 2 - (len(values) - 1)
+    between = max(beyond, 0.0) / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
+    return np.asarray(mean + between / (between + variances) * (values - mean))
