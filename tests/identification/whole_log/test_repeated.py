@@ -9,6 +9,7 @@ from tests.identification.whole_log.test_whitening import some_equations
 
 from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import get_law
+from stribeck.identification.whole_log import repeated
 from stribeck.identification.whole_log.cosines import COSINES, repeated_columns
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.fading import fading
@@ -17,6 +18,7 @@ from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.repeated import (
     ROCKING,
+    ROUNDS,
     partly_pooled,
     repeated_variances,
     spread_of_repeated,
@@ -131,11 +133,26 @@ def test_chance_alone_finds_none_in_many_joints() -> None:
     for _ in range(100):
         pull = generator.standard_normal(joints * each)
         found.append(repeated_variances(np.eye(joints * each), pull, joints))
-    error = np.sqrt(
-        2 / each
-    )  # of one joint's variance by itself: it would be 0.4 of it on average, over 1.2 in a tenth
+    error = np.sqrt(2 / each)  # of one joint by itself, that would find 0.4 of it on average
     assert np.mean(found) < 0.2 * error
     assert np.quantile(found, 0.9) < 0.5 * error
+
+
+def test_a_joint_that_stands_out_from_many_keeps_its_own_however_often_they_are_weighed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    generator = np.random.default_rng(9)
+    joints, each = 21, 16
+    effects = np.tile(np.append(np.zeros(joints - 1), 3.0), each) * generator.standard_normal(joints * each)
+    pull = 4 * effects + 2 * generator.standard_normal(joints * each)
+    found = []
+    for rounds in (ROUNDS, ROUNDS + 1, 10 * ROUNDS):
+        monkeypatch.setattr(repeated, "ROUNDS", rounds)
+        found.append(repeated_variances(4 * np.eye(joints * each), pull, joints))
+    assert 4 < found[0][-1] < 18
+    assert found[0][:-1].max() < 0.05 * found[0][-1]
+    assert np.sqrt(found[1]) == pytest.approx(np.sqrt(found[0]), rel=0.02, abs=0.02)
+    assert np.sqrt(found[2]) == pytest.approx(np.sqrt(found[0]), rel=0.02, abs=0.02)
 
 
 def test_a_joint_that_shows_nothing_disturbs_no_other() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import nnls
 
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
@@ -14,10 +15,10 @@ from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 
 LEAST = 6e-4
-"""Standard deviation [1], over the friction, root mean square over joints and velocities, that is always there."""
+"""Standard deviation [1], over the root mean square of the friction curves, that is always there: filters make it."""
 
 ROCKING = 1.5
-"""How much more feet rock alike in every step than from window to window [1]; offsets' errors are as large then."""
+"""How much more feet rock alike in every step than windows show [1]: chosen from offsets in `studies.accuracy`."""
 
 ROUNDS = 5
 """Of weighing what is left over by what has been found [1]: deviations are then within 2 % of where they rest."""
@@ -82,18 +83,32 @@ def repeated_variances(information: Array, pull: Array, joints: int) -> Array:
     joints
         Number n.
     """
-    variance, size = np.zeros(joints), len(pull)
+    variance = np.zeros(joints)
     for _ in range(ROUNDS):
-        mixed = np.eye(size) + information * np.tile(variance, size // joints)
-        weighed = np.linalg.solve(mixed, np.column_stack([information, pull]))
-        inner, score = weighed[:, :-1], weighed[:, -1] ** 2 - np.diag(weighed)
-        squares = (inner**2).reshape(-1, joints, size // joints, joints).sum(axis=(0, 2))
-        unit = 1 / np.sqrt(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100)  # a joint may show nothing
-        covariance = 2 * np.linalg.inv(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
-        aim = score.reshape(-1, joints).sum(axis=0) + squares @ variance
-        own = unit * (covariance @ (unit * aim)) / 2
-        variance = np.maximum(partly_pooled(own, unit**2 * np.diag(covariance)), 0.0)
-    return variance
+        squares, score = _scoring(information, pull, variance)
+        unit = 1 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
+        factor = np.linalg.cholesky(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
+        aim = unit * score + factor @ factor.T @ (variance / unit)
+        variance = unit * nnls(factor.T, np.linalg.solve(factor, aim))[0]
+    doubt = 2 * np.diag(_inverse(_scoring(information, pull, np.zeros(joints))[0]))  # if none of them had any
+    squares, score = _scoring(information, pull, variance)
+    return np.maximum(partly_pooled(variance + _inverse(squares) @ score, doubt), 0.0)
+
+
+def _scoring(information: Array, pull: Array, variance: Array) -> tuple[Array, Array]:
+    """Return the sums of squares of B, shape (n, n), and the score of each joint's variance, shape (n,)."""
+    joints, size = len(variance), len(pull)
+    mixed = np.eye(size) + information * np.tile(variance, size // joints)
+    weighed = np.linalg.solve(mixed, np.column_stack([information, pull]))
+    inner, score = weighed[:, :-1], weighed[:, -1] ** 2 - np.diag(weighed)
+    squares = (inner**2).reshape(-1, joints, size // joints, joints).sum(axis=(0, 2))
+    return squares, score.reshape(-1, joints).sum(axis=0)
+
+
+def _inverse(squares: Array) -> Array:
+    """Return the inverse, as good as none where a joint shows nothing, shape (n, n)."""
+    unit = 1 / np.sqrt(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100)
+    return np.asarray(np.linalg.inv(squares * np.outer(unit, unit) + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit))
 
 
 def partly_pooled(values: Array, variances: Array) -> Array:
