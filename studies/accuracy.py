@@ -17,8 +17,8 @@ friction; the errors of viscous friction and offset; how many of the 95 % interv
 parameters are called weak. Mean and worst joint of each seed, then the mean over the seeds.
 
 Runs that the file holds already are not repeated: move it away when the estimator has changed. It keeps errors and
-standard errors joint by joint. At the end the table of docs/whole-log.md is printed, and how far errors go beyond
-standard errors, parameter by parameter.
+standard errors joint by joint. At the end the rows of both tables of docs/whole-log.md are printed, and how far errors
+go beyond standard errors, parameter by parameter.
 """
 
 from __future__ import annotations

@@ -160,7 +160,10 @@ def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenari
 
 
 def as_walked(walks: list[Simulated], case: Case, seed: int) -> list[Simulated]:
-    """Return walks, by sensors without errors, with the friction of a case's joints and as long as it says."""
+    """Return walks, by sensors without errors, with the friction of a case's joints and as long as it says.
+
+    The truth beside a share of a walk is that of all of it.
+    """
     if case.differing:
         generator = np.random.default_rng([seed, 3])
         factors = np.exp(case.differing * generator.standard_normal((len(walks[0].truth.parameters), len(NAMES))))

@@ -103,7 +103,7 @@ DEVIATIONS_HEAD = (
 
 
 def table(runs: Iterable[Run]) -> list[str]:
-    """Return the rows of the table in docs/whole-log.md."""
+    """Return rows of the tables in docs/whole-log.md."""
     return [
         f"| {' | '.join(label)} | {len(found)} | {_numbers(summary(found))} |"
         for label, found in _together(runs).items()

@@ -6,7 +6,8 @@ torque of its own in each joint, a few cosines over the phase. The friction itse
 large they are, what it leaves over says, and its covariance is what they would do to it.
 
 Of a rocking foot next to nothing is left over: bodies whose centres are off take up what it does to them, with offsets
-to match. How much feet rock from window to window is measured, and taken to be alike in all steps.
+to match. How much feet rock from window to window is measured; that they do so alike in all steps, and by how much
+more, is assumed (`ROCKING` in `repeated.py`).
 """
 
 from __future__ import annotations
