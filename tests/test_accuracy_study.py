@@ -61,6 +61,7 @@ def test_means_are_over_joints_then_seeds() -> None:
     row = summary([a_run(0, [0.1, -0.3]), a_run(1, [0.0, 0.1])])
     assert row["coulomb"] == pytest.approx((0.2 + 0.05) / 2)
     assert row["coulomb_worst"] == pytest.approx((0.3 + 0.1) / 2)
+    assert summary([a_run(0, [0.1, -0.3]), a_run(1, [0.4, 0.1])])["coulomb_worst_joint"] == pytest.approx(0.25)
     assert row["offset"] == pytest.approx((0.2 + 0.05) / 2)
     assert (row["coulomb_held"], row["weak"], row["joints"]) == (0.5, 0.0, 2)
 

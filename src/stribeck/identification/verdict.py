@@ -74,7 +74,7 @@ def _judge_joint(
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
     if not fit.settled and not reason:
         reason = "the fit came to no end: the samples hardly tell the parameters apart"
-    enough = f"{why_strong(fit, method)} ({moved.blocks} blocks, {moved.reversals} reversals)"
+    enough = f"{why_strong(method)} ({moved.blocks} blocks, {moved.reversals} reversals)"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(

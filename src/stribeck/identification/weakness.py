@@ -13,15 +13,12 @@ from stribeck.log import Array
 MOST, FEW = 0.9, 0.02
 """Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
 
-WIDEST = {"curve-fit": 1.0, "whole-log": 0.36}
+WIDEST = {"curve-fit": 1.0, "whole-log": 0.37}
 """Width of a 95 % interval over the value [1] from which a parameter is weak, by method.
 
 The whole log's finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
 (studies/verdicts.py).
 """
-
-WIDEST_NUMBER = WIDEST | {"whole-log": 0.28}
-"""The same of pure numbers: of what is over 25 % wrong in that study, Stribeck gains have the narrowest intervals."""
 
 CLEARED = 2.0
 """Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
@@ -51,8 +48,7 @@ def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArra
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    widest = np.where(_numbers(fit), WIDEST_NUMBER[method], WIDEST[method])
-    weak = np.asarray(fit.at_bound | cut | (high - low > widest * reference))
+    weak = np.asarray(fit.at_bound | cut | (high - low > WIDEST[method] * reference))
     if method == "curve-fit" and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
     if method == "whole-log":
@@ -69,16 +65,10 @@ def _lent(fit: JointFit) -> list[str]:
     return ["stribeck_velocity", "exponent"] if "stribeck_gain" in zero else []
 
 
-def why_strong(fit: JointFit, method: str) -> str:
+def why_strong(method: str) -> str:
     """Return what the intervals of a joint without weak parameters have in common."""
-    least, number = WIDEST[method], WIDEST_NUMBER[method]
-    found = f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
-    return f"{found}, a pure number's than {number:g}" if number < least and _numbers(fit).any() else found
-
-
-def _numbers(fit: JointFit) -> NDArray[np.bool_]:
-    """Return which parameters are pure numbers, shape (p,)."""
-    return np.array([parameter.unit == "1" for parameter in fit.parameters])
+    least = WIDEST[method]
+    return f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
 
 
 def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:

@@ -29,7 +29,7 @@ from stribeck.pseudo_inertia import SIZE
 DOUBT = 0.03
 """How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
 
-DOUBT_OF_MODEL = 0.01
+DOUBT_OF_MODEL = 0.001
 """The same of how wrong model and sensors are, of which a log tells more; offsets are as good as what is believed.
 
 With as much as `DOUBT`, an exact model is still believed to be off.

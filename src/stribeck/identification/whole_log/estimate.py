@@ -167,7 +167,9 @@ def fit_whole_log(
     validation = validate(unseen, statistic, heard.curves, heard.levels, *heard.known) if unseen else none
     statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, narrow))
     heard = _believed(heard, statistic)
-    curves, model, solution = heard.curves, heard.model, heard.solution
+    curves, model = heard.curves, heard.model
+    solution = with_restarts(statistic, curves, model, heard.solution)  # by all that is believed by now
+    heard = replace(heard, solution=solution)
     repeated, covariance = _spread(equations, steps, statistic.count, heard, bootstrapped)
     return WholeLogFit(
         curves=curves,

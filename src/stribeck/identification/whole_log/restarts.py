@@ -20,8 +20,8 @@ from stribeck.identification.whole_log.statistic import Statistic
 BEST = 4
 """Starts of each joint [1] that are followed: those whose linear fit is best."""
 
-BETTER = 1.0
-"""What chi^2 must fall by [1] for a joint to leave its place."""
+BETTER = 0.1
+"""What chi^2 must fall by [1] for a joint to leave its place: more than descents that end in the same dip differ by."""
 
 
 def with_restarts(statistic: Statistic, curves: Curves, model: ModelCorrections, solution: Solution) -> Solution:
