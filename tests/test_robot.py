@@ -128,6 +128,23 @@ def test_mjcf_is_read_with_its_rotors(tmp_path, base):
     assert inertia(robot)[-1, -1] == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize(("base", "options"), [("fixed", ""), ("floating", "locked = { hip = 0.3 }")])
+def test_a_body_may_be_called_as_its_joint_is(tmp_path, base, options):
+    robots = [
+        Robot.from_file(write_robot(tmp_path, options, MJCF.replace('"leg"', f'"{name}"'), "hopper.xml", base))
+        for name in ("leg", "hip")
+    ]
+    assert robots[0].joint_names == robots[1].joint_names
+    assert inertia(robots[0]).tolist() == inertia(robots[1]).tolist()
+    places = []
+    for robot, name in zip(robots, ("leg", "hip"), strict=True):
+        model = robot.tree.model
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, pin.neutral(model))
+        places.append(data.oMf[model.getFrameId(name)].homogeneous.tolist())
+    assert places[0] == places[1]
+
+
 def test_a_floating_base_is_put_under_an_mjcf_without_one(tmp_path):
     robot = Robot.from_file(write_robot(tmp_path, "", MJCF.replace("<freejoint/>", ""), "hopper.xml", "floating"))
     assert robot.base == "floating"

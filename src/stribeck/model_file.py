@@ -12,9 +12,13 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
+from stribeck.log import Array
 from stribeck.model_check import check_finite, check_sdf, check_urdf, check_urdf_links
 from stribeck.rooting import FLOATING, is_floating
 from stribeck.sdf import build_from_sdf
+
+MARK = " (body)"
+"""Behind the names of frames while they could be taken for joints'."""
 
 
 def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
@@ -52,11 +56,11 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
             notes = check_mjcf(path, model)
             if root and not is_floating(model):
                 model = _mjcf_with_root(path, root)
+        if base == "fixed" and is_floating(model):
+            model = _without_joints(model, [1], pin.neutral(model))
     except (ValueError, RuntimeError, IndexError) as error:
         detail = " ".join(str(error).split())[:200]
         raise RobotFileError(f"{path}: Pinocchio cannot read this {kind.upper()} model: {detail}") from error
-    if base == "fixed" and is_floating(model):
-        model = pin.buildReducedModel(model, [1], pin.neutral(model))
     return model, notes
 
 
@@ -107,7 +111,26 @@ def lock_joints(model: pin.Model, locked: Mapping[str, float], where: str) -> pi
             configuration[joint_model.idx_q] = value
         elif joint_model.nq == 2:  # an unbounded joint is stored as cosine and sine
             configuration[joint_model.idx_q : joint_model.idx_q + 2] = np.cos(value), np.sin(value)
-    return pin.buildReducedModel(model, joints, configuration) if joints else model
+    return _without_joints(model, joints, configuration) if joints else model
+
+
+def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -> pin.Model:
+    """Return the model with joints fixed; a body may be called as a joint is, and keeps its name.
+
+    Pinocchio looks frames up by their names alone, and would not know which of the two is meant.
+    """
+    marked = pin.Model(model)
+    taken = {frame.name for frame in model.frames if frame.type == pin.FrameType.JOINT}
+    for frame in marked.frames:
+        if frame.type != pin.FrameType.JOINT and frame.name in taken:
+            frame.name += MARK
+    reduced = pin.buildReducedModel(marked, joints, configuration)
+    bodies = {frame.name.removesuffix(MARK) for frame in reduced.frames if frame.name.endswith(MARK)}
+    for frame in reduced.frames:
+        if frame.type == pin.FrameType.FIXED_JOINT and frame.name in bodies:
+            frame.name += " (joint)"
+        frame.name = frame.name.removesuffix(MARK)
+    return reduced
 
 
 def joint_names(model: pin.Model) -> list[str]:
