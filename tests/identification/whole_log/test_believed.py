@@ -77,7 +77,7 @@ def with_zeros(wrong: float, seed: int) -> tuple[Array, Array, tuple[Curves, Mod
     statistic.right[known] = statistic.gram[known, known] * measured
     model = model_corrections(Corrections(zeros=60, tilts=3), np.zeros(0))
     start = solve(statistic, curves, model)
-    return zeros, measured, solve_and_believe(statistic, *solve_and_believe(statistic, curves, model, start))
+    return zeros, measured, solve_and_believe(statistic, curves, model, start)
 
 
 @pytest.mark.parametrize("wrong", [0.1, 0.4, 1.0])
