@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
-from stribeck.identification.whole_log.solve import Solution, derivatives
+from stribeck.identification.whole_log.solve import Solution, derivatives, inverse_of
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.log import Array
 
@@ -107,8 +107,7 @@ def _scoring(information: Array, pull: Array, variance: Array) -> tuple[Array, A
 
 def _inverse(squares: Array) -> Array:
     """Return the inverse, as good as none where a joint shows nothing, shape (n, n)."""
-    unit = 1 / np.sqrt(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100)
-    return np.asarray(np.linalg.inv(squares * np.outer(unit, unit) + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit))
+    return inverse_of(squares + 1e-9 * np.diag(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100))
 
 
 def partly_pooled(values: Array, variances: Array) -> Array:
