@@ -143,8 +143,14 @@ def keys(robots: Iterable[str], cases: Iterable[str], seeds: int) -> list[Key]:
         for case in CASES
         if case in cases
         for method in methods(CASES[case])
-        for seed in range(1 if CASES[case] == Case() else seeds // 2 if CASES[case].harder else seeds)
+        for seed in range(_seeds(CASES[case], seeds))
     ]
+
+
+def _seeds(case: Case, seeds: int) -> int:
+    if case == Case():
+        return 1  # where nothing is drawn, one says all
+    return -(-seeds // 2) if case.harder else seeds
 
 
 def main() -> None:

@@ -65,9 +65,9 @@ def write_runs(path: Path, runs: dict[Key, Run]) -> None:
 
 
 def summary(runs: list[Run]) -> dict[str, float]:
-    """Return means over seeds and joints, and of the worst joint, shares of intervals and verdicts, and the time.
+    """Return means over seeds and joints, worst joints, shares of intervals and verdicts, and the time.
 
-    The worst joint is the one that is worst on average over the seeds, and the worst of each seed.
+    "worst_joint" is of the joint that is worst on average over the seeds, "worst" the mean of the worst of each seed.
     """
     row = {"joints": _mean(runs, lambda one: len(one["joints"])), "seconds": _mean(runs, lambda one: one["seconds"])}
     measures: dict[str, Callable[[Run], Array]] = {
