@@ -13,7 +13,7 @@ from stribeck.log import Array
 MOST, FEW = 0.9, 0.02
 """Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
 
-WIDEST = {"curve-fit": 1.0, "whole-log": 0.37}
+WIDEST = {"curve-fit": 1.0, "whole-log": 0.33}
 """Width of a 95 % interval over the value [1] from which a parameter is weak, by method.
 
 The whole log's finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %

@@ -14,6 +14,7 @@ from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.state import Orientation, State
+from stribeck.weak_form.calm import CalmAcceleration, calm_acceleration
 from stribeck.weak_form.corrections import inertia_columns, zero_columns
 from stribeck.weak_form.motion import Differentiator, differentiator
 from stribeck.weak_form.noise import NoiseLevels, measure_noise
@@ -53,6 +54,7 @@ class WeakForm:
     supports: dict[tuple[str, ...], Support]
     window: Window
     filter: Differentiator
+    calm: CalmAcceleration
     noise: NoiseLevels
     tilted: bool
     corrections: Corrections
@@ -71,8 +73,8 @@ class WeakForm:
         left = support.left_side(state, torque, wrench)
         columns = None
         if self.corrections.size:
-            calm = replace(state, acceleration=self.filter.calm_acceleration(self.log, stretch.first, stretch.last))
-            columns = self._columns(stretch.feet, support, calm, torque[:, self.joints], wrench)
+            calm = self.calm.windows(self.log.position, stretch.first, stretch.last)
+            columns = self._columns(stretch.feet, support, state, calm, torque[:, self.joints], wrench)
         centres = window.apply(state.position)
         jacobian = support.jacobian(centres) if support.feet else None
         encoder, root = support.responses(centres, jacobian)
@@ -126,15 +128,24 @@ class WeakForm:
         return np.asarray(self.robot.standing(feet)[self.joints])
 
     def _columns(
-        self, feet: tuple[str, ...], support: Support, state: State, torque: Array, wrench: Array | None
+        self,
+        feet: tuple[str, ...],
+        support: Support,
+        state: State,
+        acceleration: Array,
+        torque: Array,
+        wrench: Array | None,
     ) -> Array:
-        """Return the columns of all corrections, shape (K, rows, c); torque, shape (T, n), and wrench are measured."""
+        """Return the columns of all corrections, shape (K, rows, c).
+
+        Accelerations are those at the windows, shape (K, all joints); torque, shape (T, n), and wrench are measured.
+        """
         turn, smooth = state.orientation, self.window.apply
         if turn is not None:
             turn = Orientation(
                 smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
             )
-        smoothed = State(smooth(state.position), smooth(state.velocity), smooth(state.acceleration), turn)
+        smoothed = State(smooth(state.position), smooth(state.velocity), acceleration, turn)
         own = np.eye(len(support.rows))[:, len(support.rows) - len(self.joints) :]
         found = []
         if self.corrections.bodies:
@@ -219,7 +230,9 @@ def weak_form(
     kernels = differentiator(float(np.median(noise.position[columns])), period)
     window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
-    stretches = cut_stretches(phases, segments, period, kernels.margin, window.rows(FEWEST_WINDOWS), surfaces)
+    calm = calm_acceleration(log.position, noise.position, segments, period, window, kernels.smooth.shape[1] * period)
+    margin = max(kernels.margin, calm.margin)
+    stretches = cut_stretches(phases, segments, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
     corrections = replace(corrections, wrenches=len(sensed))
     supports = {feet: find_support(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in stretches)}
@@ -232,6 +245,7 @@ def weak_form(
         supports=supports,
         window=window,
         filter=kernels,
+        calm=calm,
         noise=noise,
         tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
         corrections=corrections,

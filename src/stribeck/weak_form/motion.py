@@ -27,49 +27,29 @@ SHRINK = 2 / 11
 LONGEST, SHORTEST = 0.061, 0.015
 """Of the velocity's window [s]."""
 
-CALM = 0.06
-"""Window [s] of the acceleration that corrections act on, at the same noise as `REFERENCE`.
-
-Its noise would be taken for motion that needs no torque, and inertias would come out too small.
-"""
-
-CALM_GROWTH = 2 / 9
-"""Power [1] of the noise with which that window grows: motion is lost with its fourth power, noise with its fifth."""
-
-LONGEST_CALM = 0.2
-"""Of that window [s]."""
-
 
 @dataclass(frozen=True, eq=False)
 class Differentiator:
     """Kernels of position, velocity and acceleration, shape (3, L) each.
 
-    `smooth` is for positions and velocities, `sharp` for accelerations, `calm` for those that corrections act on.
+    `smooth` is for positions and velocities, `sharp` for accelerations.
     """
 
     smooth: Array
     sharp: Array
-    calm: Array
 
     @property
     def margin(self) -> int:
         """Rows that are needed on either side."""
-        return int(max(self.smooth.shape[1], self.sharp.shape[1], self.calm.shape[1])) // 2
+        return int(max(self.smooth.shape[1], self.sharp.shape[1])) // 2
 
     def state(self, robot: Robot, log: RobotLog, first: int, last: int, tilted: bool) -> State:
         """Return the motion of rows [first, last), which have the margin on both sides."""
         wide = self._wide(first, last, self.smooth)
         position, velocity = correlate_valid(log.position[wide], np.ascontiguousarray(self.smooth[:2]), (0, 1))
-        acceleration = self._acceleration(log, first, last, self.sharp)
+        sharp = log.position[self._wide(first, last, self.sharp)]
+        acceleration = correlate_valid(sharp, np.ascontiguousarray(self.sharp[2:]), (2,))[0]
         return State(position, velocity, acceleration, self._turn(robot, log, wide) if tilted else None)
-
-    def calm_acceleration(self, log: RobotLog, first: int, last: int) -> Array:
-        """Return the acceleration of rows [first, last) with next to no noise, shape (last - first, joints)."""
-        return self._acceleration(log, first, last, self.calm)
-
-    def _acceleration(self, log: RobotLog, first: int, last: int, kernels: Array) -> Array:
-        wide = self._wide(first, last, kernels)
-        return np.asarray(correlate_valid(log.position[wide], np.ascontiguousarray(kernels[2:]), (2,))[0])
 
     def _turn(self, robot: Robot, log: RobotLog, wide: slice) -> Orientation:
         assert log.base_orientation is not None
@@ -87,10 +67,10 @@ def differentiator(encoder_noise: float, period: float) -> Differentiator:
     length, noise, reference_period = REFERENCE
     noisier = encoder_noise / noise * np.sqrt(period / reference_period)
     smooth = float(np.clip(length * noisier**SHRINK, SHORTEST, LONGEST))
-    calm = float(np.clip(CALM * noisier**CALM_GROWTH, ACCELERATION, LONGEST_CALM))
-    return Differentiator(*(_kernels(window, period) for window in (smooth, ACCELERATION, calm)))
+    return Differentiator(savgol(smooth, period), savgol(ACCELERATION, period))
 
 
-def _kernels(length: float, period: float) -> Array:
+def savgol(length: float, period: float) -> Array:
+    """Return the kernels of position, velocity and acceleration of a window [s], shape (3, L)."""
     half = max(POLYNOMIAL // 2 + 1, round((length / period - 1) / 2))
     return savgol_kernels(2 * half + 1, POLYNOMIAL, "uniform", period)

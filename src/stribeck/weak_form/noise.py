@@ -55,13 +55,18 @@ def measure_noise(
     )
 
 
-def _levels(signal: Array, segments: tuple[slice, ...]) -> Array:
+def listened_to(signal: Array, segments: tuple[slice, ...]) -> list[Array]:
+    """Return the first rows of a signal's segments, shape (T, n) -> (t, n) each, `LISTEN` together."""
     parts, heard = [], 0
     for segment in segments:
         rows = slice(segment.start, min(segment.stop, segment.start + LISTEN - heard))
         heard += max(0, rows.stop - rows.start)
-        if rows.stop - rows.start > ORDER:
-            parts.append(signal[rows])
+        parts.append(signal[rows.start : max(rows.start, rows.stop)])
+    return parts
+
+
+def _levels(signal: Array, segments: tuple[slice, ...]) -> Array:
+    parts = [part for part in listened_to(signal, segments) if len(part) > ORDER]
     if not parts:
         return np.zeros(signal.shape[1])
     differences = np.abs(np.concatenate([np.diff(part, ORDER, axis=0) for part in parts]))

@@ -1,0 +1,78 @@
+"""Accelerations that corrections act on: their noise is a small share of the motion, whatever a joint does."""
+
+import numpy as np
+import pytest
+
+from stribeck.log import Array
+from stribeck.weak_form.calm import LONGEST, SHARE, SHORTEST, CalmAcceleration, calm_acceleration
+from stribeck.weak_form.noise import LISTEN
+from stribeck.weak_form.window import smooth_window
+
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(30_000)
+SPEED = 2 * np.pi * np.array([2.0, 1.0, 1.0, 1.0])
+SIZE = np.array([0.1, 0.1, 0.03, 0.0])
+"""Of four joints: a quick one, a slow one, one that hardly moves, one that stands still."""
+NOISE = np.full(4, 1e-4)
+WINDOW = smooth_window(PERIOD)
+WHOLE = (slice(0, len(TIME)),)
+
+
+def motion() -> tuple[Array, Array]:
+    """Return positions and accelerations, shape (T, 4) each."""
+    position = SIZE * np.sin(SPEED * TIME[:, None])
+    return position, -(SPEED**2) * position
+
+
+def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> CalmAcceleration:
+    return calm_acceleration(position, NOISE, segments, PERIOD, WINDOW, 0.04)
+
+
+def lengths(calm: CalmAcceleration) -> Array:
+    """Return the lengths of the windows [s], that of the weak form not included."""
+    taken = np.count_nonzero(calm.kernels, axis=1) - len(WINDOW.taps) + 1
+    return np.asarray(PERIOD * taken)
+
+
+def test_each_joint_has_as_long_a_window_as_its_noise_needs() -> None:
+    position, acceleration = motion()
+    noise = NOISE * np.random.default_rng(0).standard_normal(position.shape)
+    calm = kernels(position + noise)
+    found = lengths(calm)
+    assert SHORTEST < found[0] < found[1] < found[2] < found[3]
+    assert found[3] == pytest.approx(LONGEST, abs=2 * PERIOD)
+    alone = np.mean(calm.windows(noise, 200, 29_800) ** 2, axis=0)
+    assert np.all(alone[:2] < SHARE * np.mean(acceleration**2, axis=0)[:2])
+
+
+def test_next_to_nothing_is_lost_of_the_motion() -> None:
+    position, acceleration = motion()
+    noise = NOISE * np.random.default_rng(1).standard_normal(position.shape)
+    calm = kernels(position + noise)
+    found, true = calm.windows(position + noise, 200, 29_800), WINDOW.apply(acceleration[200:29_800])
+    assert found.shape == true.shape
+    slope = np.sum(found * true, axis=0)[:3] / np.sum(found**2, axis=0)[:3]  # what an inertia would come out as
+    np.testing.assert_allclose(slope, 1.0, atol=0.01)
+
+
+def test_a_constant_position_has_no_acceleration_however_far_away() -> None:
+    calm = kernels(motion()[0])
+    assert np.abs(calm.windows(np.full((2_000, 4), 1e3), 300, 1_700)).max() < 1e-9
+
+
+@pytest.mark.parametrize("segments", [(slice(0, 5),), (slice(0, 0), slice(5, 10)), (slice(0, 2 * LISTEN),)])
+def test_short_and_long_segments_are_listened_to(segments: tuple[slice, ...]) -> None:
+    position = np.resize(motion()[0], (segments[-1].stop, 4))
+    assert np.isfinite(kernels(position, segments).kernels).all()
+
+
+@pytest.mark.parametrize("period", [1e-4, 2e-3, 1e-2, 5e-2])
+def test_windows_are_there_at_every_rate(period: float) -> None:
+    window = smooth_window(period)
+    time = period * np.arange(4_000)
+    position = np.sin(2.0 * time)[:, None]
+    calm = calm_acceleration(position, np.array([1e-5]), (slice(0, 4_000),), period, window, 0.03)
+    margin = calm.margin
+    found = calm.windows(position, margin, 4_000 - margin)
+    assert len(found) == window.count(4_000 - 2 * margin)
+    np.testing.assert_allclose(found, window.apply(-4.0 * position[margin : 4_000 - margin]), atol=0.05)
