@@ -9,7 +9,7 @@ from stribeck.equations import Corrections
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.factors import with_factors
-from stribeck.identification.whole_log.joint_descent import descend_joint
+from stribeck.identification.whole_log.joint_descent import descend_joints
 from stribeck.identification.whole_log.levels import first_levels
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.nodes import make_nodes
@@ -46,13 +46,12 @@ def test_a_joint_fitted_by_itself_is_what_it_is_in_the_fit_of_all(parts: tuple[V
     folds = joint_folds(total, statistics[:1], curves, NOTHING, solution)
     without = solve(merged(statistics[1:]), curves, NOTHING, solution)
     for joint, (whole, fold) in enumerate(folds):
-        own, start = curves.joint(joint), solution.internal[[joint]] + 0.05 * curves.free[joint]
-        np.testing.assert_allclose(
-            descend_joint(whole.training, own, start).internal[0], solution.internal[joint], atol=1e-4
-        )
-        np.testing.assert_allclose(
-            descend_joint(fold.training, own, start).internal[0], without.internal[joint], atol=1e-4
-        )
+        own, logs = curves.of([joint]), (whole.training, fold.training)
+        start = np.tile(solution.internal[joint] + 0.05 * curves.free[joint], (2, 1))
+        grams, rights = np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
+        ends, _ = descend_joints(grams, rights, curves.of([joint, joint]), start)
+        np.testing.assert_allclose(ends[0], solution.internal[joint], atol=1e-4)
+        np.testing.assert_allclose(ends[1], without.internal[joint], atol=1e-4)
         found = own.external(solution.internal[[joint]])[0, [0, 1, 4]]
         np.testing.assert_allclose(found, VALUES[joint], atol=0.02)
 
@@ -75,5 +74,5 @@ def test_the_held_out_score_is_that_of_the_whole_with_all_else_fitted_again(
             step = others.T @ (training.right - training.gram @ coefficients)
             coefficients += others @ np.linalg.solve(others.T @ training.gram @ others, step)
             direct.append(coefficients @ (held.gram @ coefficients - 2 * held.right))
-            scores.append(fold.held_out.at(curves.joint(joint).coefficients(moved[[joint]])))
+            scores.append(fold.held_out.at(curves.of([joint]).coefficients(moved[[joint]])))
         assert scores[1] - scores[0] == pytest.approx(direct[1] - direct[0], rel=1e-3)

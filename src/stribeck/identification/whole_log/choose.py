@@ -10,7 +10,7 @@ import numpy as np
 
 from stribeck.friction.terms import LADDER
 from stribeck.identification.selection import LEAST, Candidate, Kept, Objection, climb
-from stribeck.identification.whole_log.joint_descent import JointSolution, descend_joint
+from stribeck.identification.whole_log.joint_descent import descend_joints
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.profile import JointFold, Quadratic, joint_folds
 from stribeck.identification.whole_log.repeated import spread_of_repeated
@@ -76,7 +76,7 @@ def settle_terms(
     """
     scale = max(1.0, solution.chi_square / max(total.count - solution.internal.size, 1))
     parts = joint_folds(total, folds, curves, model, solution)
-    trials = [JointTrial(curves.joint(k), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(parts)]
+    trials = [JointTrial(curves.of([k]), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(parts)]
     if len(folds) < LEAST_FOLDS:
         few = f"{len(folds)} parts of the log can be held out; at least {LEAST_FOLDS} are needed"
         refused = [{term.name: few for term in LADDER} for _ in trials]
@@ -128,7 +128,7 @@ def _chosen(
 ) -> Choice:
     """Return the choice of these verdicts; fits start from each joint's own, and neutral values of what it lacks."""
     kept = [frozenset(name for name, verdict in own.items() if verdict.kept) for own in verdicts]
-    start = np.concatenate([trial.fit(own).internal for trial, own in zip(trials, kept, strict=True)])
+    start = np.concatenate([trial.fit(own) for trial, own in zip(trials, kept, strict=True)])
     free = np.stack([curves.with_terms(own) for own in kept])
     return Choice(tuple(verdicts), curves.only(free), replace(solution, internal=start))
 
@@ -152,21 +152,22 @@ class JointTrial:
     folds: tuple[JointFold, ...]
     scale: float
 
-    def fit(self, kept: Kept) -> JointSolution:
-        """Return the best fit of these terms to the whole log, of several starts."""
+    def fit(self, kept: Kept) -> Array:
+        """Return the best fit of these terms to the whole log, of several starts, shape (1, p)."""
         curves = self.curves.only(self.curves.with_terms(kept)[None])
         starts = [curves.linear_start([shape], self.whole.gram, self.whole.right) for shape in self._shapes(kept)]
         starts.sort(key=lambda start: self.whole.at(curves.coefficients(start)))
-        ends = [descend_joint(self.whole, curves, start) for start in starts[:BEST_STARTS]]
-        return min(ends, key=lambda end: end.cost)
+        best = starts[:BEST_STARTS]
+        ends, costs = _descents([self.whole] * len(best), curves, np.concatenate(best))
+        return ends[[np.argmin(costs)]]
 
     def candidate(self, kept: Kept) -> Candidate:
         """Return how these terms do on the parts of the log that they are not fitted to."""
         whole = self.fit(kept)
         curves = self.curves.only(self.curves.with_terms(kept)[None])
-        ends = [descend_joint(fold.training, curves, whole.internal).internal for fold in self.folds]
-        scores = [fold.held_out.at(curves.coefficients(end)) for fold, end in zip(self.folds, ends, strict=True)]
-        return Candidate(np.array(scores) / self.scale, self._objection(kept, whole.internal))
+        ends, _ = _descents([fold.training for fold in self.folds], curves, whole.repeat(len(self.folds), axis=0))
+        scores = [fold.held_out.at(curves.coefficients(end[None])) for fold, end in zip(self.folds, ends, strict=True)]
+        return Candidate(np.array(scores) / self.scale, self._objection(kept, whole))
 
     def _shapes(self, kept: Kept) -> Iterator[dict[str, float]]:
         """Yield sets of nonlinear parameters to start from."""
@@ -195,3 +196,9 @@ class JointTrial:
             if term in kept and top < CLEARED * speed:
                 return "open", f"its top speed, {top:.2g} rad/s, is not {CLEARED:.0f} times {what}, {speed:.2g} rad/s"
         return None
+
+
+def _descents(logs: Sequence[Quadratic], curves: VaryingCurves, starts: Array) -> tuple[Array, Array]:
+    """Return where descents of one joint end, each in its own log, shape (k, p), and chi^2 there, shape (k,)."""
+    grams, rights = np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
+    return descend_joints(grams, rights, curves.of([0] * len(logs)), starts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -58,10 +58,10 @@ class Curves:
         """Those of one joint."""
         return self.law.parameters
 
-    def joint(self, column: int) -> Self:
-        """Return the curves of one joint."""
-        nodes = replace(self.nodes, velocity=self.nodes.velocity[[column]])
-        return replace(self, nodes=nodes, top_speed=self.top_speed[[column]], torque=self.torque[[column]])
+    def of(self, joints: Sequence[int] | NDArray[np.int64]) -> Self:
+        """Return the curves of some joints, each as often as it is named."""
+        nodes = replace(self.nodes, velocity=self.nodes.velocity[joints])
+        return replace(self, nodes=nodes, top_speed=self.top_speed[joints], torque=self.torque[joints])
 
     def has(self, joint: int) -> NDArray[np.bool_]:  # noqa: ARG002 - laws alike in all joints
         """Return which of them a joint has, shape (p,)."""

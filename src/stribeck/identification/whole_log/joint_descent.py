@@ -1,62 +1,75 @@
-"""Fits one joint's curves to its own quadratic: the same descent as `solve`, without what one joint does not need."""
+"""Fits many joints' curves at once, each to its own quadratic: the same descent as `solve`, all else being fixed."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.profile import Quadratic
 from stribeck.log import Array
 
 SETTLED = 1e-3
 """Decrease of chi^2 [1] that ends a descent; scores are told apart by units."""
 
-ITERATIONS = 60
-"""Steps [1] after which it gives up."""
+ITERATIONS = 100
+"""Steps [1] that are tried before it gives up."""
+
+STEEPEST = 1e8
+"""Damping [1] from which no step is worth trying."""
 
 
-@dataclass(frozen=True, eq=False)
-class JointSolution:
-    """Internal coordinates, shape (1, p), and chi^2 but for a constant, the prior's share included."""
+def descend_joints(gram: Array, right: Array, curves: Curves, start: Array) -> tuple[Array, Array]:
+    """Return where damped Gauss-Newton descents end, shape (n, p), and chi^2 there but for a constant, shape (n,).
 
-    internal: Array
-    cost: float
-
-
-def descend_joint(log: Quadratic, curves: Curves, start: Array) -> JointSolution:
-    """Return where a damped Gauss-Newton descent from internal coordinates, shape (1, p), ends.
-
-    `curves` are those of the joint, some of whose parameters may be fixed.
+    Parameters
+    ----------
+    gram, right
+        Of each descent: chi^2 is x^T gram x - 2 right^T x of its joint's coefficients x; shapes (n, R, R) and (n, R).
+    curves
+        Those of n joints, some of whose parameters may be fixed; a joint may be there more than once.
+    start
+        Internal coordinates, shape (n, p).
     """
-    low, high = (np.broadcast_to(bound, start.shape)[0] for bound in curves.bounds)
-    mean, spread = (part[0] for part in curves.prior())
-    x, damping = np.clip(start[0], low, high), 1e-3
-    cost = joint_cost(log, curves, x[None])
+    ends, lowest = np.empty(start.shape), np.empty(len(start))
+    low, high = (np.broadcast_to(bound, start.shape) for bound in curves.bounds)
+    left, x, damping = np.arange(len(start)), np.clip(start, low, high), np.full(len(start), 1e-3)
+    cost, diagonal = joint_costs(gram, right, curves, x), np.arange(start.shape[1])
     for _ in range(ITERATIONS):
-        slopes = curves.jacobians(x[None])[0]
-        pull = log.gram @ curves.coefficients(x[None]) - log.right
-        gradient = slopes.T @ pull + (x - mean) / spread**2
-        hessian = slopes.T @ log.gram @ slopes + np.diag(spread**-2)
+        mean, spread = curves.prior()
+        slopes = curves.jacobians(x)
+        pull = _times(gram, curves.coefficients(x).reshape(right.shape)) - right
+        gradient = _times(slopes.transpose(0, 2, 1), pull) + (x - mean) / spread**2
+        hessian = slopes.transpose(0, 2, 1) @ gram @ slopes
+        hessian[:, diagonal, diagonal] += spread**-2
         free = (low < high) & ~((x <= low) & (gradient > 0)) & ~((x >= high) & (gradient < 0))
-        matrix, scale = hessian[np.ix_(free, free)], np.diag(np.diag(hessian)[free])
-        gain = 0.0
-        while damping < 1e8:
-            tried = x.copy()
-            tried[free] -= np.linalg.solve(matrix + damping * scale, gradient[free])
-            tried = np.clip(tried, low, high)
-            gain = cost - joint_cost(log, curves, tried[None])
-            if gain > 0:
-                x, cost, damping = tried, cost - gain, max(damping / 8, 1e-9)
-                break
-            damping *= 8
-        if gain < SETTLED:
+        hessian *= free[:, :, None] & free[:, None]
+        scale = np.where(free, hessian[:, diagonal, diagonal], 1.0)
+        hessian[:, diagonal, diagonal] = scale * (1 + damping[:, None])
+        step = np.linalg.solve(hessian, np.where(free, gradient, 0.0)[:, :, None])[:, :, 0]
+        tried = np.clip(x - step, low, high)
+        there = joint_costs(gram, right, curves, tried)
+        gain = cost - there
+        better = gain > 0
+        x[better], cost[better] = tried[better], there[better]
+        ends[left], lowest[left] = x, cost
+        damping = np.where(better, np.maximum(damping / 8, 1e-9), 8 * damping)
+        going = np.flatnonzero((damping < STEEPEST) & ~(better & (gain < SETTLED)))
+        if not len(going):
             break
-    return JointSolution(x[None], cost)
+        if len(going) < len(left):
+            left = left[going]
+            x, cost, damping, low, high = (each[going] for each in (x, cost, damping, low, high))
+            gram, right, curves = gram[going], right[going], curves.of(going)
+    return ends, lowest
 
 
-def joint_cost(log: Quadratic, curves: Curves, internal: Array) -> float:
-    """Return chi^2 but for a constant at internal coordinates, shape (1, p), the prior's share included."""
+def joint_costs(gram: Array, right: Array, curves: Curves, internal: Array) -> Array:
+    """Return chi^2 but for a constant at internal coordinates, shape (n, p) -> (n,), the prior's share included."""
     mean, spread = curves.prior()
-    return log.at(curves.coefficients(internal)) + float(np.sum(((internal - mean) / spread) ** 2))
+    values = curves.coefficients(internal).reshape(right.shape)
+    squares = np.sum(values * (_times(gram, values) - 2 * right), axis=1)
+    return np.asarray(squares + np.sum(((internal - mean) / spread) ** 2, axis=1))
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """Return the product of each matrix, shape (n, a, b), and its vector, shape (n, b), shape (n, a)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])

@@ -11,7 +11,7 @@ import numpy as np
 
 from stribeck.identification.starts import shapes_of
 from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.joint_descent import descend_joint, joint_cost
+from stribeck.identification.whole_log.joint_descent import descend_joints, joint_costs
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.profile import Quadratic
 from stribeck.identification.whole_log.solve import Solution, solve
@@ -29,18 +29,25 @@ def with_restarts(statistic: Statistic, curves: Curves, model: ModelCorrections,
     joints = len(curves.top_speed)
     values = np.concatenate([curves.coefficients(solution.internal), model.values(solution.corrections)[0]])
     size = statistic.nodes.size // joints
-    internal = solution.internal.copy()
+    logs, owners, starts = [], [], []
     for joint in range(joints):
         rows = slice(joint * size, (joint + 1) * size)
-        own, gram = curves.joint(joint), statistic.gram[rows, rows]
+        own, gram = curves.of([joint]), statistic.gram[rows, rows]
         log = Quadratic(gram, statistic.right[rows] - statistic.gram[rows] @ values + gram @ values[rows])
-        starts = [
+        tried = [
             own.linear_start([shape], log.gram, log.right) for shape in shapes_of(own.law, float(own.top_speed[0]))
         ]
-        starts.sort(key=lambda start: log.at(own.coefficients(start)))
-        best = min((descend_joint(log, own, start) for start in starts[:BEST]), key=lambda found: found.cost)
-        if best.cost < joint_cost(log, own, internal[[joint]]) - BETTER:
-            internal[joint] = best.internal
+        best = sorted(tried, key=lambda start: log.at(own.coefficients(start)))[:BEST]
+        logs.append(log)
+        owners += [joint] * len(best)
+        starts += best
+    grams, rights = np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
+    ends, costs = descend_joints(grams[owners], rights[owners], curves.of(owners), np.concatenate(starts))
+    lowest = joint_costs(grams, rights, curves, solution.internal) - BETTER
+    internal = solution.internal.copy()
+    for joint, end, cost in zip(owners, ends, costs, strict=True):
+        if cost < lowest[joint]:
+            internal[joint], lowest[joint] = end, cost
     if np.array_equal(internal, solution.internal):
         return solution
     return min(solution, solve(statistic, curves, model, replace(solution, internal=internal)), key=lambda s: s.cost)

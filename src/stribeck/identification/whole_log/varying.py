@@ -10,6 +10,7 @@ functions of velocity, some of them times a factor.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -104,9 +105,9 @@ class VaryingCurves(Curves):
         """Return the curves of joints with these parameters, shape (n, p)."""
         return replace(self, free=free)
 
-    def joint(self, column: int) -> Self:
-        """Return the curves of one joint."""
-        return replace(super().joint(column), free=self.free[[column]])
+    def of(self, joints: Sequence[int] | NDArray[np.int64]) -> Self:
+        """Return the curves of some joints, each as often as it is named."""
+        return replace(super().of(joints), free=self.free[joints])
 
     def with_terms(self, kept: frozenset[str]) -> NDArray[np.bool_]:
         """Return which parameters a joint with these terms has, shape (p,)."""
