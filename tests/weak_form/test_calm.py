@@ -5,6 +5,7 @@ import pytest
 
 from stribeck.log import Array
 from stribeck.weak_form.calm import LONGEST, SHARE, SHORTEST, CalmAcceleration, calm_acceleration
+from stribeck.weak_form.motion import savgol
 from stribeck.weak_form.noise import LISTEN
 from stribeck.weak_form.window import smooth_window
 
@@ -25,7 +26,7 @@ def motion() -> tuple[Array, Array]:
 
 
 def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> CalmAcceleration:
-    return calm_acceleration(position, NOISE, segments, PERIOD, WINDOW, 0.04)
+    return calm_acceleration(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
 
 
 def lengths(calm: CalmAcceleration) -> Array:
@@ -71,7 +72,7 @@ def test_windows_are_there_at_every_rate(period: float) -> None:
     window = smooth_window(period)
     time = period * np.arange(4_000)
     position = np.sin(2.0 * time)[:, None]
-    calm = calm_acceleration(position, np.array([1e-5]), (slice(0, 4_000),), period, window, 0.03)
+    calm = calm_acceleration(position, np.array([1e-5]), (slice(0, 4_000),), period, window, savgol(0.03, period)[2])
     margin = calm.margin
     found = calm.windows(position, margin, 4_000 - margin)
     assert len(found) == window.count(4_000 - 2 * margin)

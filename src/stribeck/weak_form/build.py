@@ -230,7 +230,7 @@ def weak_form(
     kernels = differentiator(float(np.median(noise.position[columns])), period)
     window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
-    calm = calm_acceleration(log.position, noise.position, segments, period, window, kernels.smooth.shape[1] * period)
+    calm = calm_acceleration(log.position, noise.position, segments, period, window, kernels.smooth[2])
     margin = max(kernels.margin, calm.margin)
     stretches = cut_stretches(phases, segments, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []

@@ -47,7 +47,7 @@ class CalmAcceleration:
 
 
 def calm_acceleration(
-    position: Array, noise: Array, segments: tuple[slice, ...], period: float, window: Window, length: float
+    position: Array, noise: Array, segments: tuple[slice, ...], period: float, window: Window, kernel: Array
 ) -> CalmAcceleration:
     """Return the kernels for a log.
 
@@ -61,16 +61,15 @@ def calm_acceleration(
         [s].
     window
         The weak form's.
-    length
-        Of a window that motion is measured with [s].
+    kernel
+        Savitzky-Golay's of an acceleration, shape (L,), that noise and motion are told apart with.
     """
-    kernel = savgol(length, period)[2]
     plain = CalmAcceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
     parts = [part for part in listened_to(position, segments) if len(part) > 2 * plain.margin]
     heard = noise**2 * float(np.sum(kernel**2))
     found = [plain.windows(part, plain.margin, len(part) - plain.margin) for part in parts]
     power = np.mean(np.concatenate(found) ** 2, axis=0) if found else heard
-    lengths = length * (heard / (SHARE * np.maximum(power - heard, 1e-9 * heard))) ** (1 / DECAY)
+    lengths = len(kernel) * period * (heard / (SHARE * np.maximum(power - heard, 1e-9 * heard))) ** (1 / DECAY)
     own = [np.convolve(window.taps, savgol(each, period)[2]) for each in np.clip(lengths, SHORTEST, LONGEST)]
     kernels = np.zeros((len(own), max(len(each) for each in own)))
     for row, each in zip(kernels, own, strict=True):
