@@ -17,7 +17,7 @@ from stribeck.weak_form.noise import listened_to
 from stribeck.weak_form.window import Window
 
 SHARE = 5e-4
-"""Power of the noise over that of the motion [1] that windows are as long as they must be for."""
+"""Power of the noise over that of the motion [1] that a joint's window brings it down to."""
 
 SHORTEST, LONGEST = 0.03, 0.2
 """Of the windows [s]."""
@@ -28,7 +28,7 @@ DECAY = 5
 
 @dataclass(frozen=True, eq=False)
 class CalmAcceleration:
-    """Kernels of each joint, those of the weak form's own window included, shape (n, L), and rows between windows."""
+    """Kernels of each joint, shape (n, L), convolved with the weak form's `window`."""
 
     kernels: Array
     window: Window
@@ -49,7 +49,7 @@ class CalmAcceleration:
 def calm_acceleration(
     position: Array, noise: Array, segments: tuple[slice, ...], period: float, window: Window, kernel: Array
 ) -> CalmAcceleration:
-    """Return the kernels for a log.
+    """Return every joint's kernel for a log, as long as its noise asks for.
 
     Parameters
     ----------
