@@ -7,7 +7,7 @@ from stribeck.friction import get_law
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.joint_descent import descend_joints, joint_costs
 from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.log import Array
+from stribeck.identification.whole_log.profile import Quadratic
 
 LAW, SPEED = get_law("stribeck"), np.array([1.0, 2.0, 0.5])
 CURVES = Curves(LAW, make_nodes(LAW, SPEED), SPEED, np.ones(3))
@@ -15,7 +15,7 @@ TRUTH = np.array([[0.3, 1.2, 0.4, 0.2, 0.1, 30.0], [0.5, 0.7, 0.2, 0.3, -0.1, 20
 
 
 @pytest.fixture
-def logs() -> tuple[Array, Array]:
+def logs() -> list[Quadratic]:
     """Quadratics whose least value is near the truth, from many samples of each joint."""
     generator = np.random.default_rng(3)
     found = []
@@ -23,25 +23,23 @@ def logs() -> tuple[Array, Array]:
     for coefficients in true:
         columns = 30 * generator.standard_normal((400, true.shape[1]))
         torque = columns @ coefficients + generator.standard_normal(400)
-        found.append((columns.T @ columns, columns.T @ torque))
-    return np.stack([gram for gram, _ in found]), np.stack([right for _, right in found])
+        found.append(Quadratic(columns.T @ columns, columns.T @ torque))
+    return found
 
 
-def test_joints_that_are_fitted_together_end_where_each_ends_by_itself(logs: tuple[Array, Array]) -> None:
-    grams, rights = logs
+def test_joints_that_are_fitted_together_end_where_each_ends_by_itself(logs: list[Quadratic]) -> None:
     start = CURVES.inside(TRUTH * np.array([1.5, 0.7, 1.5, 0.6, 1.0, 2.0]))
-    ends, costs = descend_joints(grams, rights, CURVES, start)
+    ends, costs = descend_joints(logs, CURVES, start)
     np.testing.assert_allclose(CURVES.external(ends), TRUTH, atol=0.02, rtol=0.1)
     for joint in range(3):
-        end, cost = descend_joints(grams[[joint]], rights[[joint]], CURVES.of([joint]), start[[joint]])
+        end, cost = descend_joints([logs[joint]], CURVES.of([joint]), start[[joint]])
         np.testing.assert_allclose(end[0], ends[joint], rtol=1e-9)
         assert cost[0] == pytest.approx(costs[joint])
 
 
-def test_no_step_leads_further_down(logs: tuple[Array, Array]) -> None:
-    grams, rights = logs
-    ends, costs = descend_joints(grams, rights, CURVES, CURVES.inside(TRUTH))
-    np.testing.assert_allclose(costs, joint_costs(grams, rights, CURVES, ends))
+def test_no_step_leads_further_down(logs: list[Quadratic]) -> None:
+    ends, costs = descend_joints(logs, CURVES, CURVES.inside(TRUTH))
+    np.testing.assert_allclose(costs, joint_costs(logs, CURVES, ends))
     low, high = CURVES.bounds
     for change in 1e-2 * np.random.default_rng(4).standard_normal((50, *ends.shape)):
-        assert np.all(joint_costs(grams, rights, CURVES, np.clip(ends + change, low, high)) > costs - 1e-2)
+        assert np.all(joint_costs(logs, CURVES, np.clip(ends + change, low, high)) > costs - 1e-2)

@@ -46,10 +46,9 @@ def test_a_joint_fitted_by_itself_is_what_it_is_in_the_fit_of_all(parts: tuple[V
     folds = joint_folds(total, statistics[:1], curves, NOTHING, solution)
     without = solve(merged(statistics[1:]), curves, NOTHING, solution)
     for joint, (whole, fold) in enumerate(folds):
-        own, logs = curves.of([joint]), (whole.training, fold.training)
+        own = curves.of([joint])
         start = np.tile(solution.internal[joint] + 0.05 * curves.free[joint], (2, 1))
-        grams, rights = np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
-        ends, _ = descend_joints(grams, rights, curves.of([joint, joint]), start)
+        ends, _ = descend_joints([whole.training, fold.training], curves.of([joint, joint]), start)
         np.testing.assert_allclose(ends[0], solution.internal[joint], atol=1e-4)
         np.testing.assert_allclose(ends[1], without.internal[joint], atol=1e-4)
         found = own.external(solution.internal[[joint]])[0, [0, 1, 4]]

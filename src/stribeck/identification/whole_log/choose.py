@@ -158,14 +158,15 @@ class JointTrial:
         starts = [curves.linear_start([shape], self.whole.gram, self.whole.right) for shape in self._shapes(kept)]
         starts.sort(key=lambda start: self.whole.at(curves.coefficients(start)))
         best = starts[:BEST_STARTS]
-        ends, costs = _descents([self.whole] * len(best), curves, np.concatenate(best))
+        ends, costs = descend_joints([self.whole] * len(best), curves.of([0] * len(best)), np.concatenate(best))
         return ends[[np.argmin(costs)]]
 
     def candidate(self, kept: Kept) -> Candidate:
         """Return how these terms do on the parts of the log that they are not fitted to."""
         whole = self.fit(kept)
         curves = self.curves.only(self.curves.with_terms(kept)[None])
-        ends, _ = _descents([fold.training for fold in self.folds], curves, whole.repeat(len(self.folds), axis=0))
+        same = [0] * len(self.folds)
+        ends, _ = descend_joints([fold.training for fold in self.folds], curves.of(same), whole[same])
         scores = [fold.held_out.at(curves.coefficients(end[None])) for fold, end in zip(self.folds, ends, strict=True)]
         return Candidate(np.array(scores) / self.scale, self._objection(kept, whole))
 
@@ -196,9 +197,3 @@ class JointTrial:
             if term in kept and top < CLEARED * speed:
                 return "open", f"its top speed, {top:.2g} rad/s, is not {CLEARED:.0f} times {what}, {speed:.2g} rad/s"
         return None
-
-
-def _descents(logs: Sequence[Quadratic], curves: VaryingCurves, starts: Array) -> tuple[Array, Array]:
-    """Return where descents of one joint end, each in its own log, shape (k, p), and chi^2 there, shape (k,)."""
-    grams, rights = np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
-    return descend_joints(grams, rights, curves.of([0] * len(logs)), starts)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from stribeck.identification.whole_log.curves import Curves
+from stribeck.identification.whole_log.profile import Quadratic
 from stribeck.log import Array
 
 SETTLED = 1e-3
@@ -17,22 +20,23 @@ STEEPEST = 1e8
 """Damping [1] from which no step is worth trying."""
 
 
-def descend_joints(gram: Array, right: Array, curves: Curves, start: Array) -> tuple[Array, Array]:
+def descend_joints(logs: Sequence[Quadratic], curves: Curves, start: Array) -> tuple[Array, Array]:
     """Return where damped Gauss-Newton descents end, shape (n, p), and chi^2 there but for a constant, shape (n,).
 
     Parameters
     ----------
-    gram, right
-        Of each descent: chi^2 is x^T gram x - 2 right^T x of its joint's coefficients x; shapes (n, R, R) and (n, R).
+    logs
+        What n logs, or one log n times, say of the coefficients of a joint's curves.
     curves
         Those of n joints, some of whose parameters may be fixed; a joint may be there more than once.
     start
         Internal coordinates, shape (n, p).
     """
+    gram, right = _stacked(logs)
     ends, lowest = np.empty(start.shape), np.empty(len(start))
     low, high = (np.broadcast_to(bound, start.shape) for bound in curves.bounds)
     left, x, damping = np.arange(len(start)), np.clip(start, low, high), np.full(len(start), 1e-3)
-    cost, diagonal = joint_costs(gram, right, curves, x), np.arange(start.shape[1])
+    cost, diagonal = _costs(gram, right, curves, x), np.arange(start.shape[1])
     for _ in range(ITERATIONS):
         mean, spread = curves.prior()
         slopes = curves.jacobians(x)
@@ -46,7 +50,7 @@ def descend_joints(gram: Array, right: Array, curves: Curves, start: Array) -> t
         hessian[:, diagonal, diagonal] = scale * (1 + damping[:, None])
         step = np.linalg.solve(hessian, np.where(free, gradient, 0.0)[:, :, None])[:, :, 0]
         tried = np.clip(x - step, low, high)
-        there = joint_costs(gram, right, curves, tried)
+        there = _costs(gram, right, curves, tried)
         gain = cost - there
         better = gain > 0
         x[better], cost[better] = tried[better], there[better]
@@ -62,8 +66,16 @@ def descend_joints(gram: Array, right: Array, curves: Curves, start: Array) -> t
     return ends, lowest
 
 
-def joint_costs(gram: Array, right: Array, curves: Curves, internal: Array) -> Array:
+def joint_costs(logs: Sequence[Quadratic], curves: Curves, internal: Array) -> Array:
     """Return chi^2 but for a constant at internal coordinates, shape (n, p) -> (n,), the prior's share included."""
+    return _costs(*_stacked(logs), curves, internal)
+
+
+def _stacked(logs: Sequence[Quadratic]) -> tuple[Array, Array]:
+    return np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
+
+
+def _costs(gram: Array, right: Array, curves: Curves, internal: Array) -> Array:
     mean, spread = curves.prior()
     values = curves.coefficients(internal).reshape(right.shape)
     squares = np.sum(values * (_times(gram, values) - 2 * right), axis=1)

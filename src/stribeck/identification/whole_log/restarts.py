@@ -41,9 +41,8 @@ def with_restarts(statistic: Statistic, curves: Curves, model: ModelCorrections,
         logs.append(log)
         owners += [joint] * len(best)
         starts += best
-    grams, rights = np.stack([log.gram for log in logs]), np.stack([log.right for log in logs])
-    ends, costs = descend_joints(grams[owners], rights[owners], curves.of(owners), np.concatenate(starts))
-    lowest = joint_costs(grams, rights, curves, solution.internal) - BETTER
+    ends, costs = descend_joints([logs[joint] for joint in owners], curves.of(owners), np.concatenate(starts))
+    lowest = joint_costs(logs, curves, solution.internal) - BETTER
     internal = solution.internal.copy()
     for joint, end, cost in zip(owners, ends, costs, strict=True):
         if cost < lowest[joint]:
