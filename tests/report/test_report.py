@@ -9,7 +9,7 @@ from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
 from stribeck.report.heading import heading
-from stribeck.result import JointResult, Result, Validation
+from stribeck.result import Corrections, JointResult, Result, Validation
 
 VOID = {"meta", "link", "br", "wbr", "img", "hr"}
 SELF_CLOSED_IN_SVG = {"path", "use", "rect", "image", "circle"}
@@ -154,6 +154,11 @@ def test_a_result_without_its_samples_is_refused(result: Result, tmp_path: Path)
     with pytest.raises(SettingsError, match="no samples to draw"):
         write_report(replace(result, evidence=None), tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_of_the_log_that_disagree_are_told_as_a_number(result: Result, tmp_path: Path) -> None:
+    disagreeing = replace(result, corrections=Corrections(chi_square=1.0, disagreement=6.25))
+    assert "2.5 times as much" in " ".join(written(disagreeing, tmp_path).split())
 
 
 def test_little_is_enough(result: Result, tmp_path: Path) -> None:
