@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -373,3 +374,43 @@ def test_a_joint_is_locked_where_it_is_said(tmp_path):
     assert robot.joint_names == ("shoulder",)
     square = 0.4**2 + 0.1**2 + 2 * 0.4 * 0.1 * np.cos(0.8)
     assert inertia(robot)[0, 0] == pytest.approx(0.02 + 2 * 0.2**2 + 0.01 + square)
+
+
+@pytest.mark.parametrize(("model", "name"), [(URDF, "arm.urdf"), (SDF, "post.sdf")])
+def test_a_model_is_read_without_a_robot_file(tmp_path, model, name):
+    given = Robot.from_file(write_robot(tmp_path, "gravity = [0, -9.81, 0]", model, name))
+    robot = Robot.from_model(tmp_path / name, base="fixed", gravity=(0, -9.81, 0))
+    assert robot.joint_names == given.joint_names
+    assert (robot.base, robot.path, robot.model_path) == ("fixed", str(tmp_path / name), given.model_path)
+    np.testing.assert_array_equal(robot.gravity, given.gravity)
+    np.testing.assert_array_equal(inertia(robot), inertia(given))
+
+
+def test_a_model_gets_feet_and_roles_without_a_robot_file(tmp_path):
+    path = write_robot(tmp_path).parent / "arm.urdf"
+    feet = {"left": "lower", "right": {"frame": "upper", "kind": "point"}}
+    robot = Robot.from_urdf(path, contacts=feet, position_controlled=("elbow",), torque_source="motor_current")
+    assert [(contact.frame, contact.kind) for contact in robot.contacts.values()] == [
+        ("lower", "surface"),
+        ("upper", "point"),
+    ]
+    assert (robot.base, robot.position_controlled, robot.torque_source) == ("floating", ("elbow",), "motor_current")
+    assert re.fullmatch(r"Robot\('.*', floating base, 2 joints, .* kg, contacts left, right\)", repr(robot))
+
+
+WRONG_ROLES = {
+    "no file": ("nowhere.urdf", {}, "nowhere.urdf: no such model file"),
+    "joint": ("arm.urdf", {"position_controlled": ["knee"]}, "position_controlled names joint 'knee'.*it has shoulder"),
+    "frame": ("arm.urdf", {"contacts": {"left": "sole"}}, r"\[contacts.left\] frame = 'sole' is not in the model"),
+    "kind": ("arm.urdf", {"contacts": {"left": {"frame": "lower", "kind": "line"}}}, "'surface' or 'point'"),
+    "base": ("arm.urdf", {"base": "sliding"}, "key 'robot.base' is 'sliding'"),
+    "gravity": ("arm.urdf", {"gravity": (9.81,)}, "key 'robot.gravity"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_ROLES)
+def test_wrong_roles_are_refused_without_a_robot_file(tmp_path, case):
+    name, roles, words = WRONG_ROLES[case]
+    write_robot(tmp_path)
+    with pytest.raises(RobotFileError, match=words):
+        Robot.from_urdf(tmp_path / name, **roles)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from stribeck.errors import SettingsError
 from stribeck.mirror import mirrored_pairs
-from stribeck.result import JointResult, ParameterEstimate, Result
+from stribeck.result import JointResult, ParameterEstimate, Result, read_result
 
 DIRECTED = frozenset({"offset", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative"})
 """Parameters that belong to one direction of a joint's axis: mirrored axes may point either way."""
@@ -49,14 +50,31 @@ class Comparison:
         return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
-def compare(a: Result, b: Result) -> Comparison:
+def compare(a: Result | str | Path, b: Result | str | Path) -> Comparison:
     """Compare two results of a robot, joint by joint.
+
+    Parameters
+    ----------
+    a, b
+        Results, or the paths of their result.json.
+
+    Returns
+    -------
+    comparison
+        A row for each parameter that both have: b - a, in its unit, with the 95 % interval.
 
     Raises
     ------
     SettingsError
-        If the laws differ, or no joint is in both.
+        If the laws differ, no joint is in both, or a file is not a result.
+
+    Examples
+    --------
+    >>> row = compare("out/result.json", result).rows[0]
+    >>> row.joint, row.parameter, row.difference, row.agrees
+    ('shoulder', 'viscous', 0.0, True)
     """
+    a, b = (one if isinstance(one, Result) else read_result(one) for one in (a, b))
     if a.law != b.law:
         raise SettingsError(f"compare: the results have the laws '{a.law}' and '{b.law}', expected one and the same")
     both = [joint for joint in a.joints if joint in b.joints]

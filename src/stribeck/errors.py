@@ -10,6 +10,14 @@ class StribeckError(Exception):
     """The input or the settings are wrong; the command line prints the message and ends with exit code 2.
 
     The message is one line, whatever line breaks there are in the names that it quotes.
+
+    Examples
+    --------
+    >>> try:
+    ...     read_log("nowhere.npz")
+    ... except StribeckError as error:
+    ...     print(error, error.exit_code)
+    nowhere.npz: no such file; expected a log 2
     """
 
     exit_code = 2
@@ -19,19 +27,50 @@ class StribeckError(Exception):
 
 
 class RobotFileError(StribeckError):
-    """A robot file, or the model it names, cannot be used."""
+    """A robot file, or the model it names, cannot be used.
+
+    Examples
+    --------
+    >>> Robot.from_urdf("arm.urdf", position_controlled=["knee"])
+    Traceback (most recent call last):
+    stribeck.errors.RobotFileError: arm.urdf: [robot] position_controlled names joint 'knee', which ...
+    """
 
 
 class LogError(StribeckError):
-    """A log cannot be read, or what it holds cannot be used."""
+    """A log cannot be read, or what it holds cannot be used.
+
+    Examples
+    --------
+    >>> read_log("robot.toml")
+    Traceback (most recent call last):
+    stribeck.errors.LogError: robot.toml: unknown suffix '.toml'; expected ...
+    """
 
 
 class SettingsError(StribeckError):
-    """A setting or a command line option is wrong."""
+    """A setting or a command line option is wrong.
+
+    Examples
+    --------
+    >>> identify(log, robot, Settings(law="stribek"))
+    Traceback (most recent call last):
+    stribeck.errors.SettingsError: law: found 'stribek', expected one of ...
+    """
 
 
 class NothingIdentifiedError(StribeckError):
-    """The input is sound, but no joint's friction can be identified from it; exit code 3."""
+    """The input is sound, but no joint's friction can be identified from it; exit code 3.
+
+    Examples
+    --------
+    >>> still = RobotLog(
+    ...     time=log.time, joint_names=log.joint_names, position=0 * log.position, torque=log.torque
+    ... )
+    >>> identify(still, robot)
+    Traceback (most recent call last):
+    stribeck.errors.NothingIdentifiedError: no joint can be identified from this log: ...
+    """
 
     exit_code = 3
 

@@ -96,14 +96,32 @@ class Inspection:
         return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
-def inspect_log(log: RobotLog | str | Path, robot: Robot, settings: Settings | None = None) -> Inspection:
-    """Inspect a log of a robot.
+def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings: Settings | None = None) -> Inspection:
+    """Say what a log holds: channels, sampling, support phases, ranges, delays and signs of the torques.
+
+    Parameters
+    ----------
+    log
+        A log of T samples, or its path.
+    robot
+        The robot, or the path of its robot file.
+    settings
+        The robot file's if None.
 
     Raises
     ------
     LogError, SettingsError
         If the log cannot be used at all.
+    RobotFileError
+        If a robot file is given and cannot be used.
+
+    Examples
+    --------
+    >>> found = inspect_log("log.npz", "robot.toml")
+    >>> found.rate, found.joints["elbow"].sign
+    (1000.0, 'agrees')
     """
+    robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     with one_blas_thread(), errors_about(log.path if isinstance(log, RobotLog) else str(log)):
         return _inspect(prepare(log, robot, settings or robot.settings), robot)
 

@@ -46,6 +46,19 @@ class RobotLog:
         What the reader did to the data, a sentence each.
     path
         The file it was read from, empty for a log made in memory.
+
+    Raises
+    ------
+    LogError
+        If the shapes do not agree.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.arange(0.0, 1.0, 0.01)
+    >>> sine = np.sin(time)[:, None]
+    >>> RobotLog(time=time, joint_names=("elbow",), position=sine, torque=-9.81 * sine)
+    RobotLog(100 samples in 0.99 s, 1 joint: elbow; position, torque)
     """
 
     time: Array
@@ -88,6 +101,14 @@ class RobotLog:
                     f"{self.path or 'log'}: channel '{name}' has shape {channel.shape}, "
                     f"expected {shape} ({samples} samples, {joints} joints, {feet} feet)"
                 )
+
+    def __repr__(self) -> str:
+        seconds = float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
+        names = ", ".join([*self.joint_names[:3], *["..."] * (len(self.joint_names) > 3)])
+        joints = f"{len(self.joint_names)} joint{'s' * (len(self.joint_names) != 1)}"
+        held = ", ".join(name for name in self.channels() if name != "time")
+        place = f" of {self.path}" * bool(self.path)
+        return f"RobotLog({len(self.time)} samples in {seconds:.4g} s{place}, {joints}: {names}; {held})"
 
     def channels(self) -> dict[str, NDArray[np.generic]]:
         """Return the sampled channels that this log has, by name; the first axis of each is time."""

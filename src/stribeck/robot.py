@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,17 @@ class Robot:
     warnings
         What is odd about the model.
     path
-        The robot file.
+        The robot file, or the model where there is none.
+    model_path
+        The model file.
+
+    Examples
+    --------
+    >>> robot = Robot.from_file("robot.toml")
+    >>> robot
+    Robot('arm', fixed base, 3 joints, 6 kg)
+    >>> robot.joint_names
+    ('shoulder', 'elbow', 'slide')
     """
 
     name: str
@@ -77,6 +88,11 @@ class Robot:
     settings: Settings = field(default_factory=Settings)
     warnings: tuple[str, ...] = ()
     path: str = ""
+    model_path: str = ""
+
+    def __repr__(self) -> str:
+        feet = f", contacts {', '.join(self.contacts)}" if self.contacts else ""
+        return f"Robot({self.name!r}, {self.base} base, {len(self.joint_names)} joints, {self.mass:.3g} kg{feet})"
 
     @classmethod
     def from_file(cls, path: str | Path) -> Robot:
@@ -86,8 +102,68 @@ class Robot:
         ------
         RobotFileError
             If the file or the model cannot be used; the message says where and what would be valid.
+
+        Examples
+        --------
+        >>> Robot.from_file("robot.toml").mass
+        6.0
         """
         return from_robot_file(read_robot_file(Path(path)), Path(path))
+
+    @classmethod
+    def from_model(
+        cls,
+        path: str | Path,
+        *,
+        base: Literal["floating", "fixed"] = "floating",
+        contacts: Mapping[str, str | Mapping[str, str]] | None = None,
+        torque_source: TorqueSource = "link_side_sensor",
+        position_controlled: Sequence[str] = (),
+        gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    ) -> Robot:
+        """Read a URDF, MJCF or SDF model, without a robot file; `from_urdf` is another name of this.
+
+        Parameters
+        ----------
+        path
+            The model file.
+        base
+            Whether the base moves freely.
+        contacts
+            Of a floating base: name of each foot -> its frame in the model, a surface; or, as in a robot file, a
+            mapping `{"frame": ..., "kind": "point"}`.
+        torque_source
+            Where the torques of its logs come from: "link_side_sensor", "motor_current" or "command".
+        position_controlled
+            Joints whose torque is not measured and whose motion is taken as given.
+        gravity
+            In the world, or in the frame of a fixed base [m/s^2], shape (3,).
+
+        Raises
+        ------
+        RobotFileError
+            If the model cannot be used, or does not have these joints or frames.
+
+        Examples
+        --------
+        >>> Robot.from_urdf("arm.urdf", base="fixed")
+        Robot('arm', fixed base, 3 joints, 6 kg)
+        >>> Robot.from_model("arm.urdf", contacts={"hand": {"frame": "hand", "kind": "point"}})
+        Robot('arm', floating base, 3 joints, 6 kg, contacts hand)
+        """
+        feet = {
+            name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
+        }
+        table = {
+            "model": Path(path).name,
+            "base": base,
+            "torque_source": torque_source,
+            "position_controlled": list(position_controlled),
+            "gravity": list(gravity),
+        }
+        return from_robot_file(_validated({"robot": table, "contacts": feet}, Path(path)), Path(path))
+
+    from_urdf = from_model
 
     @property
     def base(self) -> Literal["floating", "fixed"]:
@@ -163,6 +239,11 @@ def read_robot_file(path: Path) -> RobotFile:
         raise RobotFileError(f"{path}: cannot be read ({error.strerror}); expected a robot file (TOML)") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise RobotFileError(f"{path}: is not TOML: {error}") from error
+    return _validated(document, path)
+
+
+def _validated(document: dict[str, Any], path: Path) -> RobotFile:
+    """Return the content of a robot file, or say which key is wrong."""
     try:
         return RobotFile.model_validate(document)
     except ValidationError as error:
@@ -227,4 +308,5 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         settings=file.identify,
         warnings=tuple(warnings),
         path=str(path),
+        model_path=str(path.parent / table.model),
     )

@@ -105,7 +105,19 @@ class SupportSettings(Table):
 
 
 class Settings(Table):
-    """`[identify]`: everything that `identify` can be told."""
+    """`[identify]`: everything that `identify` can be told; docs/robot-file.md says what each setting means.
+
+    Raises
+    ------
+    ValidationError
+        pydantic's, if a name is unknown or a value is not valid.
+
+    Examples
+    --------
+    >>> settings = Settings(law="coulomb-viscous", filter=FilterSettings(kind="butterworth", cutoff=20.0))
+    >>> settings.model_copy(update={"method": "whole-log"}).method
+    'whole-log'
+    """
 
     law: str = "stribeck"
     method: Literal["curve-fit", "whole-log"] = "curve-fit"

@@ -11,8 +11,8 @@ from stribeck.export.joints import joint_terms
 from stribeck.export.links import corrected_links
 from stribeck.export.summary import summary
 from stribeck.model_file import kind_of, load_model
-from stribeck.result import Corrections, Result, whole_or_not_at_all
-from stribeck.robot import Robot, read_robot_file
+from stribeck.result import Corrections, Result, read_result, whole_or_not_at_all
+from stribeck.robot import Robot
 
 TARGETS = {"mjcf": (mjcf.changed_mjcf, mjcf.TERMS), "urdf": (urdf.changed_urdf, urdf.TERMS)}
 """Format -> how a model file of it is changed, and its words for what it has a place for.
@@ -22,7 +22,7 @@ the new terms by joint, and the folder that the file will lie in, and returns an
 """
 
 
-def export(result: Result, robot: Robot, path: str | Path, target: str) -> list[str]:
+def export(result: Result | str | Path, robot: Robot | str | Path, path: str | Path, target: str) -> list[str]:
     """Write the robot's model with the inertias and the friction that its logs have shown.
 
     Inertias are those of the method `whole-log`. Joints whose friction was not identified keep what the model says of
@@ -31,9 +31,9 @@ def export(result: Result, robot: Robot, path: str | Path, target: str) -> list[
     Parameters
     ----------
     result
-        What was found.
+        What was found, or the path of its result.json.
     robot
-        The robot as it was identified, read from a robot file.
+        The robot as it was identified, or the path of its robot file.
     path
         The file to write, whole or not at all.
     target
@@ -50,15 +50,27 @@ def export(result: Result, robot: Robot, path: str | Path, target: str) -> list[
         If the format is another one, the result is of another robot or model, or the file would be the model itself.
     NothingIdentifiedError
         If the result holds nothing that the format has a place for.
+    RobotFileError
+        If a robot file is given and cannot be used.
+
+    Examples
+    --------
+    >>> for line in export("out/result.json", "robot.toml", "found.urdf", "urdf"):
+    ...     print(line.partition(":")[0])
+    Written by stribeck from arm.urdf and what was found in log.npz (method curve-fit, law stribeck).
+    Joint shoulder
+    Joint elbow
+    Joint slide
     """
+    result = result if isinstance(result, Result) else read_result(result)
+    robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     if target not in TARGETS:
         raise SettingsError(f"export: the format is '{target}'; expected {' or '.join(TARGETS)}")
     change, words = TARGETS[target]
-    table = read_robot_file(Path(robot.path)).robot
-    model = Path(robot.path).parent / table.model
+    model = Path(robot.model_path)
     _check(result, robot, model, Path(path), target)
     corrections = result.corrections or Corrections(chi_square=0.0)
-    file, _ = load_model(model, table.base)
+    file, _ = load_model(model, robot.base)
     links, mended = corrected_links(file, robot.tree.model, corrections, str(model))
     joints = joint_terms(result, words)
     if not links and not joints:

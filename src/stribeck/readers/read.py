@@ -60,6 +60,14 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         If the file cannot be read, or lacks joints that the robot has.
     SettingsError
         If `[log]` asks for what makes no sense.
+
+    Examples
+    --------
+    >>> log = read_log("log.npz", robot)
+    >>> log
+    RobotLog(12000 samples in 12 s of log.npz, 3 joints: shoulder, elbow, slide; position, torque, velocity, ...)
+    >>> log.torque.shape
+    (12000, 3)
     """
     path = Path(path)
     table = robot.log_table if robot else LogTable()

@@ -37,6 +37,10 @@ def write_report(result: Result, path: str | Path) -> None:
     ------
     SettingsError
         If the result has no evidence (one read from a result.json has none), or its law is unknown.
+
+    Examples
+    --------
+    >>> write_report(result, "report.html")
     """
     evidence = result.evidence
     if evidence is None:
