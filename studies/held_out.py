@@ -30,8 +30,6 @@ from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
 from stribeck.dynamics import rooted_inverse_dynamics
-from stribeck.friction import FrictionLaw, get_law
-from stribeck.friction.assembled import JUMP
 from stribeck.log import Array, RobotLog
 from stribeck.result import BodyCorrection, JointResult, Result
 from stribeck.sampling import regularise
@@ -79,15 +77,6 @@ def _inertia(body: BodyCorrection) -> pin.Inertia:
     return pin.Inertia.FromDynamicParameters(np.array([mass, mass * x, mass * y, mass * z, *about_joint]))
 
 
-def friction(law: FrictionLaw, joint: JointResult, velocity: Array, load: Array) -> Array:
-    """Return the friction torque of a joint that carries a load [N m], shape (T,); slow changes are left out."""
-    values = {parameter.name: parameter.neutral for parameter in law.parameters}
-    values |= {name: found.value for name, found in joint.parameters.items()}
-    torque = law.torque(velocity, np.array([values[parameter.name] for parameter in law.parameters], dtype=float))
-    rise = np.tanh((values.get("slope") or JUMP) * velocity)
-    return np.asarray(torque + (values.get("load") or 0.0) * np.abs(load) * rise)
-
-
 def missing_rotor(robot: Robot, joint: JointResult, column: int) -> float:
     """Return the rotor inertia that was found beyond the model's [kg m^2]."""
     found = joint.parameters.get("armature")
@@ -111,7 +100,7 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
             joint = result.joints.get(name) if result else None
             said[column] = bool(joint and joint.parameters)
             if result and joint and joint.parameters:
-                left[:, column] -= friction(get_law(result.law), joint, velocity[:, column], load[:, column])
+                left[:, column] -= joint.friction(velocity[:, column], load=load[:, column])
                 left[:, column] -= missing_rotor(robot, joint, column) * acceleration[:, column]
         left = sosfiltfilt(narrow, left, axis=0)
         found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])

@@ -17,7 +17,8 @@ ALLOWED = {
     "identification": GROUND | {"friction", "identification", "result"},
     "compare": GROUND | {"mirror", "result"},
     "report": GROUND | {"compare", "friction", "mirror", "report", "result"},
-    "result": GROUND,
+    "result": GROUND | {"friction", "result_tables"},
+    "result_tables": GROUND,
     "robot": GROUND | {"kinematics", "model_file", "rooting"},
 }
 ENTRANCE = {"cli", "__main__"}

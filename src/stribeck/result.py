@@ -7,14 +7,23 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from stribeck.errors import SettingsError
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.friction import FrictionLaw, get_law
+from stribeck.friction.assembled import beyond_velocity
 from stribeck.log import Array
+from stribeck.result_tables import html_table, parameter_rows, verdict_counts
 from stribeck.samples import Samples
 from stribeck.walk import WalkPicture
+
+if TYPE_CHECKING:
+    import pandas
 
 SCHEMA = 1
 Verdict = Literal["identified", "weak", "not excited"]
@@ -65,6 +74,7 @@ class JointResult:
     """What the log says about one joint; `parameters` is empty when it did not move enough.
 
     Of the law "auto", `terms` says which of them the joint has, and `mean_load` is the torque that it carries [N m].
+    `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
 
     parameters: dict[str, ParameterEstimate]
@@ -78,6 +88,56 @@ class JointResult:
     positive_power_fraction: float | None = None
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
+    law: str = field(default="", repr=False, compare=False)
+
+    def friction(self, velocity: ArrayLike, load: ArrayLike | None = None, temperature: ArrayLike = 0.0) -> Array:
+        """Return the friction torque of the law that was found [N m], of a prismatic joint [N].
+
+        Of a joint whose friction drifts, it is that of the middle of the log.
+
+        Parameters
+        ----------
+        velocity
+            [rad/s] or [m/s], of any shape.
+        load
+            Torque that the joint carries without friction [N m], of a shape that broadcasts with the velocity's; the
+            mean one of the log if None. It changes nothing unless friction was found to grow with it (law "auto").
+        temperature
+            Above the joint's mean temperature in the log [K], likewise.
+
+        Returns
+        -------
+        friction
+            Shape of `velocity`; positive for positive velocity, offset included.
+
+        Raises
+        ------
+        NothingIdentifiedError
+            If the joint has no numbers.
+        SettingsError
+            If its law is not known here (see `register_law`).
+
+        Examples
+        --------
+        >>> result.joints["elbow"].friction([-1.0, 0.0, 1.0]).round(2)
+        array([-1.9, -0.4,  1.1])
+        """
+        law, speeds = get_law(self.law), np.asarray(velocity, dtype=np.float64)
+        found = {name: parameter.value for name, parameter in self.parameters.items()}
+        values = law_values(law, found)
+        if values is None:
+            raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
+        carried = (self.mean_load or 0.0) if load is None else load
+        own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
+        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature))
+
+
+def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:
+    """Return the values of a law under a load [N m], in its order, shape (p,); None where some are missing."""
+    if not found or any(p.neutral is None and p.name not in found for p in law.parameters):
+        return None
+    loaded = at_load(found, load) if load and "load" in found else found
+    return np.array([loaded.get(p.name, p.neutral) for p in law.parameters], dtype=float)
 
 
 def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
@@ -180,7 +240,16 @@ class Evidence:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """The whole finding; `result.json` is this without `evidence`."""
+    """The whole finding; `result.json` is this without `evidence`.
+
+    Examples
+    --------
+    >>> result
+    Result('arm', law stribeck, method curve-fit, 3 joints: 3 identified)
+    >>> found = result.joints["elbow"].parameters["coulomb"]
+    >>> round(found.value, 2), found.unit, found.verdict
+    (1.2, 'N m', 'identified')
+    """
 
     robot: str
     log: LogSummary
@@ -192,6 +261,41 @@ class Result:
     corrections: Corrections | None = None
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Tell every joint the law, so that it can say its friction."""
+        joints = {name: replace(joint, law=self.law) for name, joint in self.joints.items()}
+        object.__setattr__(self, "joints", joints)
+
+    def __repr__(self) -> str:
+        return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the joints, for notebooks."""
+        return html_table(self)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a pandas table with a row for each parameter of each joint, and one for a joint without any.
+
+        Columns: joint, parameter, value, standard_error, low and high (the ends of the 95 % interval), unit, verdict,
+        joint_verdict, reason. A joint without numbers has None or NaN from `parameter` to `verdict`.
+
+        Raises
+        ------
+        SettingsError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> table = result.to_dataframe()
+        >>> table[table.joint == "elbow"].parameter.to_list()
+        ['viscous', 'coulomb', 'stribeck_gain', 'stribeck_velocity', 'offset', 'slope']
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise SettingsError("to_dataframe: pandas is not installed; expected it: pip install pandas") from error
+        return pandas.DataFrame(parameter_rows(self))
 
     def to_json(self) -> str:
         """Return the text of result.json."""
@@ -216,6 +320,11 @@ def read_result(path: str | Path) -> Result:
     ------
     SettingsError
         If the file is not a result of a schema that this version reads.
+
+    Examples
+    --------
+    >>> read_result("out/result.json") == result
+    True
     """
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -240,6 +349,7 @@ def read_result(path: str | Path) -> Result:
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     """Return a joint as plain data; what only the law "auto" has is left out of others."""
     plain = asdict(joint)
+    del plain["law"]  # the result's
     return {key: value for key, value in plain.items() if value is not None or key not in ("terms", "mean_load")}
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
@@ -15,6 +16,23 @@ from stribeck.log import Array
 
 JUMP = 1e9
 """Slope [s/rad] of friction that jumps at standstill: any velocity that is not zero is beyond its rise."""
+
+
+def beyond_velocity(values: Mapping[str, float], velocity: Array, load: ArrayLike, temperature: ArrayLike) -> Array:
+    """Return what load and temperature add to this law's friction of velocity alone [N m].
+
+    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v), each term where a joint has it
+
+    Parameters
+    ----------
+    values
+        A joint's parameters by name.
+    velocity, load, temperature
+        [rad/s], [N m] and [K] above the mean, of shapes that broadcast.
+    """
+    rise, warmer = np.tanh(values.get("slope", JUMP) * velocity), np.asarray(temperature)
+    slow = values.get("coulomb_per_kelvin", 0.0) * rise + values.get("viscous_per_kelvin", 0.0) * velocity
+    return np.asarray(values.get("load", 0.0) * np.abs(load) * rise + warmer * slow)
 
 
 class Assembled(FrictionLaw):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw
 from stribeck.log import Array
-from stribeck.result import Evidence, JointResult, at_load
+from stribeck.result import Evidence, JointResult, law_values
 from stribeck.samples import Samples
 
 STEP = 1e-4
@@ -119,17 +118,11 @@ def fitted_values(
     Of a joint whose friction grows with the load, they are those at its mean load.
     """
     fitted = {parameter: found.value for parameter, found in joint.parameters.items()}
-    if not fitted or any(p.neutral is None and p.name not in fitted for p in law.parameters):
-        return None, None
-
-    def at(found: Mapping[str, float]) -> Array:
-        loaded = at_load(found, joint.mean_load) if joint.mean_load and "load" in found else found
-        return np.array([loaded.get(p.name, p.neutral) for p in law.parameters], dtype=float)
-
-    values, covariance = at(fitted), evidence.covariance.get(name)
-    if covariance is None or covariance.shape != (len(fitted), len(fitted)):
+    load, covariance = joint.mean_load or 0.0, evidence.covariance.get(name)
+    values = law_values(law, fitted, load)
+    if values is None or covariance is None or covariance.shape != (len(fitted), len(fitted)):
         return values, None
     steps = {parameter: STEP * max(abs(value), STEP) for parameter, value in fitted.items()}
-    changes = [(at(fitted | {p: fitted[p] + step}) - at(fitted | {p: fitted[p] - step})) for p, step in steps.items()]
-    slopes = np.stack(changes, axis=1) / (2 * np.array(list(steps.values())))
+    ends = [[law_values(law, fitted | {p: fitted[p] + sign * h}, load) for p, h in steps.items()] for sign in (1, -1)]
+    slopes = (np.array(ends[0]) - np.array(ends[1])).T / (2 * np.array(list(steps.values())))
     return values, slopes @ covariance @ slopes.T

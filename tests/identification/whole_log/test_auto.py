@@ -164,6 +164,7 @@ def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> N
     assert found is not None
     assert band is not None
     np.testing.assert_allclose(found, truth, rtol=0.01)
+    np.testing.assert_allclose(found, joint.friction(speeds), rtol=1e-12)
     assert np.all((band > 0) & (band < 0.1))
 
 

@@ -1,0 +1,58 @@
+"""A result at a glance: as rows of a table, and as a notebook shows it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stribeck.result import JointResult, Result
+
+
+def parameter_rows(result: Result) -> dict[str, list[object]]:
+    """Return the columns of `Result.to_dataframe`: a row for each parameter, and one for a joint without any."""
+    columns: dict[str, list[object]] = {key: [] for key in ("joint", "parameter")}
+    numbers = ("value", "standard_error", "low", "high")
+    columns |= {key: [] for key in (*numbers, "unit", "verdict", "joint_verdict", "reason")}
+    for name, joint in result.joints.items():
+        for parameter, found in joint.parameters.items():
+            own = (found.value, found.standard_error, *found.interval_95, found.unit, found.verdict)
+            _append(columns, (name, parameter, *own, joint.verdict, joint.reason))
+        if not joint.parameters:
+            _append(columns, (name, None, *[float("nan")] * len(numbers), None, None, joint.verdict, joint.reason))
+    return columns
+
+
+def _append(columns: dict[str, list[object]], row: tuple[object, ...]) -> None:
+    for column, value in zip(columns.values(), row, strict=True):
+        column.append(value)
+
+
+def verdict_counts(result: Result) -> str:
+    """Return how many joints have which verdict, e.g. "3 joints: 2 identified, 1 weak"."""
+    counts = Counter(joint.verdict for joint in result.joints.values())
+    said = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    return f"{len(result.joints)} joint{'s' * (len(result.joints) != 1)}" + f": {said}" * bool(said)
+
+
+def html_table(result: Result) -> str:
+    """Return an HTML table with a row for each joint: its verdict, and each parameter with its standard error."""
+    names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
+    head = "".join(f"<th>{escape(text)}</th>" for text in ("joint", "verdict", *names))
+    rows = "".join(
+        f'<tr title="{escape(joint.reason)}"><th>{escape(name)}</th><td>{escape(joint.verdict)}</td>'
+        + "".join(f"<td>{_cell(joint, parameter)}</td>" for parameter in names)
+        + "</tr>"
+        for name, joint in result.joints.items()
+    )
+    caption = escape(f"{result.robot}: law {result.law}, method {result.method}, {verdict_counts(result)}")
+    return f"<table><caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _cell(joint: JointResult, parameter: str) -> str:
+    found = joint.parameters.get(parameter)
+    if found is None:
+        return ""
+    unit = "" if found.unit == "1" else f" {found.unit}"
+    return escape(f"{found.value:.4g} ± {found.standard_error:.2g}{unit}") + " (weak)" * (found.verdict == "weak")

@@ -1,0 +1,115 @@
+"""What a result says in a program: friction curves, tables, one line of text."""
+
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck import NothingIdentifiedError, Result, SettingsError, read_result
+from stribeck.friction import get_law
+from stribeck.result import JointResult, LogSummary, ParameterEstimate
+
+STRIBECK = {
+    "viscous": 0.3,
+    "coulomb": 1.2,
+    "stribeck_gain": 0.25,
+    "stribeck_velocity": 0.2,
+    "offset": -0.4,
+    "slope": 40.0,
+}
+
+
+def joint(values: dict[str, float], **changed: Any) -> JointResult:
+    parameters = {
+        name: ParameterEstimate(
+            value=value, standard_error=0.1, interval_95=(value - 0.2, value + 0.2), unit="N m", verdict="identified"
+        )
+        for name, value in values.items()
+    }
+    found = JointResult(
+        parameters=parameters,
+        verdict="identified" if values else "not excited",
+        reason="" if values else "it <moves> too little",
+        samples=100,
+        velocity_range=(-1.0, 1.0),
+        reversals=5,
+    )
+    return replace(found, **changed)
+
+
+def result(law: str = "stribeck", **joints: JointResult) -> Result:
+    log = LogSummary(path="a.npz", sha256="0", duration=1.0, rate=1000.0, samples_used=100)
+    return Result(robot="r & d", log=log, law=law, method="curve-fit", joints=joints, warnings=[], stribeck="0")
+
+
+def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
+    found = result(knee=joint(STRIBECK | {"armature": 0.1}))
+    velocity = np.linspace(-2, 2, 12).reshape(3, 4)
+    torque = get_law("stribeck").torque(velocity.ravel(), np.array(list(STRIBECK.values())))
+    np.testing.assert_allclose(found.joints["knee"].friction(velocity), torque.reshape(3, 4))
+    assert found.joints["knee"].friction(2.0).shape == ()
+    assert found.joints["knee"].friction(velocity, load=7.0, temperature=9.0).ravel() == pytest.approx(torque)
+    (tmp_path / "result.json").write_text(found.to_json())
+    read = read_result(tmp_path / "result.json")
+    assert read.joints["knee"].friction(velocity).ravel() == pytest.approx(torque)
+    assert "law" not in found.to_json().partition('"joints"')[2]
+
+
+def test_load_and_temperature_change_friction_as_the_terms_say() -> None:
+    """Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset + mu |load| tanh(a v) + dT (...)."""
+    terms = {"viscous_asymmetry": 0.2, "load": 0.05, "coulomb_per_kelvin": -0.02, "viscous_per_kelvin": -0.01}
+    knee = result("auto", knee=joint(STRIBECK | terms, mean_load=10.0)).joints["knee"]
+    v = np.linspace(-1, 1, 50)
+    rise, bell = np.tanh(40 * v), np.exp(-((v / 0.2) ** 2))
+    basic = 0.3 * (v + 0.2 * np.abs(v)) + 1.2 * rise * (1 + 0.25 * bell) - 0.4
+    np.testing.assert_allclose(knee.friction(v, load=0.0), basic, atol=1e-12)
+    np.testing.assert_allclose(knee.friction(v), basic + 0.05 * 10 * rise, atol=1e-12)
+    load, warmer = np.linspace(-20, 20, 50), np.linspace(0, 30, 50)
+    expected = basic + 0.05 * np.abs(load) * rise + warmer * (-0.02 * rise - 0.01 * v)
+    np.testing.assert_allclose(knee.friction(v, load=load, temperature=warmer), expected, atol=1e-12)
+
+
+def test_terms_that_a_joint_lacks_are_neutral() -> None:
+    knee = result("auto", knee=joint({"coulomb": 1.0, "offset": 0.5})).joints["knee"]
+    np.testing.assert_allclose(knee.friction([-1.0, 1e-3, 1.0], load=5.0), [-0.5, 1.5, 1.5])
+
+
+def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() -> None:
+    with pytest.raises(NothingIdentifiedError, match="no friction was found of this joint: it <moves> too little"):
+        result(knee=joint({})).joints["knee"].friction(1.0)
+    with pytest.raises(SettingsError, match="found 'mine', expected one of"):
+        result("mine", knee=joint(STRIBECK)).joints["knee"].friction(1.0)
+
+
+def test_a_table_has_a_row_for_each_parameter_and_each_joint_without() -> None:
+    pytest.importorskip("pandas")
+    table = result(hip=joint({}), knee=joint(STRIBECK)).to_dataframe()
+    assert [*table.columns] == [
+        *("joint", "parameter", "value", "standard_error", "low", "high"),
+        *("unit", "verdict", "joint_verdict", "reason"),
+    ]
+    assert table.joint.to_list() == ["hip"] + ["knee"] * 6
+    row = table[table.parameter == "coulomb"].iloc[0]
+    assert (row.value, row.low, row.high, row.unit) == (1.2, 1.0, pytest.approx(1.4), "N m")
+    assert table.value.isna().to_list() == [True] + [False] * 6
+    assert table.iloc[0].joint_verdict == "not excited"
+
+
+def test_without_pandas_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(SettingsError, match="pandas is not installed; expected it: pip install pandas"):
+        result().to_dataframe()
+
+
+def test_a_result_is_one_line_of_text_and_a_table_in_notebooks() -> None:
+    found = result(**{"<hip>": joint({}), "knee": joint(STRIBECK)})
+    assert repr(found) == ("Result('r & d', law stribeck, method curve-fit, 2 joints: 1 not excited, 1 identified)")
+    page = found._repr_html_()
+    assert "<td>1.2 ± 0.1 N m</td>" in page
+    assert "r &amp; d" in page
+    assert 'title="it &lt;moves&gt; too little"><th>&lt;hip&gt;</th>' in page
+    assert len(re.findall("<td></td>", page)) == len(STRIBECK)
