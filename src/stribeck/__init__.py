@@ -1,9 +1,74 @@
 """Whole-body joint friction of legged robots and arms, from the logs they already record."""
 
-from stribeck.export import export as export
-from stribeck.pipeline import identify as identify
-from stribeck.readers import read_log as read_log
-from stribeck.report import write_report as write_report
-from stribeck.robot import Robot as Robot
-from stribeck.settings import Settings as Settings
-from stribeck.version import __version__ as __version__
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stribeck.compare import compare as compare
+    from stribeck.errors import LogError as LogError
+    from stribeck.errors import NothingIdentifiedError as NothingIdentifiedError
+    from stribeck.errors import RobotFileError as RobotFileError
+    from stribeck.errors import SettingsError as SettingsError
+    from stribeck.errors import StribeckError as StribeckError
+    from stribeck.export import export as export
+    from stribeck.friction import FrictionLaw as FrictionLaw
+    from stribeck.friction.register import register_law as register_law
+    from stribeck.inspection import inspect_log as inspect_log
+    from stribeck.log import RobotLog as RobotLog
+    from stribeck.pipeline import identify as identify
+    from stribeck.readers import read_log as read_log
+    from stribeck.report import write_report as write_report
+    from stribeck.result import Result as Result
+    from stribeck.result import read_result as read_result
+    from stribeck.robot import Robot as Robot
+    from stribeck.settings import Settings as Settings
+    from stribeck.version import __version__ as __version__
+
+_EXPORTS = {
+    "FrictionLaw": "stribeck.friction",
+    "LogError": "stribeck.errors",
+    "NothingIdentifiedError": "stribeck.errors",
+    "Result": "stribeck.result",
+    "Robot": "stribeck.robot",
+    "RobotFileError": "stribeck.errors",
+    "RobotLog": "stribeck.log",
+    "Settings": "stribeck.settings",
+    "SettingsError": "stribeck.errors",
+    "StribeckError": "stribeck.errors",
+    "__version__": "stribeck.version",
+    "compare": "stribeck.compare",
+    "export": "stribeck.export",
+    "identify": "stribeck.pipeline",
+    "inspect_log": "stribeck.inspection",
+    "read_log": "stribeck.readers",
+    "read_result": "stribeck.result",
+    "register_law": "stribeck.friction.register",
+    "write_report": "stribeck.report",
+}
+"""Public name -> the module that has it, imported when the name is first used."""
+
+__all__ = [*_EXPORTS]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _EXPORTS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_EXPORTS[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
+
+
+class _Package(ModuleType):
+    """Keeps `stribeck.export` the function: importing the submodule of the same name would put that in its place."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _EXPORTS and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

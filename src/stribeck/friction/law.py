@@ -67,6 +67,18 @@ class FrictionLaw(abc.ABC):
        dissipation, derivatives, the linear form, recovery from wrong starts.
     6. Draw it in `studies/paper/law_figures.py` (`python -m studies.paper chapter3`), and add a page to `docs/laws/`
        and to the navigation in `docs/conf.py`.
+
+    A law of your own, that only your program knows, needs steps 2 to 4 and `register_law`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stribeck.friction import get_law
+    >>> law = get_law("coulomb-viscous")
+    >>> isinstance(law, FrictionLaw), [parameter.name for parameter in law.parameters]
+    (True, ['viscous', 'coulomb', 'offset'])
+    >>> law.torque(np.array([-1.0, 0.0, 2.0]), np.array([0.5, 1.0, 0.0]))
+    array([-1.5,  0. ,  2. ])
     """
 
     name: ClassVar[str]

@@ -1,0 +1,126 @@
+"""A law of the user's own: it joins the others if it keeps what every law promises."""
+
+# ruff: noqa: ARG001, ARG002, ARG005 - laws take what they do not use
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck import FrictionLaw, SettingsError, register_law
+from stribeck.friction import LAWS, Parameter, get_law
+
+COULOMB = Parameter(name="coulomb", symbol="Fc", unit="N m")
+DRAG = Parameter(name="drag", symbol="D", unit="N m s^2/rad^2")
+
+
+@pytest.fixture(autouse=True)
+def _laws_as_before() -> Iterator[None]:
+    before = dict(LAWS)
+    yield
+    LAWS.clear()
+    LAWS.update(before)
+
+
+def law_with(**changed: Any) -> type[FrictionLaw]:
+    """Coulomb friction and drag, as one law, or as one with something else in it."""
+
+    class Drag(FrictionLaw):
+        name, title, parameters, jumps = "drag", "Coulomb and drag", (COULOMB, DRAG), True
+
+        def torque(self, velocity, values):
+            return self.jacobian(velocity, values) @ values
+
+        def jacobian(self, velocity, values):
+            return np.column_stack([np.sign(velocity), velocity * np.abs(velocity)])
+
+        def basis(self, velocity, shape):
+            return np.column_stack([np.sign(velocity), velocity * np.abs(velocity)])
+
+        def from_linear(self, coefficients, shape):
+            return np.maximum(coefficients, 0.0)
+
+    return type("Drag", (Drag,), changed)
+
+
+def test_a_law_is_known_by_its_name_once_it_is_registered() -> None:
+    law = law_with()
+    assert register_law(law) is law
+    assert isinstance(get_law("drag"), law)
+    with pytest.raises(SettingsError, match=r"the name 'drag' is taken; there are .*coulomb-viscous, drag, stribeck"):
+        register_law(law_with())
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+def test_the_laws_that_there_are_would_be_taken(name: str) -> None:
+    law = LAWS.pop(name)
+    assert register_law(law) is law
+
+
+def pushing(self: FrictionLaw, velocity: Any, values: Any) -> Any:
+    return -self.jacobian(velocity, values) @ values
+
+
+def failing(self: FrictionLaw, velocity: Any, values: Any) -> Any:
+    raise ZeroDivisionError("no drag")
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "auto": ({"name": "auto"}, "the name 'auto' is taken"),
+    "name": ({"name": "My Law"}, "Drag.name is 'My Law'; expected lower-case words"),
+    "no name": ({"name": None}, "Drag.name is None"),
+    "title": ({"title": None}, "law 'drag' has no title"),
+    "no parameters": ({"parameters": ()}, r"has parameters \(\); expected a tuple of Parameter"),
+    "twice": ({"parameters": (COULOMB, COULOMB)}, "has a parameter 'coulomb'; expected identifiers, each once"),
+    "reserved": (
+        {"parameters": (COULOMB, Parameter(name="load", symbol="", unit="1"))},
+        "has a parameter 'load'; .* none of armature",
+    ),
+    "bounds": (
+        {"parameters": (COULOMB, Parameter(name="drag", symbol="D", unit="1", lower=2.0, upper=1.0))},
+        "drag lies from 2 to 1; expected a lower bound below",
+    ),
+    "logarithm of zero": (
+        {"parameters": (COULOMB, Parameter(name="drag", symbol="D", unit="1", logarithmic=True))},
+        "drag lies from 0 to inf; expected .* above 0 where it is logarithmic",
+    ),
+    "starts": (
+        {"parameters": (COULOMB, Parameter(name="drag", symbol="D", unit="1", starts=(-1.0,)))},
+        "drag starts outside of its bounds",
+    ),
+    "arguments": ({"__init__": lambda self, size: None}, "cannot be made without arguments"),
+    "raises": ({"torque": failing}, r"at coulomb = .*, drag = .*: raises ZeroDivisionError \(no drag\)"),
+    "shape": ({"torque": lambda self, v, p: p}, r"torque has shape \(2,\) for 61 velocities; expected \(61,\)"),
+    "infinite": ({"torque": lambda self, v, p: v + np.inf}, "torque is not finite"),
+    "pushes": ({"torque": pushing}, "passivity violated, R = .* N m at -3 rad/s; expected the sign of the velocity"),
+    "jumps": ({"jumps": False}, "jumps by .* N m at standstill; expected jumps = True"),
+    "jacobian": (
+        {"jacobian": lambda self, v, p: self.basis(v, {}) * 1.01, "torque": lambda self, v, p: self.basis(v, {}) @ p},
+        "jacobian has dR/dcoulomb = -1.01 at -3 rad/s; expected -1, as differences",
+    ),
+    "basis": ({"basis": lambda self, v, shape: 2 * self.jacobian(v, None)}, "basis and from_linear are not the law"),
+    "basis alone": ({"basis": lambda self, v, shape: v}, r"basis has shape \(61,\)"),
+    "linear": ({"from_linear": lambda self, c, shape: c}, "from_linear gives .* = -1000; expected 0 to inf"),
+    "linear shape": (
+        {"from_linear": lambda self, c, shape: c[:1]},
+        r"from_linear returns shape \(1,\); expected \(2,\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_law_that_breaks_the_contract_is_refused_in_one_sentence(case: str) -> None:
+    changed, words = WRONG[case]
+    before = dict(LAWS)
+    with pytest.raises(SettingsError, match=rf"^register_law: .*{words}"):
+        register_law(law_with(**changed))
+    assert before == LAWS
+
+
+@pytest.mark.parametrize(
+    "thing", [FrictionLaw, get_law("stribeck"), int, "stribeck"], ids=["abstract", "made", "int", "name"]
+)
+def test_what_is_no_law_is_refused(thing: Any) -> None:
+    with pytest.raises(SettingsError, match="expected a subclass of FrictionLaw with all of its methods"):
+        register_law(thing)

@@ -1,0 +1,122 @@
+"""The public names: exactly these, lazy, each with an example that runs."""
+
+import doctest
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.arm import arm_log, save_npz, write_arm
+
+import stribeck
+from stribeck import Robot, Settings, identify
+from stribeck.friction import LAWS
+from stribeck.settings import FilterSettings
+
+ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError", "StribeckError"}
+PUBLIC = ERRORS | {
+    "FrictionLaw",
+    "Result",
+    "Robot",
+    "RobotLog",
+    "Settings",
+    "__version__",
+    "compare",
+    "export",
+    "identify",
+    "inspect_log",
+    "read_log",
+    "read_result",
+    "register_law",
+    "write_report",
+}
+METHODS = ("Result.to_dataframe", "JointResult.friction", "Robot.from_file", "Robot.from_model")
+WITHOUT_EXAMPLE = {"__version__", "identify"}  # its example stands in those of what it takes and gives
+
+
+def printed(program: str) -> str:
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.strip()
+
+
+def test_the_public_names_are_these() -> None:
+    assert set(stribeck.__all__) == PUBLIC == set(dir(stribeck))
+    assert {name for name in vars(stribeck.errors) if name.endswith("Error")} == ERRORS
+    assert all(getattr(stribeck, name) for name in PUBLIC)
+    with pytest.raises(AttributeError, match="no attribute 'indentify'"):
+        stribeck.indentify  # noqa: B018
+
+
+def test_type_checkers_see_the_same_names() -> None:
+    source = Path(stribeck.__file__).read_text()
+    for name, module in stribeck._EXPORTS.items():
+        assert f"    from {module} import {name} as {name}\n" in source
+
+
+def test_nothing_is_loaded_before_it_is_used() -> None:
+    loaded = printed("import sys, stribeck; print(*(name for name in sys.modules if name.startswith('stribeck.')))")
+    assert loaded == ""
+    assert printed("import sys, stribeck; stribeck.RobotLog; print('pinocchio' in sys.modules)") == "False"
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "import stribeck; found = stribeck.{0}; import stribeck.{0}",
+        "import stribeck.{0}; from stribeck import {0} as found",
+        "from stribeck.{0} import {0}; import stribeck; found = stribeck.{0}",
+    ],
+    ids=["function first", "module first", "out of the module first"],
+)
+def test_a_function_is_not_its_module(program: str) -> None:
+    check = "; print(type(found).__name__, found.__name__, found is stribeck.{0})"
+    text = "\n".join((program + check).format(name) for name in ("export", "compare"))
+    assert printed(text).splitlines() == ["function export True", "function compare True"]
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the examples have at hand: a folder with the arm, a log of it and what was found, and the public names."""
+    folder = tmp_path_factory.mktemp("desk")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        log = arm_log(Robot.from_file(write_arm(Path())), duration=12)
+        save_npz(log, Path("log.npz"))
+        robot = Robot.from_file("robot.toml")
+        result = identify("log.npz", robot)
+        Path("out").mkdir()
+        Path("out/result.json").write_text(result.to_json())
+    names = {name: getattr(stribeck, name) for name in PUBLIC}
+    return names | {
+        "folder": folder,
+        "robot": robot,
+        "log": log,
+        "result": result,
+        "Settings": Settings,
+        "FilterSettings": FilterSettings,
+    }
+
+
+@pytest.mark.parametrize("name", [*sorted(PUBLIC - WITHOUT_EXAMPLE), *METHODS])
+def test_the_example_of_each_public_name_runs(
+    name: str, desk: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    thing: Any = stribeck.result if name.startswith("JointResult") else stribeck
+    for part in name.split("."):
+        thing = getattr(thing, part)
+    for file in desk["folder"].rglob("*.*"):
+        place = tmp_path / file.relative_to(desk["folder"])
+        place.parent.mkdir(exist_ok=True)
+        place.symlink_to(file)
+    monkeypatch.chdir(tmp_path)
+    laws = LAWS.copy()
+    monkeypatch.setattr("stribeck.friction.LAWS", laws)
+    monkeypatch.setattr("stribeck.friction.register.LAWS", laws)
+    text = inspect.getdoc(thing) or ""
+    example = doctest.DocTestParser().get_doctest(text, dict(desk), name, None, 0)
+    assert example.examples
+    said: list[str] = []
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    failed = doctest.DocTestRunner(optionflags=flags).run(example, out=said.append).failed
+    assert not failed, "".join(said)
