@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
@@ -110,13 +111,11 @@ def test_the_example_of_each_public_name_runs(
         place.parent.mkdir(exist_ok=True)
         place.symlink_to(file)
     monkeypatch.chdir(tmp_path)
-    laws = LAWS.copy()
-    monkeypatch.setattr("stribeck.friction.LAWS", laws)
-    monkeypatch.setattr("stribeck.friction.register.LAWS", laws)
     text = inspect.getdoc(thing) or ""
     example = doctest.DocTestParser().get_doctest(text, dict(desk), name, None, 0)
     assert example.examples
     said: list[str] = []
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-    failed = doctest.DocTestRunner(optionflags=flags).run(example, out=said.append).failed
+    with mock.patch.dict(LAWS):
+        failed = doctest.DocTestRunner(optionflags=flags).run(example, out=said.append).failed
     assert not failed, "".join(said)

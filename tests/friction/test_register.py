@@ -4,6 +4,7 @@
 
 from collections.abc import Iterator
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -17,10 +18,8 @@ DRAG = Parameter(name="drag", symbol="D", unit="N m s^2/rad^2")
 
 @pytest.fixture(autouse=True)
 def _laws_as_before() -> Iterator[None]:
-    before = dict(LAWS)
-    yield
-    LAWS.clear()
-    LAWS.update(before)
+    with mock.patch.dict(LAWS):
+        yield
 
 
 def law_with(**changed: Any) -> type[FrictionLaw]:

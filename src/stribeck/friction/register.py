@@ -191,14 +191,14 @@ def _linear_complaint(law: FrictionLaw, values: Array, generator: np.random.Gene
     basis = law.basis(VELOCITY, shape)
     if basis.ndim != 2 or len(basis) != len(VELOCITY):
         return f"basis has shape {basis.shape}; expected a row for each of {len(VELOCITY)} velocities"
-    coefficients = generator.uniform(0.5, 3.0, basis.shape[1])
+    coefficients = np.asarray(generator.uniform(0.5, 3.0, basis.shape[1]))
     found = law.from_linear(coefficients, shape)
     if np.shape(found) != values.shape:
         return f"from_linear returns shape {np.shape(found)}; expected {values.shape}"
     linear, torque = basis @ coefficients, law.torque(VELOCITY, found)
     if np.abs(torque - linear).max() > ROUNDING * (1 + np.abs(linear).max()):
         return "basis and from_linear are not the law: expected torque(v, from_linear(c)) = basis(v) @ c"
-    extreme = 1e3 * generator.choice([-1.0, 1.0], basis.shape[1])
+    extreme = generator.choice([-1e3, 1e3], basis.shape[1])
     for parameter, value in zip(law.parameters, law.from_linear(extreme, shape), strict=True):
         if not parameter.lower <= value <= parameter.upper:
             return (
