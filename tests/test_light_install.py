@@ -47,7 +47,7 @@ def test_every_public_name_is_there() -> None:
     for name in stribeck.__all__:
         assert getattr(stribeck, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'walks'"):
-        _ = stribeck.walks  # type: ignore[attr-defined]
+        _ = stribeck.walks
 
 
 def test_a_submodule_does_not_hide_the_function_of_its_name() -> None:

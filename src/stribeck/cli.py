@@ -39,16 +39,21 @@ FORMATS = ("mjcf", "urdf")
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 
-@app.callback(invoke_without_command=True)
-def stribeck(
-    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version.")] = False,
-) -> None:
-    """Joint friction of legged robots and arms, from the logs they already record."""
-    if version:
+def _print_version(asked: bool) -> None:
+    if asked:
         from stribeck.version import __version__
 
         typer.echo(__version__)
         raise typer.Exit
+
+
+@app.callback()
+def stribeck(
+    version: Annotated[
+        bool, typer.Option("--version", "-V", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Joint friction of legged robots and arms, from the logs they already record."""
 
 
 @app.command()
