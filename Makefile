@@ -1,12 +1,13 @@
 # Two commands do everything on a fresh machine with Python >= 3.11: `make demo` and `make test`.
 PYTHON ?= python3
 BIN := .venv/bin
+BENCHMARKS := startup friction_torque identify whole_log walking balance
 
-.PHONY: demo test lint bench coverage paper docs accuracy clean
+.PHONY: demo test lint coverage bench paper docs accuracy clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[simulation]'
 	@touch $@
 
 .venv/.dev: .venv/.run
@@ -22,7 +23,13 @@ lint: .venv/.dev
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist worksteal
+
+coverage: .venv/.dev
+	$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term:skip-covered
+
+bench: .venv/.dev
+	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper

@@ -16,7 +16,9 @@ from tests.damaged import DAMAGED
 from tests.readers.formats import JOINTS
 
 from stribeck import Robot
-from stribeck.cli import main
+from stribeck.cli import FORMATS, LAW_NAMES, main
+from stribeck.export import TARGETS
+from stribeck.friction import AUTO, LAWS
 
 ON_FEET = {"npz of contact forces", "parquet with half a wrench"}
 """Damages that a robot without feet does not meet."""
@@ -223,6 +225,11 @@ def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, tmp_
     assert process.returncode == 130
     assert complaint == "stribeck: interrupted; nothing was written\n"
     assert os.listdir(tmp_path) == ["log.npz"]
+
+
+def test_the_help_names_every_law_and_format() -> None:
+    assert set(LAW_NAMES) == {*LAWS, AUTO}
+    assert set(FORMATS) == set(TARGETS)
 
 
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,7 @@ import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
-from studies import accuracy_cases, accuracy_table, beyond_the_laws, least_error, verdicts
+from studies import accuracy_cases, accuracy_table, beyond_cases, beyond_the_laws, least_error, verdicts
 from tests.arm import arm_log, save_npz, write_arm
 from tests.models import EXAMPLES, MODELS, STRIBECK
 from tests.readers.formats import messages_of, write_messages
@@ -198,7 +198,7 @@ def commands() -> list[list[str]]:
 
 @pytest.mark.parametrize("words", commands(), ids=" ".join)
 def test_commands_are_spelt_right(words: list[str]) -> None:
-    known = typer.main.get_command(app).commands
+    known = typer.main.get_group(app).commands
     assert words[0] in known
     known[words[0]].make_context(words[0], words[1:])
 
@@ -289,9 +289,9 @@ def test_what_is_told_of_friction_beyond_the_laws_is_the_studys() -> None:
     told = json.loads((ROOT / "studies/beyond_the_laws.json").read_text())["told"]
     for row in beyond_the_laws.table(told):
         assert row in PAGES["docs/whole-log.md"]
-    assert {one["case"] for one in told} == set(beyond_the_laws.CASES)
+    assert {one["case"] for one in told} == set(beyond_cases.CASES)
     whole_log = [one for one in told if one["method"] == "whole-log"]
-    assert all(bool(one["kinds"]) == (one["case"] != beyond_the_laws.INSIDE) for one in whole_log)
+    assert all(bool(one["kinds"]) == (one["case"] != beyond_cases.INSIDE) for one in whole_log)
 
 
 def test_the_held_out_errors_shown_are_the_studys() -> None:

@@ -1,4 +1,7 @@
-"""Whole-body joint friction of legged robots and arms, from the logs they already record."""
+"""Whole-body joint friction of legged robots and arms, from the logs they already record.
+
+Public names are imported when they are first asked for, so that `import stribeck` costs next to nothing.
+"""
 
 import sys
 from importlib import import_module

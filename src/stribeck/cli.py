@@ -1,4 +1,7 @@
-"""The command line: parses, calls, prints."""
+"""The command line: parses, calls, prints.
+
+What is slow to import is imported where a command needs it, so that `--help` and `--version` answer at once.
+"""
 
 from __future__ import annotations
 
@@ -8,23 +11,20 @@ import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
-from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck import console
 from stribeck.errors import SettingsError, StribeckError
-from stribeck.export import TARGETS
-from stribeck.export import export as write_model
-from stribeck.friction import AUTO, LAWS
 from stribeck.outputs import staged_folder
-from stribeck.result import Result, read_result
-from stribeck.robot import Robot
-from stribeck.settings import Settings, describe
-from stribeck.version import __version__
+
+if TYPE_CHECKING:
+    from stribeck.result import Result
+    from stribeck.settings import Settings
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -34,17 +34,26 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, 
 SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
+LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
+FORMATS = ("mjcf", "urdf")
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 
-@app.callback(invoke_without_command=True)
-def stribeck(
-    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version.")] = False,
-) -> None:
-    """Joint friction of legged robots and arms, from the logs they already record."""
-    if version:
+def _print_version(asked: bool) -> None:
+    if asked:
+        from stribeck.version import __version__
+
         typer.echo(__version__)
         raise typer.Exit
+
+
+@app.callback()
+def stribeck(
+    version: Annotated[
+        bool, typer.Option("--version", "-V", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Joint friction of legged robots and arms, from the logs they already record."""
 
 
 @app.command()
@@ -52,7 +61,7 @@ def identify(
     logs: Logs,
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
-    law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join([*LAWS, AUTO])}.")] = None,
+    law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
     method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
@@ -60,6 +69,7 @@ def identify(
     """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
+    from stribeck.robot import Robot
 
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
@@ -86,6 +96,7 @@ def inspect(
     """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
     from stribeck.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
+    from stribeck.robot import Robot
 
     machine = Robot.from_file(robot)
     with progress_bar() as progress:
@@ -104,10 +115,14 @@ def inspect(
 def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
-    to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(TARGETS)}.")],
+    to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(FORMATS)}.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
 ) -> None:
     """Write the robot's model with the inertias and the friction that were found."""
+    from stribeck.export import export as write_model
+    from stribeck.result import read_result
+    from stribeck.robot import Robot
+
     lines = write_model(read_result(_result_file(result)), Robot.from_file(robot), output, to)
     typer.echo("\n".join(lines))
     console.print_paths([output])
@@ -124,6 +139,7 @@ def compare(
     """Show what changed between two results, or between left and right of one."""
     from stribeck.compare import compare as compare_results
     from stribeck.compare import compare_sides
+    from stribeck.result import read_result
 
     a = read_result(_result_file(first))
     found = compare_sides(a) if second is None else compare_results(a, read_result(_result_file(second)))
@@ -139,6 +155,7 @@ def simulate(
     output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
 ) -> None:
     """Make a log of a simulated robot, with its truth beside it."""
+    _require_simulation()
     from stribeck.simulation.files import write_simulated
     from stribeck.simulation.run import run_scenario
     from stribeck.simulation.scenario import read_scenario
@@ -160,8 +177,10 @@ def demo(
     ),
 ) -> None:
     """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
+    _require_simulation()
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
+    from stribeck.robot import Robot
     from stribeck.simulation.demo import make_demo
     from stribeck.simulation.truth import with_truth
 
@@ -175,6 +194,13 @@ def demo(
         write_report(with_truth(result, example.law, example.parameters, example.walk), staging / REPORT)
     console.print_truth(result, example.parameters)
     console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+
+
+def _require_simulation() -> None:
+    """Refuse to simulate without what the extra of that name installs."""
+    missing = [name for name in ("mujoco", "daqp") if find_spec(name) is None]
+    if missing:
+        raise SettingsError(f"simulation needs {' and '.join(missing)}: pip install 'stribeck[simulation]'")
 
 
 def _moved(result: Result, staging: str, output: str) -> Result:
@@ -197,6 +223,10 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     SettingsError
         If an assignment is malformed, or a key or value is not valid.
     """
+    from pydantic import ValidationError
+
+    from stribeck.settings import Settings, describe
+
     document: dict[str, Any] = settings.model_dump(exclude_unset=True)
     document.update({key: value for key, value in options.items() if value is not None})
     for assignment in assignments:

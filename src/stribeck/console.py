@@ -10,12 +10,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from stribeck.friction import AUTO
-from stribeck.result import ParameterEstimate, Result
-
 if TYPE_CHECKING:
     from stribeck.compare import Comparison
     from stribeck.inspection import Inspection
+    from stribeck.result import ParameterEstimate, Result
 
 ERRORS = Console(stderr=True)
 STYLES = {"identified": "green", "weak": "yellow", "not excited": "dim"}
@@ -46,6 +44,8 @@ def number(value: float) -> str:
 
 def print_result(result: Result) -> None:
     """Print the verdict table: a line a joint; one a parameter where joints have different ones."""
+    from stribeck.friction import AUTO  # brings NumPy along, which `--help` does without
+
     console = _console()
     console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
     for joint, found in result.joints.items():

@@ -49,8 +49,10 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
             check_finite(path, model)
             notes += check_sdf(model)
         else:
-            from stribeck.mjcf_check import check_mjcf  # MuJoCo is slow to import: for these robots alone
-
+            try:
+                from stribeck.mjcf_check import check_mjcf  # MuJoCo is slow to import: for these robots alone
+            except ModuleNotFoundError as error:
+                raise RobotFileError(f"{path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
             model = pin.buildModelFromMJCF(str(path))
             check_finite(path, model)
             notes = check_mjcf(path, model)

@@ -71,7 +71,7 @@ def make_samples(names: tuple[str, ...], duration: float, period: float, seed: i
     return samples, truth
 
 
-def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> tuple[JointResult, Array]:
+def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> tuple[JointResult, np.ndarray]:
     """What a fit would say of a joint, and the covariance that goes with it."""
     name = samples.joint_names[index]
     keep = samples.usable[:, index]

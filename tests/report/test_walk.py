@@ -120,7 +120,7 @@ def test_poses_stand_apart_on_one_ground() -> None:
     picture = make_walk()
     with house_style():
         axes = strip(picture, side_colours(list(picture.segment_names)))
-        reaches = [np.array(group.get_segments()) for group in axes.collections]
+        reaches = [np.array(group.get_segments()) for group in axes.collections]  # type: ignore[attr-defined]
     assert len(reaches) == len(picture.poses)
     for one, next_one in pairwise(reaches):
         assert one[..., 0].max() < next_one[..., 0].min()

@@ -20,6 +20,7 @@ from stribeck.simulation.files import read_truth
 from stribeck.simulation.run import friction_of
 from stribeck.simulation.scenario import read_scenario
 from stribeck.simulation.sensor_profiles import PROFILES
+from stribeck.simulation.toro import ROBOT_FILE
 
 SHORT = """
 sensors = "calibrated"
@@ -65,7 +66,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 def test_the_packaged_walk_has_the_friction_of_the_paper_in_all_leg_joints() -> None:
     scenario = read_scenario(demo.SCENARIO)
-    robot = Robot.from_file(demo.ROBOT_FILE)
+    robot = Robot.from_file(ROBOT_FILE)
     friction = friction_of(scenario, robot).parameters
     assert set(friction) == {name for name in robot.joint_names if re.search("hip|knee|ankle", name)}
     levels = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
@@ -116,12 +117,12 @@ def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:
     for knee in ("left_knee", "right_knee"):  # the fastest of the quick, low steps
         assert result.joints[knee].parameters["coulomb"].value == pytest.approx(truth[knee]["coulomb"], rel=0.1)
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in made.printed.splitlines() if "│" in line]
-    (knee,) = (k for k, row in enumerate(rows) if row[0] == "left_knee")
-    printed = {row[1].partition(" ")[0]: row for row in rows[knee : knee + len(truth["left_knee"])]}
-    for name, true in truth["left_knee"].items():
-        found = result.joints["left_knee"].parameters[name]
-        assert printed[name][2:4] == [f"{true:.4g}", f"{found.value:.4g}"]
-        assert printed[name][5] == found.verdict
+    (first,) = (k for k, row in enumerate(rows) if row[0] == "left_knee")
+    printed = {row[1].partition(" ")[0]: row for row in rows[first : first + len(truth["left_knee"])]}
+    for name, value in truth["left_knee"].items():
+        estimate = result.joints["left_knee"].parameters[name]
+        assert printed[name][2:4] == [f"{value:.4g}", f"{estimate.value:.4g}"]
+        assert printed[name][5] == estimate.verdict
     assert re.search(r"^24 parameters: \d+ identified, \d+ with the truth", made.printed, re.MULTILINE)
     assert made.printed.endswith(f"{made.folder / 'report.html'}\n")
 

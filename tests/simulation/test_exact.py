@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -49,7 +50,7 @@ def plain_state(case: str, k: int) -> tuple[pin.Model, np.ndarray, np.ndarray, n
     robot, log, truth = made(case)
     model = plain_model(case.split()[0])
     if truth.base_position is None:
-        bases = (None, None, None)
+        bases: tuple[np.ndarray | None, ...] = (None, None, None)
     else:
         pose = np.concatenate([truth.base_position[k], log.base_orientation[k]])
         bases = (pose, truth.base_velocity[k], truth.base_acceleration[k])
@@ -235,7 +236,7 @@ def test_base_orientation_is_that_of_the_base_frame():
         np.testing.assert_allclose(pin.Quaternion(w, x, y, z).toRotationMatrix(), expected, atol=1e-12)
 
 
-WRONG = {
+WRONG: dict[str, tuple[str, dict[str, Any], str]] = {
     "unknown joint": ("ur5", {"parameters": {"elbow": STRIBECK}}, "no joint 'elbow'"),
     "missing parameter": ("ur5", {"parameters": {"elbow_joint": {"viscous": 1.0}}}, "'elbow_joint': found viscous"),
     "unknown posture": ("ur5", {"posture": {"elbow": 0.1}}, "posture: robot has no joint 'elbow'"),

@@ -14,7 +14,7 @@ from tests.report.conftest import TRUTH, build_result
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
 from stribeck.kinematics import frame_pose
-from stribeck.log import RobotLog
+from stribeck.log import Array, RobotLog
 from stribeck.report.walk_figures import seen_from_the_side
 from stribeck.robot import Robot
 from stribeck.simulation import render
@@ -31,6 +31,7 @@ SOLES = {f"{side}_foot": Sole((0.0, 0.0, 0.0), 0.11, 0.05) for side in SIDES}
 """Of the packaged biped."""
 KNEES = {f"{side}_knee": STRIBECK for side in SIDES}
 """Where there is friction, which no picture shows."""
+Walked = tuple[RobotLog, Array]
 
 
 @pytest.fixture(scope="module")
@@ -39,14 +40,14 @@ def biped() -> Robot:
 
 
 @pytest.fixture(scope="module")
-def walked(biped):
+def walked(biped) -> Walked:
     """Six steps of the packaged biped, and where its base was."""
     log, truth = exact_log(biped, Stribeck(), KNEES, duration=7.0, rate=200.0, posture=POSTURES["biped"])
     return log, truth.base_position
 
 
 @pytest.fixture(scope="module")
-def picture(biped, walked):
+def picture(biped, walked: Walked):
     return walk_picture(biped, *walked, SOLES)
 
 
@@ -92,7 +93,7 @@ def test_footprints_lie_where_the_feet_stand(biped, walked, picture):
         assert one.size == pytest.approx((0.22, 0.10))
 
 
-def test_a_sole_beside_its_frame_moves_the_print_alone(biped, walked, picture):
+def test_a_sole_beside_its_frame_moves_the_print_alone(biped, walked: Walked, picture):
     ahead_of_it = replace(SOLES["left_foot"], centre=(0.1, 0.0, 0.0))
     moved = walk_picture(biped, *walked, SOLES | {"left_foot": ahead_of_it})
     for before, after in zip(picture.footprints, moved.footprints, strict=True):
@@ -198,7 +199,7 @@ def test_truth_beside_the_result_is_the_law():
     assert result.evidence.truth_curves == {}  # the result itself knows nothing
 
 
-def test_a_rendered_robot_covers_its_stick_figure(biped, walked, picture):
+def test_a_rendered_robot_covers_its_stick_figure(biped, walked: Walked, picture):
     """Ankles and elbows of the stick figure lie within what is seen of the body, feet on the ground at z = 0."""
     rendered = walk_picture(biped, *walked, SOLES, rendered=True)
     if rendered.poses[0].picture is None:
@@ -217,7 +218,9 @@ def test_a_rendered_robot_covers_its_stick_figure(biped, walked, picture):
 
 
 @pytest.mark.parametrize("backends", [(), ("no such way",)])
-def test_without_a_way_to_draw_there_is_the_stick_figure_and_silence(biped, walked, backends, monkeypatch, capfd):
+def test_without_a_way_to_draw_there_is_the_stick_figure_and_silence(
+    biped, walked: Walked, backends, monkeypatch, capfd
+):
     monkeypatch.setattr(render, "BACKENDS", backends)
     assert walk_picture(biped, *walked, SOLES, rendered=True).poses[0].picture is None
     assert capfd.readouterr() == ("", "")

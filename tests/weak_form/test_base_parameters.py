@@ -7,7 +7,8 @@ from stribeck import Robot
 from stribeck.friction import get_law
 from stribeck.settings import FilterSettings, Settings
 from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import Gait, exact_log
+from stribeck.simulation.exact import exact_log
+from stribeck.simulation.gait import Gait
 from stribeck.simulation.run import POSTURES
 from stribeck.survey import prepare
 from stribeck.weak_form.base_parameters import base_parameters

@@ -24,7 +24,8 @@ def case(file: str, foot: str) -> tuple[Robot, RootedModel, State]:
     joints = len(robot.joint_names)
     turn = generator.standard_normal((5, 4))
     orientation = Orientation(turn / np.linalg.norm(turn, axis=1, keepdims=True), np.zeros((5, 3)), np.zeros((5, 3)))
-    state = State(*0.5 * generator.standard_normal((3, 5, joints)), orientation if foot else None)
+    position, velocity, acceleration = 0.5 * generator.standard_normal((3, 5, joints))
+    state = State(position, velocity, acceleration, orientation if foot else None)
     return robot, robot.rooted_at(foot) if foot else robot.tree, state
 
 

@@ -86,7 +86,8 @@ def test_levels_are_found_from_what_is_left_over() -> None:
         equations = some_equations(80, False, seed)
         factor = np.linalg.cholesky(covariance(equations, LEVELS))
         parts.append((equations, factor @ generator.standard_normal(len(factor))))
-    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *np.zeros((2, 3)), np.ones(4))
+    zeros = np.zeros(3), np.zeros(3)
+    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
     for _ in range(15):
         levels = update_levels(levels, parts)
     heard = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands

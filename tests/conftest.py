@@ -1,0 +1,6 @@
+"""Settings of the whole test run, made before anything imports NumPy."""
+
+import os
+
+# With a BLAS thread a core, two workers on two cores spend most of their time waiting for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

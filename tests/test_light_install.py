@@ -1,0 +1,55 @@
+"""What works without the extra `simulation`, and what is said where it does not; and the package's lazy names."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.arm import arm_log, save_npz, write_arm
+
+import stribeck
+from stribeck.simulation.demo import SCENARIO
+from stribeck.simulation.toro import MODEL_FILE, ROBOT_FILE
+
+WITHOUT = "import sys; sys.modules.update(mujoco=None, daqp=None); from stribeck.cli import main; main()"
+
+
+def light(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run the command line where neither MuJoCo nor a QP solver is installed."""
+    command = [sys.executable, "-c", WITHOUT, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_a_urdf_needs_no_simulation(tmp_path: Path) -> None:
+    robot = write_arm(tmp_path)
+    log = save_npz(arm_log(stribeck.Robot.from_file(robot), duration=6), tmp_path / "log.npz")
+    done = light("identify", log, "-r", robot, "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out/report.html").is_file()
+
+
+def test_an_mjcf_needs_mujoco() -> None:
+    done = light("inspect", "log.npz", "-r", ROBOT_FILE)
+    assert done.returncode == 2
+    assert done.stderr == f"stribeck: {MODEL_FILE}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'\n"
+
+
+@pytest.mark.parametrize("command", [["demo"], ["simulate", SCENARIO]])
+def test_simulation_needs_its_extra(command: list[object], tmp_path: Path) -> None:
+    done = light(*command, "-o", tmp_path / "log.npz")
+    assert done.returncode == 2
+    assert done.stderr == "stribeck: simulation needs mujoco and daqp: pip install 'stribeck[simulation]'\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_every_public_name_is_there() -> None:
+    assert set(stribeck.__all__) <= set(dir(stribeck))
+    for name in stribeck.__all__:
+        assert getattr(stribeck, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'walks'"):
+        _ = stribeck.walks
+
+
+def test_a_submodule_does_not_hide_the_function_of_its_name() -> None:
+    program = "import stribeck.export.write, stribeck; assert callable(stribeck.export)"
+    subprocess.run([sys.executable, "-c", program], check=True)
