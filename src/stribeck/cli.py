@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any
 
 import typer
 from pydantic import ValidationError
@@ -20,7 +19,7 @@ from stribeck.errors import SettingsError, StribeckError
 from stribeck.export import TARGETS
 from stribeck.export import export as write_model
 from stribeck.friction import AUTO, LAWS
-from stribeck.outputs import staged_folder
+from stribeck.outputs import Interrupted, anything_written, listen, staged_folder
 from stribeck.result import Result, read_result
 from stribeck.robot import Robot
 from stribeck.settings import Settings, describe
@@ -234,18 +233,9 @@ def progress_bar() -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
-class Interrupted(BaseException):
-    """The user or the system asks to stop; what is half written is taken away on the way out."""
-
-
-def _stop(*_: object) -> NoReturn:
-    raise Interrupted
-
-
 def main() -> None:
     """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3."""
-    for request in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(request, _stop)
+    listen()
     try:
         app()
     except StribeckError as error:
@@ -256,5 +246,5 @@ def main() -> None:
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
     except Interrupted:
-        console.print_error("interrupted; nothing was written")
+        console.print_error(f"interrupted; {'all' if anything_written() else 'nothing'} was written")
         sys.exit(130)

@@ -1,18 +1,16 @@
-"""What was found: the content of result.json, written whole or not at all."""
+"""What was found: the content of result.json."""
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from stribeck.errors import SettingsError
 from stribeck.log import Array
+from stribeck.outputs import whole_or_not_at_all as whole_or_not_at_all
 from stribeck.samples import Samples
 from stribeck.walk import WalkPicture
 
@@ -270,21 +268,3 @@ def _with_tuples(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _with_tuples(inner) for key, inner in value.items()}
     return tuple(_with_tuples(inner) for inner in value) if isinstance(value, list) else value
-
-
-@contextmanager
-def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside `path` to write to; it takes the name `path` only if no error came."""
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    os.close(descriptor)
-    temporary = Path(name)
-    try:
-        yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
