@@ -140,6 +140,10 @@ ROBOT_FILES = {
     "no model": ("[robot]\nbase = 'fixed'\n", ["'robot.model' is missing"]),
     "missing model": ("[robot]\nmodel = 'other.urdf'\n", ["other.urdf", "no such model file"]),
     "misspelt key": ("[robot]\nmodel = 'arm.urdf'\nbas = 'fixed'\n", ["unknown key 'robot.bas'"]),
+    "nested too deeply": (f"deep = {'[' * 3000}{']' * 3000}", ["nested too deeply"]),
+    "deep tables": (f"[robot]\nmodel{'.a' * 3000} = 1", ["robot.model", "too large to show"]),
+    "5000 digits": (f"[robot]\nmodel = {'9' * 5000}", ["is not TOML", "4300 digits"]),
+    "5000 digits in hexadecimal": (f"[robot]\nmodel = 0x{'f' * 5000}", ["robot.model", "too large to show"]),
     "wrong base": ("[robot]\nmodel = 'arm.urdf'\nbase = 'flying'\n", ["'flying'", "'floating' or 'fixed'"]),
     "negative armature": ("[robot]\nmodel = 'arm.urdf'\narmature = { elbow = -1.0 }\n", ["robot.armature.elbow", "-1"]),
     "unknown joint": ("[robot]\nmodel = 'arm.urdf'\nlocked = { knee = 0.0 }\n", ["'knee'", "shoulder, elbow, slide"]),
@@ -184,6 +188,11 @@ def test_a_wrong_robot_file(
         (["--set", "filter.window"], ["KEY=VALUE"]),
         (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'"]),
         (["--set", "holdout=1"], ["holdout", "greater than or equal to 2"]),
+        (["--set", f"fit_armature={'[' * 3000}{']' * 3000}"], ["--set fit_armature", "nested too deeply"]),
+        (["--set", f"fit_armature{'.a' * 3000}=1"], ["key 'fit_armature", "too large to show"]),
+        (["--set", f"block={'9' * 5000}"], ["--set block", "4300 digits"]),
+        (["--set", f"block=0x{'f' * 5000}"], ["key 'block'", "too large to show"]),
+        (["--set", f"filter.window={'9' * 4000}"], ["key 'filter.window'", "less than 100000"]),
         (["--set", "law.name=1"], ["key 'law'", "valid string"]),
         (["--set", "filter.kind=butterworth", "--set", "filter.cutoff=900"], ["900 Hz", "below half"]),
     ],
@@ -204,7 +213,12 @@ def test_an_output_that_is_a_file(arm: Path, tmp_path: Path, capsys: pytest.Capt
 
 
 def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for text in ("", "[]", '{"schema": 9}', '{"schema": 1}'):
+    deep = "[" * 3000 + "]" * 3000
+    document = (
+        f'{{"schema": 1, "stribeck": "", "robot": "", "law": "", "method": "", "warnings": [], "joints": {deep}}}'
+    )
+    digits = document.replace(deep, "9" * 5000)
+    for text in ("", "[]", '{"schema": 9}', '{"schema": 1}', deep, document, digits, document.replace(deep, "[]")):
         (tmp_path / "result.json").write_text(text)
         assert "result.json" in refused(capsys, "compare", tmp_path / "result.json")
 

@@ -22,7 +22,7 @@ from stribeck.friction import AUTO, LAWS
 from stribeck.outputs import Interrupted, anything_written, listen, staged_folder
 from stribeck.result import Result, read_result
 from stribeck.robot import Robot
-from stribeck.settings import Settings, describe
+from stribeck.settings import Settings, describe, parse_toml
 from stribeck.version import __version__
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -203,9 +203,11 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
         if not equals:
             raise SettingsError(f"--set {assignment}: expected KEY=VALUE, e.g. filter.window=31")
         try:
-            value = tomllib.loads(f"value = {text}")["value"]
+            value = parse_toml(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
             value = text
+        except ValueError as error:
+            raise SettingsError(f"--set {key}: {error}; expected a value of [identify]") from error
         place = document
         *tables, last = key.strip().split(".")
         for table in tables:
