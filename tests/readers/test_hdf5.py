@@ -49,7 +49,8 @@ def linked(file, pipe):
 
 
 @pytest.mark.parametrize(
-    ("store", "words"), [(in_a_pipe, "'position' is stored in"), (virtual, "'position' is stored in"), (linked, "position")]
+    ("store", "words"),
+    [(in_a_pipe, "'position' is stored in"), (virtual, "'position' is stored in"), (linked, "position")],
 )
 def test_other_files_are_not_opened(store, words, tmp_path):
     pipe = str(tmp_path / "pipe")
@@ -70,5 +71,5 @@ def test_a_pipe_is_no_log(suffix, tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag/metadata.yaml").write_text("")
     os.mkfifo(tmp_path / "bag/bag.db3")
-    with pytest.raises(LogError, match="bag.db3: is a pipe"):
+    with pytest.raises(LogError, match=r"bag\.db3: is a pipe"):
         read_log(tmp_path / "bag")

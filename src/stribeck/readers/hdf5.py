@@ -14,7 +14,7 @@ from stribeck.errors import LogError
 from stribeck.readers.arrays import WORDS, StoredArray, source_of_arrays
 from stribeck.readers.source import Source, foreign
 from stribeck.settings import LogTable
-from stribeck.storage import BLOCK_ROWS
+from stribeck.storage import BLOCK_ROWS, check_size
 
 
 def open_hdf5(path: Path, table: LogTable) -> Source:
@@ -39,6 +39,7 @@ def open_hdf5(path: Path, table: LogTable) -> Source:
 
     with foreign(str(path), "HDF5"), h5py.File(path, "r") as file:
         file.visititems(visit)  # which follows no links to other files
+        check_size(str(path), sum(arrays[name].size for name in WORDS if name in arrays))
         words = {name: _words(file, name, path) for name in WORDS if name in arrays or name in file.attrs}
     if not arrays:
         raise LogError(f"{path}: holds no datasets; expected at least 'position' and 'torque'")
