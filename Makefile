@@ -14,7 +14,7 @@ BIN := .venv/bin
 	@touch $@
 
 demo: .venv/.run
-	$(BIN)/stribeck demo
+	$(BIN)/stribeck demo --overwrite
 
 lint: .venv/.dev
 	$(BIN)/ruff check .

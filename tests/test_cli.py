@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.damaged import DAMAGED
+from tests.export.found import found_in
 from tests.readers.formats import JOINTS
 
 from stribeck import Robot
@@ -210,6 +212,79 @@ def test_an_output_that_is_a_file(arm: Path, tmp_path: Path, capsys: pytest.Capt
     sentence = refused(capsys, "identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out")
     assert "is a file" in sentence
     assert (tmp_path / "out").read_text() == "mine"
+
+
+SPELLINGS: dict[str, Callable[[Path, Path], Path]] = {
+    "itself": lambda file, _: file,
+    "another spelling": lambda file, folder: folder / "sub" / ".." / file.name,
+    "a symbolic link": lambda file, folder: _link(folder, file),
+    "a hard link": lambda file, folder: _link(folder, file, hard=True),
+}
+
+
+def _link(folder: Path, file: Path, *, hard: bool = False) -> Path:
+    link = folder / "link"
+    link.hardlink_to(file) if hard else link.symlink_to(file)
+    return link
+
+
+@pytest.mark.parametrize("spell", SPELLINGS.values(), ids=SPELLINGS)
+@pytest.mark.parametrize("name", ["log.npz", "result.json", "robot.toml", "arm.urdf"])
+def test_inputs_are_not_written_over(
+    name: str, spell: Callable[[Path, Path], Path], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for file in (arm / "log.npz", arm / "robot.toml", arm / "arm.urdf"):
+        shutil.copy(file, tmp_path)
+    (tmp_path / "sub").mkdir()
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    content = (tmp_path / name).read_bytes()
+    output = spell(tmp_path / name, tmp_path)
+    common = ("-r", tmp_path / "robot.toml", "-o", output, "--overwrite")
+    commands: list[tuple[object, ...]] = [
+        ("inspect", tmp_path / "log.npz"),
+        ("export", tmp_path / "result.json", "--to", "urdf"),
+    ]
+    unread = {"log.npz": 1, "result.json": 0}.get(name)  # the command that does not read it
+    for k, command in enumerate(commands):
+        if k != unread:
+            assert "is read, and is not written over" in refused(capsys, *command, *common)
+            assert (tmp_path / name).read_bytes() == content
+
+
+def test_a_result_of_identify_is_not_written_over_its_log(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "friction_torque.parquet"
+    table.write_text("a log")
+    arguments = ("identify", table, "-r", arm / "robot.toml", "-o", tmp_path, "--overwrite")
+    assert f"{table}: is read" in refused(capsys, *arguments)
+    assert table.read_text() == "a log"
+
+
+def test_outputs_are_written_over_only_when_asked_to(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "page.html"
+    (tmp_path / "out").mkdir()
+    for file in (page, tmp_path / "out/report.html", tmp_path / "log.truth.npz"):
+        file.write_text("mine")
+    scenario = Path(__file__).parents[1] / "examples/scenarios/arm.toml"
+    inspect = ("inspect", arm / "log.npz", "-r", arm / "robot.toml", "-o", page)
+    commands: list[tuple[object, ...]] = [
+        inspect,
+        ("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out"),
+        ("simulate", scenario, "-o", tmp_path / "log.npz"),
+        ("demo", "-o", tmp_path / "out"),
+    ]
+    for command in commands:
+        assert "is there already; name another output, or add --overwrite" in refused(capsys, *command)
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    assert "is there already" in refused(capsys, *inspect[:-1], tmp_path / "dangling")
+    assert "is a folder" in refused(capsys, *inspect[:-1], tmp_path / "out", "--overwrite")
+    assert (tmp_path / "out/report.html").read_text() == "mine"
+    assert run(*inspect, "--overwrite") == 0
+    assert page.read_text().startswith("<!DOCTYPE html>")
 
 
 def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

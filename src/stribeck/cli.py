@@ -19,9 +19,9 @@ from stribeck.errors import SettingsError, StribeckError
 from stribeck.export import TARGETS
 from stribeck.export import export as write_model
 from stribeck.friction import AUTO, LAWS
-from stribeck.outputs import Interrupted, anything_written, listen, staged_folder
+from stribeck.outputs import Interrupted, anything_written, check_outputs, listen, staged_folder
 from stribeck.result import Result, read_result
-from stribeck.robot import Robot
+from stribeck.robot import Robot, read_robot_file
 from stribeck.settings import Settings, describe, parse_toml
 from stribeck.version import __version__
 
@@ -33,6 +33,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, 
 SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 
@@ -55,6 +56,7 @@ def identify(
     method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
     from stribeck.pipeline import identify as run
@@ -62,6 +64,7 @@ def identify(
 
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
+    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *_files_of(robot)], overwrite)
     with staged_folder(output) as staging, progress_bar() as progress:
         result = run(logs, machine, chosen, table=staging / TABLE, progress=progress)
         progress("writing the report", 0.9)
@@ -81,12 +84,14 @@ def inspect(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
     from stribeck.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
 
     machine = Robot.from_file(robot)
+    check_outputs([output] if output else [], [log, *_files_of(robot)], overwrite)
     with progress_bar() as progress:
         progress("inspecting", 0.1)
         found = inspect_log(log, machine, with_settings(machine.settings, {}, settings))
@@ -105,9 +110,13 @@ def export(
     robot: RobotOption,
     to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(TARGETS)}.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Write the robot's model with the inertias and the friction that were found."""
-    lines = write_model(read_result(_result_file(result)), Robot.from_file(robot), output, to)
+    found = read_result(_result_file(result))
+    machine = Robot.from_file(robot)
+    check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
+    lines = write_model(found, machine, output, to)
     typer.echo("\n".join(lines))
     console.print_paths([output])
 
@@ -136,18 +145,19 @@ def compare(
 def simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What happens.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Make a log of a simulated robot, with its truth beside it."""
-    from stribeck.simulation.files import write_simulated
+    from stribeck.simulation.files import truth_file, write_simulated
     from stribeck.simulation.run import run_scenario
     from stribeck.simulation.scenario import read_scenario
 
     if output.suffix != ".npz":
         raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
+    chosen = read_scenario(scenario)
+    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
     with progress_bar() as progress:
-        found = run_scenario(
-            read_scenario(scenario), scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share)
-        )
+        found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
     truth = write_simulated(found.log, found.truth, output)
     console.print_paths([output, truth, Path(found.robot.path)])
 
@@ -157,13 +167,15 @@ def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and what is found in it.")] = Path(
         "demo"
     ),
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
-    from stribeck.simulation.demo import make_demo
+    from stribeck.simulation.demo import FILES, make_demo
     from stribeck.simulation.truth import with_truth
 
+    check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
     with staged_folder(output) as staging, progress_bar() as progress:
         example = make_demo(staging, lambda share: progress("simulating a walk", share))
         machine = Robot.from_file(example.robot_file)
@@ -220,6 +232,11 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     except ValidationError as error:
         raise SettingsError(f"settings: {describe(error)}") from error
     return chosen
+
+
+def _files_of(robot: Path) -> list[Path]:
+    """Return the robot file and the model that it names."""
+    return [robot, robot.parent / read_robot_file(robot).robot.model]
 
 
 def _result_file(path: Path) -> Path:

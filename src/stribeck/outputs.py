@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import os
 import secrets
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -49,6 +50,26 @@ def stop(*_: object) -> None:
 def anything_written() -> bool:
     """Return whether an output has appeared since `listen`."""
     return _state.written
+
+
+def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool) -> None:
+    """Refuse to write over what is read, however it is spelt, and over what is there already unless asked to.
+
+    Of an input that is a folder, the files in it are read.
+
+    Raises
+    ------
+    SettingsError
+        If an output is an input, a folder, or there already.
+    """
+    read = [file for path in inputs if path.exists() for file in (path.iterdir() if path.is_dir() else [path])]
+    for output in outputs:
+        if output.is_dir():
+            raise SettingsError(f"{output}: is a folder; expected a file to write")
+        if output.exists() and any(output.samefile(file) for file in read):
+            raise SettingsError(f"{output}: is read, and is not written over; expected another output")
+        if os.path.lexists(output) and not overwrite:
+            raise SettingsError(f"{output}: is there already; name another output, or add --overwrite")
 
 
 @contextmanager
