@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,13 +51,15 @@ def run(*arguments: object) -> int:
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """Run what must be refused; return the sentence."""
+    """Run what must be refused; return the sentence, below what was found before."""
     assert run(*arguments) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert printed.err.count("\n") == 1, printed.err
+    *notes, sentence = printed.err.splitlines()
+    assert all(note.startswith("stribeck: note: ") for note in notes), printed.err
+    assert not sentence.startswith("stribeck: note: ")
     assert "Traceback" not in printed.err
-    return printed.err
+    return sentence
 
 
 def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -112,6 +115,52 @@ def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.Cap
     assert run("identify", still, "-r", arm / "robot.toml", "-o", tmp_path / "out") == 3
     assert "no joint can be identified" in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["still.npz"]
+
+
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+def test_what_was_found_is_told_when_nothing_is_identified(
+    method: str, arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=2)
+    position = np.rad2deg(log.position)
+    position[100:110] = np.nan
+    path = save_npz(log, tmp_path / "log.npz", position=position, velocity=None, acceleration=None)
+    arguments = ("-r", arm / "robot.toml", "-o", tmp_path / "out", "--method", method, "--json")
+    assert run("identify", path, *arguments) == 3
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    *notes, sentence = printed.err.splitlines()
+    assert "no joint can be identified" in sentence
+    for words in ("10 rows with missing values", "set [log.position] unit", "1 gaps longer than"):
+        assert len([note for note in notes if note.startswith("stribeck: note: ") and words in note]) == 1
+    assert os.listdir(tmp_path) == ["log.npz"]
+
+
+def test_what_was_found_is_told_when_a_log_is_refused(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=4)
+    torque = np.zeros_like(log.torque)
+    torque[100:110] = np.nan
+    path = save_npz(log, tmp_path / "log.npz", torque=torque)
+    for command in ("identify", "inspect"):
+        assert run(command, path, "-r", arm / "robot.toml", "-o", tmp_path / "out") == 2
+        first, *_, sentence = capsys.readouterr().err.splitlines()
+        assert first.startswith("stribeck: note: 10 rows with missing values")
+        assert "'torque' is zero" in sentence
+
+
+def test_what_was_found_is_told_when_nothing_can_be_exported(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = Robot.from_file(arm / "robot.toml")
+    result = replace(found_in(robot)[0], corrections=None, joints={}, warnings=["positions are in degrees"])
+    (tmp_path / "result.json").write_text(result.to_json())
+    arguments = ("-r", arm / "robot.toml", "--to", "urdf", "-o", tmp_path / "new.urdf")
+    assert run("export", tmp_path / "result.json", *arguments) == 3
+    note, sentence = capsys.readouterr().err.splitlines()
+    assert note == "stribeck: note: positions are in degrees"
+    assert "neither corrected inertias" in sentence
 
 
 @pytest.mark.parametrize(("name", "maker", "words"), DAMAGED, ids=[case[0] for case in DAMAGED])

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck import console
-from stribeck.errors import SettingsError, StribeckError
+from stribeck.errors import SettingsError, StribeckError, findings_kept
 from stribeck.export import TARGETS
 from stribeck.export import export as write_model
 from stribeck.friction import AUTO, LAWS
@@ -116,7 +116,8 @@ def export(
     found = read_result(_result_file(result))
     machine = Robot.from_file(robot)
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
-    lines = write_model(found, machine, output, to)
+    with findings_kept([*machine.warnings, *found.warnings]):
+        lines = write_model(found, machine, output, to)
     typer.echo("\n".join(lines))
     console.print_paths([output])
 
@@ -253,11 +254,16 @@ def progress_bar() -> Iterator[Any]:
 
 
 def main() -> None:
-    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3."""
+    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3.
+
+    What was found before is printed above the sentence, a line each.
+    """
     listen()
     try:
         app()
     except StribeckError as error:
+        for finding in getattr(error, "__notes__", ()):
+            console.print_error(f"note: {finding}")
         console.print_error(str(error))
         sys.exit(error.exit_code)
     except OSError as error:

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.errors import errors_about
+from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque import support_name
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
@@ -104,7 +104,8 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot, settings: Settings | N
     LogError, SettingsError
         If the log cannot be used at all.
     """
-    with one_blas_thread(), errors_about(log.path if isinstance(log, RobotLog) else str(log)):
+    where = log.path if isinstance(log, RobotLog) else str(log)
+    with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
         return _inspect(prepare(log, robot, settings or robot.settings), robot)
 
 
