@@ -271,5 +271,5 @@ def main() -> None:
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
     except Interrupted:
-        console.print_error(f"interrupted; {'all' if anything_written() else 'nothing'} was written")
+        console.print_error(f"interrupted; {'everything' if anything_written() else 'nothing'} was written")
         sys.exit(130)
