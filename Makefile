@@ -15,7 +15,7 @@ BENCHMARKS := startup friction_torque identify whole_log walking balance
 	@touch $@
 
 demo: .venv/.run
-	$(BIN)/stribeck demo
+	$(BIN)/stribeck demo --overwrite
 
 lint: .venv/.dev
 	$(BIN)/ruff check .

@@ -2,17 +2,20 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.damaged import DAMAGED
+from tests.export.found import found_in
 from tests.readers.formats import JOINTS
 
 from stribeck import Robot
@@ -50,13 +53,15 @@ def run(*arguments: object) -> int:
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """Run what must be refused; return the sentence."""
+    """Run what must be refused; return the sentence, below what was found before."""
     assert run(*arguments) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert printed.err.count("\n") == 1, printed.err
+    *notes, sentence = printed.err.splitlines()
+    assert all(note.startswith("stribeck: note: ") for note in notes), printed.err
+    assert not sentence.startswith("stribeck: note: ")
     assert "Traceback" not in printed.err
-    return printed.err
+    return sentence
 
 
 def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -114,6 +119,52 @@ def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.Cap
     assert os.listdir(tmp_path) == ["still.npz"]
 
 
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+def test_what_was_found_is_told_when_nothing_is_identified(
+    method: str, arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=2)
+    position = np.rad2deg(log.position)
+    position[100:110] = np.nan
+    path = save_npz(log, tmp_path / "log.npz", position=position, velocity=None, acceleration=None)
+    arguments = ("-r", arm / "robot.toml", "-o", tmp_path / "out", "--method", method, "--json")
+    assert run("identify", path, *arguments) == 3
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    *notes, sentence = printed.err.splitlines()
+    assert "no joint can be identified" in sentence
+    for words in ("10 rows with missing values", "set [log.position] unit", "1 gaps longer than"):
+        assert len([note for note in notes if note.startswith("stribeck: note: ") and words in note]) == 1
+    assert os.listdir(tmp_path) == ["log.npz"]
+
+
+def test_what_was_found_is_told_when_a_log_is_refused(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=4)
+    torque = np.zeros_like(log.torque)
+    torque[100:110] = np.nan
+    path = save_npz(log, tmp_path / "log.npz", torque=torque)
+    for command in ("identify", "inspect"):
+        assert run(command, path, "-r", arm / "robot.toml", "-o", tmp_path / "out") == 2
+        first, *_, sentence = capsys.readouterr().err.splitlines()
+        assert first.startswith("stribeck: note: 10 rows with missing values")
+        assert "'torque' is zero" in sentence
+
+
+def test_what_was_found_is_told_when_nothing_can_be_exported(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = Robot.from_file(arm / "robot.toml")
+    result = replace(found_in(robot)[0], corrections=None, joints={}, warnings=["positions are in degrees"])
+    (tmp_path / "result.json").write_text(result.to_json())
+    arguments = ("-r", arm / "robot.toml", "--to", "urdf", "-o", tmp_path / "new.urdf")
+    assert run("export", tmp_path / "result.json", *arguments) == 3
+    note, sentence = capsys.readouterr().err.splitlines()
+    assert note == "stribeck: note: positions are in degrees"
+    assert "neither corrected inertias" in sentence
+
+
 @pytest.mark.parametrize(("name", "maker", "words"), DAMAGED, ids=[case[0] for case in DAMAGED])
 def test_a_damaged_log(
     name: str, maker: Callable[[Path], Path], words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -142,6 +193,10 @@ ROBOT_FILES = {
     "no model": ("[robot]\nbase = 'fixed'\n", ["'robot.model' is missing"]),
     "missing model": ("[robot]\nmodel = 'other.urdf'\n", ["other.urdf", "no such model file"]),
     "misspelt key": ("[robot]\nmodel = 'arm.urdf'\nbas = 'fixed'\n", ["unknown key 'robot.bas'"]),
+    "nested too deeply": (f"deep = {'[' * 3000}{']' * 3000}", ["nested too deeply"]),
+    "deep tables": (f"[robot]\nmodel{'.a' * 3000} = 1", ["robot.model", "too large to show"]),
+    "5000 digits": (f"[robot]\nmodel = {'9' * 5000}", ["is not TOML", "4300 digits"]),
+    "5000 digits in hexadecimal": (f"[robot]\nmodel = 0x{'f' * 5000}", ["robot.model", "too large to show"]),
     "wrong base": ("[robot]\nmodel = 'arm.urdf'\nbase = 'flying'\n", ["'flying'", "'floating' or 'fixed'"]),
     "negative armature": ("[robot]\nmodel = 'arm.urdf'\narmature = { elbow = -1.0 }\n", ["robot.armature.elbow", "-1"]),
     "unknown joint": ("[robot]\nmodel = 'arm.urdf'\nlocked = { knee = 0.0 }\n", ["'knee'", "shoulder, elbow, slide"]),
@@ -186,6 +241,11 @@ def test_a_wrong_robot_file(
         (["--set", "filter.window"], ["KEY=VALUE"]),
         (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'"]),
         (["--set", "holdout=1"], ["holdout", "greater than or equal to 2"]),
+        (["--set", f"fit_armature={'[' * 3000}{']' * 3000}"], ["--set fit_armature", "nested too deeply"]),
+        (["--set", f"fit_armature{'.a' * 3000}=1"], ["key 'fit_armature", "too large to show"]),
+        (["--set", f"block={'9' * 5000}"], ["--set block", "4300 digits"]),
+        (["--set", f"block=0x{'f' * 5000}"], ["key 'block'", "too large to show"]),
+        (["--set", f"filter.window={'9' * 4000}"], ["key 'filter.window'", "less than 100000"]),
         (["--set", "law.name=1"], ["key 'law'", "valid string"]),
         (["--set", "filter.kind=butterworth", "--set", "filter.cutoff=900"], ["900 Hz", "below half"]),
     ],
@@ -205,8 +265,86 @@ def test_an_output_that_is_a_file(arm: Path, tmp_path: Path, capsys: pytest.Capt
     assert (tmp_path / "out").read_text() == "mine"
 
 
+SPELLINGS: dict[str, Callable[[Path, Path], Path]] = {
+    "itself": lambda file, _: file,
+    "another spelling": lambda file, folder: folder / "sub" / ".." / file.name,
+    "a symbolic link": lambda file, folder: _link(folder, file),
+    "a hard link": lambda file, folder: _link(folder, file, hard=True),
+}
+
+
+def _link(folder: Path, file: Path, *, hard: bool = False) -> Path:
+    link = folder / "link"
+    link.hardlink_to(file) if hard else link.symlink_to(file)
+    return link
+
+
+@pytest.mark.parametrize("spell", SPELLINGS.values(), ids=SPELLINGS)
+@pytest.mark.parametrize("name", ["log.npz", "result.json", "robot.toml", "arm.urdf"])
+def test_inputs_are_not_written_over(
+    name: str, spell: Callable[[Path, Path], Path], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for file in (arm / "log.npz", arm / "robot.toml", arm / "arm.urdf"):
+        shutil.copy(file, tmp_path)
+    (tmp_path / "sub").mkdir()
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    content = (tmp_path / name).read_bytes()
+    output = spell(tmp_path / name, tmp_path)
+    common = ("-r", tmp_path / "robot.toml", "-o", output, "--overwrite")
+    commands: list[tuple[object, ...]] = [
+        ("inspect", tmp_path / "log.npz"),
+        ("export", tmp_path / "result.json", "--to", "urdf"),
+    ]
+    unread = {"log.npz": 1, "result.json": 0}.get(name)  # the command that does not read it
+    for k, command in enumerate(commands):
+        if k != unread:
+            assert "is read, and is not written over" in refused(capsys, *command, *common)
+            assert (tmp_path / name).read_bytes() == content
+
+
+def test_a_result_of_identify_is_not_written_over_its_log(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "friction_torque.parquet"
+    table.write_text("a log")
+    arguments = ("identify", table, "-r", arm / "robot.toml", "-o", tmp_path, "--overwrite")
+    assert f"{table}: is read" in refused(capsys, *arguments)
+    assert table.read_text() == "a log"
+
+
+def test_outputs_are_written_over_only_when_asked_to(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "page.html"
+    (tmp_path / "out").mkdir()
+    for file in (page, tmp_path / "out/report.html", tmp_path / "log.truth.npz"):
+        file.write_text("mine")
+    scenario = Path(__file__).parents[1] / "examples/scenarios/arm.toml"
+    inspect = ("inspect", arm / "log.npz", "-r", arm / "robot.toml", "-o", page)
+    commands: list[tuple[object, ...]] = [
+        inspect,
+        ("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out"),
+        ("simulate", scenario, "-o", tmp_path / "log.npz"),
+        ("demo", "-o", tmp_path / "out"),
+    ]
+    for command in commands:
+        assert "is there already; name another output, or add --overwrite" in refused(capsys, *command)
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    assert "is there already" in refused(capsys, *inspect[:-1], tmp_path / "dangling")
+    assert "is a folder" in refused(capsys, *inspect[:-1], tmp_path / "out", "--overwrite")
+    assert (tmp_path / "out/report.html").read_text() == "mine"
+    assert run(*inspect, "--overwrite") == 0
+    assert page.read_text().startswith("<!DOCTYPE html>")
+
+
 def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for text in ("", "[]", '{"schema": 9}', '{"schema": 1}'):
+    deep = "[" * 3000 + "]" * 3000
+    document = (
+        f'{{"schema": 1, "stribeck": "", "robot": "", "law": "", "method": "", "warnings": [], "joints": {deep}}}'
+    )
+    digits = document.replace(deep, "9" * 5000)
+    for text in ("", "[]", '{"schema": 9}', '{"schema": 1}', deep, document, digits, document.replace(deep, "[]")):
         (tmp_path / "result.json").write_text(text)
         assert "result.json" in refused(capsys, "compare", tmp_path / "result.json")
 

@@ -9,7 +9,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src/stribeck"
 GROUND = {"errors", "log", "settings", "samples", "equations", "pseudo_inertia", "version", "storage", "interpolation"}
-GROUND |= {"threads", "walk"}
+GROUND |= {"outputs", "threads", "walk"}
 ALLOWED = {
     "friction": GROUND | {"friction"},
     "export": GROUND | {"export", "model_file", "result", "robot"},

@@ -5,7 +5,6 @@ What is slow to import is imported where a command needs it, so that `--help` an
 
 from __future__ import annotations
 
-import signal
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -13,14 +12,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck import console
-from stribeck.errors import SettingsError, StribeckError
-from stribeck.outputs import staged_folder
+from stribeck.errors import SettingsError, StribeckError, findings_kept
+from stribeck.outputs import Interrupted, anything_written, check_outputs, listen, staged_folder
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -36,6 +35,7 @@ SetOption = Annotated[
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
 FORMATS = ("mjcf", "urdf")
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 
@@ -65,6 +65,7 @@ def identify(
     method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
     from stribeck.pipeline import identify as run
@@ -73,6 +74,7 @@ def identify(
 
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
+    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *_files_of(robot)], overwrite)
     with staged_folder(output) as staging, progress_bar() as progress:
         result = run(logs, machine, chosen, table=staging / TABLE, progress=progress)
         progress("writing the report", 0.9)
@@ -92,6 +94,7 @@ def inspect(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
     from stribeck.inspection import inspect_log
@@ -99,6 +102,7 @@ def inspect(
     from stribeck.robot import Robot
 
     machine = Robot.from_file(robot)
+    check_outputs([output] if output else [], [log, *_files_of(robot)], overwrite)
     with progress_bar() as progress:
         progress("inspecting", 0.1)
         found = inspect_log(log, machine, with_settings(machine.settings, {}, settings))
@@ -117,13 +121,18 @@ def export(
     robot: RobotOption,
     to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(FORMATS)}.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Write the robot's model with the inertias and the friction that were found."""
     from stribeck.export import export as write_model
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
-    lines = write_model(read_result(_result_file(result)), Robot.from_file(robot), output, to)
+    found = read_result(_result_file(result))
+    machine = Robot.from_file(robot)
+    check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
+    with findings_kept([*machine.warnings, *found.warnings]):
+        lines = write_model(found, machine, output, to)
     typer.echo("\n".join(lines))
     console.print_paths([output])
 
@@ -153,19 +162,20 @@ def compare(
 def simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What happens.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Make a log of a simulated robot, with its truth beside it."""
     _require_simulation()
-    from stribeck.simulation.files import write_simulated
+    from stribeck.simulation.files import truth_file, write_simulated
     from stribeck.simulation.run import run_scenario
     from stribeck.simulation.scenario import read_scenario
 
     if output.suffix != ".npz":
         raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
+    chosen = read_scenario(scenario)
+    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
     with progress_bar() as progress:
-        found = run_scenario(
-            read_scenario(scenario), scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share)
-        )
+        found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
     truth = write_simulated(found.log, found.truth, output)
     console.print_paths([output, truth, Path(found.robot.path)])
 
@@ -175,15 +185,17 @@ def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and what is found in it.")] = Path(
         "demo"
     ),
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
     _require_simulation()
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
     from stribeck.robot import Robot
-    from stribeck.simulation.demo import make_demo
+    from stribeck.simulation.demo import FILES, make_demo
     from stribeck.simulation.truth import with_truth
 
+    check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
     with staged_folder(output) as staging, progress_bar() as progress:
         example = make_demo(staging, lambda share: progress("simulating a walk", share))
         machine = Robot.from_file(example.robot_file)
@@ -225,7 +237,7 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     """
     from pydantic import ValidationError
 
-    from stribeck.settings import Settings, describe
+    from stribeck.settings import Settings, describe, parse_toml
 
     document: dict[str, Any] = settings.model_dump(exclude_unset=True)
     document.update({key: value for key, value in options.items() if value is not None})
@@ -234,9 +246,11 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
         if not equals:
             raise SettingsError(f"--set {assignment}: expected KEY=VALUE, e.g. filter.window=31")
         try:
-            value = tomllib.loads(f"value = {text}")["value"]
+            value = parse_toml(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
             value = text
+        except ValueError as error:
+            raise SettingsError(f"--set {key}: {error}; expected a value of [identify]") from error
         place = document
         *tables, last = key.strip().split(".")
         for table in tables:
@@ -249,6 +263,13 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     except ValidationError as error:
         raise SettingsError(f"settings: {describe(error)}") from error
     return chosen
+
+
+def _files_of(robot: Path) -> list[Path]:
+    """Return the robot file and the model that it names."""
+    from stribeck.robot import read_robot_file
+
+    return [robot, robot.parent / read_robot_file(robot).robot.model]
 
 
 def _result_file(path: Path) -> Path:
@@ -264,21 +285,17 @@ def progress_bar() -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
-class Interrupted(BaseException):
-    """The user or the system asks to stop; what is half written is taken away on the way out."""
-
-
-def _stop(*_: object) -> NoReturn:
-    raise Interrupted
-
-
 def main() -> None:
-    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3."""
-    for request in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(request, _stop)
+    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3.
+
+    What was found before is printed above the sentence, a line each.
+    """
+    listen()
     try:
         app()
     except StribeckError as error:
+        for finding in getattr(error, "__notes__", ()):
+            console.print_error(f"note: {finding}")
         console.print_error(str(error))
         sys.exit(error.exit_code)
     except OSError as error:
@@ -286,5 +303,5 @@ def main() -> None:
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
     except Interrupted:
-        console.print_error("interrupted; nothing was written")
+        console.print_error(f"interrupted; {'everything' if anything_written() else 'nothing'} was written")
         sys.exit(130)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 
 class StribeckError(Exception):
     """The input or the settings are wrong; the command line prints the message and ends with exit code 2.
 
-    The message is one line, whatever line breaks there are in the names that it quotes.
+    The message is one line, whatever line breaks there are in the names that it quotes. What was found before it came
+    are its notes (`__notes__`), which a traceback shows too.
 
     Examples
     --------
@@ -23,7 +24,11 @@ class StribeckError(Exception):
     exit_code = 2
 
     def __init__(self, message: str) -> None:
-        super().__init__("".join(letter if letter.isprintable() else "?" for letter in message))
+        super().__init__(_one_line(message))
+
+
+def _one_line(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 class RobotFileError(StribeckError):
@@ -76,6 +81,20 @@ class NothingIdentifiedError(StribeckError):
 
 
 @contextmanager
+def findings_kept(found: Sequence[str] = ()) -> Iterator[list[str]]:
+    """Give a list of findings to add to; an error takes along what is in it, each finding once."""
+    findings = list(found)
+    try:
+        yield findings
+    except StribeckError as error:
+        known = getattr(error, "__notes__", [])
+        for finding in dict.fromkeys(map(_one_line, findings)):
+            if finding not in known:
+                error.add_note(finding)
+        raise
+
+
+@contextmanager
 def errors_about(path: str) -> Iterator[None]:
     """Put a log's path into errors that were raised where it is not known, and say "log: ..." instead."""
     try:
@@ -84,4 +103,6 @@ def errors_about(path: str) -> Iterator[None]:
         message = str(error)
         if not path or not message.startswith("log: "):
             raise
-        raise LogError(path + message.removeprefix("log")) from error
+        about = LogError(path + message.removeprefix("log"))
+        about.__notes__ = getattr(error, "__notes__", [])
+        raise about from error

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.errors import errors_about
+from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque import support_name
 from stribeck.log import Array, RobotLog
 from stribeck.robot import Robot
@@ -122,7 +122,8 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings:
     (1000.0, 'agrees')
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
-    with one_blas_thread(), errors_about(log.path if isinstance(log, RobotLog) else str(log)):
+    where = log.path if isinstance(log, RobotLog) else str(log)
+    with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
         return _inspect(prepare(log, robot, settings or robot.settings), robot)
 
 

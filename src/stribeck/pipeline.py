@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from stribeck.collect import join_logs
-from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.errors import NothingIdentifiedError, SettingsError, findings_kept
 from stribeck.friction import AUTO, get_law
 from stribeck.friction_table import friction_table
 from stribeck.identification.curve_fit import JointFit, fit_law
@@ -67,7 +67,7 @@ def identify(
     LogError, SettingsError
         If the input or the settings are wrong.
     NothingIdentifiedError
-        If no joint moves enough for any number.
+        If no joint moves enough for any number; what was found before an error are its notes.
     """
     settings = settings or robot.settings
     law = get_law(settings.law)
@@ -75,7 +75,8 @@ def identify(
     _refuse_unused(settings)
     _refuse_auto(settings)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
-    with one_blas_thread(), friction_table(table) if table else nullcontext(_drop) as write:
+    writer = friction_table(table) if table else nullcontext(_drop)
+    with one_blas_thread(), findings_kept(robot.warnings) as findings, writer as write:
         found = find_whole_log(sources, robot, law, settings, progress) if settings.method == "whole-log" else None
         given, correction = robot, None
         as_used: Iterable[RobotLog | str | Path] = sources
@@ -85,6 +86,7 @@ def identify(
         surveys: list[Survey] = []
         for k, log in enumerate(as_used):
             surveys.append(survey(log, k, len(sources), robot, settings, write, progress))
+            findings += [*surveys[-1].notes, *surveys[-1].warnings]
             # One filter for all logs: parameters from different bandwidths do not mix.
             settings = settings.model_copy(update={"filter": surveys[0].filter_settings})
         progress("fitting", 0.0)

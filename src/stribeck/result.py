@@ -1,25 +1,27 @@
-"""What was found: the content of result.json, written whole or not at all."""
+"""What was found: the content of result.json."""
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NotRequired
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import from_json
+from typing_extensions import TypedDict
 
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.friction.assembled import beyond_velocity
 from stribeck.log import Array
+from stribeck.outputs import whole_or_not_at_all as whole_or_not_at_all
 from stribeck.result_tables import html_table, parameter_rows, verdict_counts
 from stribeck.samples import Samples
+from stribeck.settings import describe
 from stribeck.walk import WalkPicture
 
 if TYPE_CHECKING:
@@ -327,23 +329,33 @@ def read_result(path: str | Path) -> Result:
     True
     """
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
+        text = Path(path).read_text(encoding="utf-8")
+        document = from_json(text)
     except OSError as error:
         raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a result.json") from error
     except ValueError as error:
         raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         found = document.get("schema") if isinstance(document, dict) else type(document).__name__
-        raise SettingsError(f"{path}: key 'schema' is {found!r}; this version reads schema {SCHEMA}")
+        raise SettingsError(f"{path}: key 'schema' is {found!r:.80}; this version reads schema {SCHEMA}")
     try:
-        return Result(
-            **{key: document[key] for key in ("schema", "stribeck", "robot", "law", "method", "warnings")},
-            log=LogSummary(**document["log"]),
-            joints={name: _joint_from_plain(joint) for name, joint in document["joints"].items()},
-            corrections=_corrections_from_plain(document["corrections"]) if "corrections" in document else None,
-        )
-    except (KeyError, TypeError) as error:
-        raise SettingsError(f"{path}: key {error} is missing or unknown; expected a result.json") from error
+        return Result(**TypeAdapter(_Document).validate_json(text, strict=True))
+    except ValidationError as error:
+        raise SettingsError(f"{path}: {describe(error)}; expected a result.json") from error
+
+
+class _Document(TypedDict):
+    """What result.json holds."""
+
+    schema: int
+    stribeck: str
+    robot: str
+    log: LogSummary
+    law: str
+    method: str
+    joints: dict[str, JointResult]
+    corrections: NotRequired[Corrections]
+    warnings: list[str]
 
 
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
@@ -351,50 +363,3 @@ def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     plain = asdict(joint)
     del plain["law"]  # the result's
     return {key: value for key, value in plain.items() if value is not None or key not in ("terms", "mean_load")}
-
-
-def _joint_from_plain(plain: dict[str, Any]) -> JointResult:
-    parameters = {
-        name: ParameterEstimate(**{**value, "interval_95": tuple(value["interval_95"])})
-        for name, value in plain["parameters"].items()
-    }
-    validation = Validation(**plain["validation"]) if plain["validation"] else None
-    changed: dict[str, Any] = {
-        "parameters": parameters,
-        "validation": validation,
-        "velocity_range": tuple(plain["velocity_range"]),
-    }
-    if "terms" in plain:
-        changed["terms"] = {name: TermVerdict(**value) for name, value in plain["terms"].items()}
-    return JointResult(**{**plain, **changed})
-
-
-def _corrections_from_plain(plain: dict[str, Any]) -> Corrections:
-    pairs = {key: {name: tuple(pair) for name, pair in plain[key].items()} for key in ("torque_gain", "encoder_zero")}
-    bodies = {name: BodyCorrection(**_with_tuples(body)) for name, body in plain["bodies"].items()}
-    return Corrections(**{**plain, **pairs, "bodies": bodies})
-
-
-def _with_tuples(value: Any) -> Any:
-    """Return plain JSON whose lists are tuples."""
-    if isinstance(value, dict):
-        return {key: _with_tuples(inner) for key, inner in value.items()}
-    return tuple(_with_tuples(inner) for inner in value) if isinstance(value, list) else value
-
-
-@contextmanager
-def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside `path` to write to; it takes the name `path` only if no error came."""
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    os.close(descriptor)
-    temporary = Path(name)
-    try:
-        yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,7 +17,7 @@ from stribeck.kinematics import frame_pose
 from stribeck.log import Array, TorqueSource
 from stribeck.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import LogTable, RobotFile, Settings, describe
+from stribeck.settings import LogTable, RobotFile, Settings, describe, parse_toml
 
 ENDLESS = 4 * np.pi
 """A limit beyond this [rad or m] is none."""
@@ -234,10 +233,10 @@ def read_robot_file(path: Path) -> RobotFile:
         If it is missing, is not TOML, or has a wrong key or value.
     """
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = parse_toml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RobotFileError(f"{path}: cannot be read ({error.strerror}); expected a robot file (TOML)") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise RobotFileError(f"{path}: is not TOML: {error}") from error
     return _validated(document, path)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.clock import even, mean_step, refuse_backward_time, typical_step
 from stribeck.completeness import complete_rows, counts, cut, repeats, without_empty_channels
-from stribeck.errors import LogError
+from stribeck.errors import LogError, findings_kept
 from stribeck.log import Array, RobotLog
 from stribeck.plausibility import check_plausible
 from stribeck.settings import LogTable
@@ -84,7 +84,8 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         )
     if gaps:
         notes.append(f"{len(gaps)} gaps longer than {longest:.4g} s split the log; nothing is filtered across them.")
-    notes += check_plausible(log)
+    with findings_kept(notes):
+        notes += check_plausible(log)
     period = mean_step(log.time, _split(log.time, STEP * step)[0])  # also where longer steps are interpolated
     jitter = max(float(np.abs(np.diff(log.time[part]) - period).max(initial=0)) for part in segments)
     log, segments, how = even(_unit_orientation(log), segments, period, jitter)

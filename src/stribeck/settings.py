@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import tomllib
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -86,7 +87,7 @@ class FilterSettings(Table):
     """Which zero-phase filter gives velocity and acceleration from positions."""
 
     kind: Literal["auto", "savitzky-golay", "butterworth", "central", "backward", "log"] = "auto"
-    window: int | None = Field(default=None, ge=3)  # samples, odd (savitzky-golay)
+    window: int | None = Field(default=None, ge=3, lt=100_000)  # samples, odd (savitzky-golay)
     order: int = Field(default=4, ge=1, le=12)  # polynomial or Butterworth order
     weights: Literal["uniform", "hann", "gaussian"] | list[Positive] = "uniform"  # (7.4), symmetric
     cutoff: Cutoff | None = None  # [Hz] (butterworth; savitzky-golay if no window is given)
@@ -155,5 +156,26 @@ def describe(error: ValidationError) -> str:
         return f"unknown key '{key}'"
     if first["type"] == "missing":
         return f"key '{key}' is missing"
-    found = repr(first["input"])
-    return f"key '{key}' is {found if len(found) < 80 else found[:77] + '...'}: {message[0].lower()}{message[1:]}"
+    return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
+
+
+def _shown(value: object) -> str:
+    try:
+        found = repr(value)
+    except (RecursionError, ValueError):  # deep tables, and integers beyond the digits that Python prints
+        return f"a value of type {type(value).__name__} too large to show"
+    return found if len(found) < 80 else found[:77] + "..."
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return a TOML document.
+
+    Raises
+    ------
+    ValueError
+        If it is none (as its subclass TOMLDecodeError), has an integer of too many digits, or is nested too deeply.
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import tempfile
 import weakref
+from pathlib import Path
 
 import numpy as np
 
+from stribeck.errors import LogError
 from stribeck.log import Array
 
 IN_MEMORY_LIMIT = 1 << 29
@@ -17,8 +20,30 @@ IN_MEMORY_LIMIT = 1 << 29
 BLOCK_ROWS = 1 << 16
 """Rows that are worked through at once: a block of 100 channels of them takes about 50 MB."""
 
+EXPANSION = 200
+"""Bytes of samples a byte of a file, from which compression cannot explain them: measured signals compress tenfold."""
+
 _in_memory: list[weakref.ref[Array]] = []
 """Arrays that were handed out; those that are gone are struck off when the next is asked for."""
+
+
+def check_size(path: str, size: int) -> None:
+    """Refuse samples that take `size` bytes by a file's own account, before the first of them is unpacked.
+
+    Raises
+    ------
+    LogError
+        If the file is far too small to hold them (a bomb).
+    MemoryError
+        If there is no room for them.
+    """
+    stored = Path(path).stat().st_size
+    if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
+        raise LogError(
+            f"{path}: declares {size:.2g} bytes of samples and has {stored}; expected a log of measured signals"
+        )
+    if size > IN_MEMORY_LIMIT + shutil.disk_usage(tempfile.gettempdir()).free:
+        raise MemoryError
 
 
 def allocate(shape: tuple[int, ...]) -> Array:

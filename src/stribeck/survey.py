@@ -11,7 +11,7 @@ import numpy as np
 from stribeck.auto_filter import cutoff_from_log
 from stribeck.collect import MOST_KEPT, GroundReaction, join, thin
 from stribeck.contact import SupportPhase, SupportPhases, find_support_phases
-from stribeck.errors import errors_about
+from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque import Chunk, friction_torque, support_name
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter, resolve_auto
@@ -75,19 +75,22 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     LogError, SettingsError
         If the log cannot be used.
     """
-    if not isinstance(log, RobotLog):
-        log = read_log(log, robot)
-    log, sampling = regularise(log, robot.log_table)
-    support = find_support_phases(log, robot, sampling.segments, settings.support)
-    notes = [*log.notes, *sampling.notes, *support.notes]
-    chosen = settings.filter
-    if chosen.kind == "auto":
-        choice = cutoff_from_log(robot, log, sampling.segments, support.phases, sampling.period, settings)
-        chosen = resolve_auto(chosen, choice)
-        notes.append(f"filter chosen from the spectrum of the model's acceleration: {choice.reason}")
-    motion_filter = make_filter(chosen, sampling.period)
-    if robot.base == "floating" and log.base_orientation is None:
-        notes.append("no base orientation: the standing foot is taken to be level")
+    with findings_kept() as notes:
+        if not isinstance(log, RobotLog):
+            log = read_log(log, robot)
+        notes += log.notes
+        log, sampling = regularise(log, robot.log_table)
+        notes += sampling.notes
+        support = find_support_phases(log, robot, sampling.segments, settings.support)
+        notes += support.notes
+        chosen = settings.filter
+        if chosen.kind == "auto":
+            choice = cutoff_from_log(robot, log, sampling.segments, support.phases, sampling.period, settings)
+            chosen = resolve_auto(chosen, choice)
+            notes.append(f"filter chosen from the spectrum of the model's acceleration: {choice.reason}")
+        motion_filter = make_filter(chosen, sampling.period)
+        if robot.base == "floating" and log.base_orientation is None:
+            notes.append("no base orientation: the standing foot is taken to be level")
     return PreparedLog(
         log=log,
         sampling=sampling,

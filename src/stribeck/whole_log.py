@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.corrected import corrected_log, corrected_robot
 from stribeck.equations import WRENCH_SIZE
-from stribeck.errors import NothingIdentifiedError, errors_about
+from stribeck.errors import NothingIdentifiedError, errors_about, findings_kept
 from stribeck.friction import FrictionLaw
 from stribeck.identification.excitation import NOISE_FACTOR, excitation
 from stribeck.identification.joint_fit import JointFit
@@ -166,7 +166,8 @@ def find_whole_log(
             progress(f"reading log {k + 1} of {len(sources)}", 0.0)
             prepared.append(prepare(source, robot, plain))
     progress("fitting the whole log", 0.0)
-    return identify_whole_log(prepared, robot, law, settings)
+    with findings_kept([note for part in prepared for note in part.notes]):
+        return identify_whole_log(prepared, robot, law, settings)
 
 
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:

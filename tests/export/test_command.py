@@ -74,7 +74,7 @@ def _same(result: Result) -> Result:
 REFUSED: list[tuple[Callable[[Result], Result], str, str, list[str]]] = [
     (_same, "isaac", "new.urdf", ["'isaac'", "mjcf or urdf"]),
     (_same, "mjcf", "new.xml", ["arm.urdf", "is URDF", "export to urdf"]),
-    (_same, "urdf", "arm.urdf", ["is the robot's own model"]),
+    (_same, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
     (_other_joints, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
     (_other_bodies, "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
     (_unknown_body, "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError
 from stribeck.readers.source import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, Channel, Loaded, Source, listed
 from stribeck.settings import LogTable
-from stribeck.storage import allocate
+from stribeck.storage import allocate, check_size
 
 WORDS = ("joint_names", "foot_names", "torque_source")
 """Arrays of text that describe the others."""
@@ -31,6 +31,11 @@ class StoredArray:
     def columns(self) -> int:
         """How many columns it has when everything after the first axis is laid side by side."""
         return math.prod(self.shape[1:])
+
+    @property
+    def size(self) -> int:
+        """How many bytes it is said to take, at least one value a row: rows are worked through even if empty."""
+        return self.dtype.itemsize * math.prod(max(1, length) for length in self.shape)
 
 
 def source_of_arrays(
@@ -96,6 +101,7 @@ def _labels(
 
 
 def _load(parts: Mapping[str, Sequence[StoredArray]], path: str, wanted: Mapping[str, Sequence[int]]) -> Loaded:
+    check_size(path, sum(part.size for name in wanted for part in parts[name]))
     return Loaded({name: _load_channel(name, parts[name], list(columns), path) for name, columns in wanted.items()})
 
 

@@ -14,7 +14,7 @@ from stribeck.errors import LogError
 from stribeck.readers.arrays import WORDS, StoredArray, source_of_arrays
 from stribeck.readers.source import Source, foreign
 from stribeck.settings import LogTable
-from stribeck.storage import BLOCK_ROWS
+from stribeck.storage import BLOCK_ROWS, check_size
 
 
 def open_hdf5(path: Path, table: LogTable) -> Source:
@@ -31,13 +31,16 @@ def open_hdf5(path: Path, table: LogTable) -> Source:
     arrays: dict[str, StoredArray] = {}
 
     def visit(name: str, node: h5py.Dataset | h5py.Group) -> None:
+        name = name if isinstance(name, str) else repr(name)  # h5py gives bytes for what is not UTF-8
+        if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):  # even its shape may be elsewhere
+            raise LogError(f"{path}: '{name}' is stored in other files, which are not opened; expected it in this file")
         if isinstance(node, h5py.Dataset) and node.shape is not None:
-            name = name if isinstance(name, str) else repr(name)  # h5py gives bytes for what is not UTF-8
             arrays[name] = StoredArray(node.shape, node.dtype, partial(_blocks, path, name))
 
     with foreign(str(path), "HDF5"), h5py.File(path, "r") as file:
-        file.visititems(visit)
-        words = {name: _words(file, name, path) for name in WORDS if name in file or name in file.attrs}
+        file.visititems(visit)  # which follows no links to other files
+        check_size(str(path), sum(arrays[name].size for name in WORDS if name in arrays))
+        words = {name: _words(file, name, path) for name in WORDS if name in arrays or name in file.attrs}
     if not arrays:
         raise LogError(f"{path}: holds no datasets; expected at least 'position' and 'torque'")
     return source_of_arrays(str(path), arrays, words, table)
@@ -52,7 +55,7 @@ def _blocks(path: Path, name: str) -> Iterator[NDArray[np.generic]]:
 
 def _words(file: h5py.File, name: str, path: Path) -> tuple[str, ...]:
     """Return the texts of a dataset or an attribute."""
-    node = file[name] if name in file else file.attrs[name]
+    node = file[name] if name not in file.attrs else file.attrs[name]
     values = np.ravel(np.asarray(node[()] if isinstance(node, h5py.Dataset) else node, dtype=object))
     if not all(isinstance(value, (bytes, str)) for value in values):
         raise LogError(f"{path}: '{name}' holds something else than text")

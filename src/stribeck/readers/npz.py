@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import zipfile
 from collections.abc import Callable, Iterator
@@ -16,13 +17,14 @@ from stribeck.errors import LogError
 from stribeck.readers.arrays import WORDS, StoredArray, source_of_arrays
 from stribeck.readers.source import Source, foreign
 from stribeck.settings import LogTable
-from stribeck.storage import BLOCK_ROWS
+from stribeck.storage import BLOCK_ROWS, check_size
 
 Header = tuple[tuple[int, ...], bool, np.dtype[Any]]
 HEADERS: dict[tuple[int, int], Callable[[IO[bytes]], Header]] = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
+LONGEST_HEADER = 1 << 16  # bytes; of arrays of numbers it is a line
 
 
 def open_npz(path: Path, table: LogTable) -> Source:
@@ -51,10 +53,14 @@ def _stored(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArray:
 
 
 def _header(file: IO[bytes]) -> Header:
-    version = np.lib.format.read_magic(file)
+    """Read an array's header, which may claim to be gigabytes long."""
+    start = io.BytesIO(file.read(LONGEST_HEADER))
+    version = np.lib.format.read_magic(start)
     if version not in HEADERS:
         raise ValueError(f"array format {version} is not supported")
-    return HEADERS[version](file)
+    header = HEADERS[version](start)
+    file.seek(start.tell())
+    return header
 
 
 def _blocks(
@@ -83,6 +89,7 @@ def _read(file: IO[bytes], count: int, dtype: np.dtype[Any]) -> NDArray[np.gener
 
 
 def _words(stored: StoredArray, name: str, path: Path) -> tuple[str, ...]:
+    check_size(str(path), stored.size)
     if stored.dtype.kind not in "US":
         raise LogError(f"{path}: array '{name}' holds values of type {stored.dtype}; expected text")
     values = np.concatenate([block.reshape(-1) for block in stored.blocks()] or [np.empty(0, "U1")])

@@ -105,8 +105,12 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     """Return the reader of a file's format, by its suffix."""
     with foreign(str(path), "a log"):
         size = path.stat().st_size if path.exists() else None
+        files = sorted(path.iterdir()) if path.is_dir() else [path]
+        strange = next((file for file in files if file.exists() and not (file.is_file() or file.is_dir())), None)
     if size is None:
         raise LogError(f"{path}: no such file; expected a log")
+    if strange:  # reading one may take forever
+        raise LogError(f"{strange}: is a pipe, a device or a socket; expected a log file, or a rosbag2 folder")
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return open_rosbag

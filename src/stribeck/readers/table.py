@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError
 from stribeck.readers.source import CHANNELS, JOINT_CHANNELS, Arrays, Channel, Loaded, Source, foreign, listed
 from stribeck.settings import LogTable
-from stribeck.storage import BLOCK_ROWS, allocate
+from stribeck.storage import BLOCK_ROWS, allocate, check_size
 
 Batches = Callable[[list[str]], Iterator[pa.RecordBatch]]
 CSV_BLOCK = 1 << 23  # bytes parsed at once
@@ -148,6 +148,7 @@ def _load(
 ) -> Loaded:
     """Return the wanted columns, copied batch by batch to where they belong, so that memory holds them once."""
     plan = {name: [used[name][index] if index >= 0 else "" for index in columns] for name, columns in wanted.items()}
+    check_size(path, 8 * rows * sum(map(len, plan.values())))
     channels = {name: allocate((rows, len(columns))) for name, columns in plan.items() if name != "time"}
     stamps: list[NDArray[np.generic]] = []
     row = 0

@@ -21,6 +21,8 @@ from stribeck.walk import WalkPicture
 
 SCENARIO = MODELS / "demo.toml"
 """What happens in it."""
+FILES = ("scenario.toml", "robot.toml", MODEL_FILE.name, "log.npz", "log.truth.npz")
+"""What it consists of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
     Parameters
     ----------
     folder
-        Where to; gets `scenario.toml`, `robot.toml`, `toro.xml`, `log.npz` and `log.truth.npz`.
+        Where to; gets `FILES`.
     progress
         Told the share of the simulation that is done, now and then.
     scenario

@@ -22,12 +22,17 @@ def write_npz(log: RobotLog, path: Path) -> None:
         np.savez(file, allow_pickle=False, **names, **log.channels())
 
 
+def truth_file(log: Path) -> Path:
+    """Return where the truth of a simulated log is."""
+    return log.with_name(f"{log.stem}.truth.npz")
+
+
 def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
     """Write a log to `path` and its truth beside it, both or neither, and return where the truth is.
 
     The truth's arrays have the names of `Truth`; `parameters` is JSON text, by joint and name.
     """
-    beside = path.with_name(f"{path.stem}.truth.npz")
+    beside = truth_file(path)
     arrays = {
         field.name: value for field in fields(truth) if isinstance(value := getattr(truth, field.name), np.ndarray)
     }
@@ -47,6 +52,6 @@ def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
 
 def read_truth(log: Path) -> Truth:
     """Return the truth that `write_simulated` put beside a log."""
-    with np.load(log.with_name(f"{log.stem}.truth.npz"), allow_pickle=False) as file:
+    with np.load(truth_file(log), allow_pickle=False) as file:
         arrays = {field.name: file[field.name] for field in fields(Truth) if field.name in file.files}
         return Truth(**arrays | {"parameters": json.loads(str(file["parameters"]))})

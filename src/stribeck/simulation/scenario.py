@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from stribeck.errors import SettingsError
-from stribeck.settings import Finite, NonNegative, Positive, Table, describe
+from stribeck.settings import Finite, NonNegative, Positive, Table, describe, parse_toml
 from stribeck.simulation.gait import Gait
 
 Named = dict[str, Finite]
@@ -94,13 +93,13 @@ def read_scenario(path: Path) -> Scenario:
         If it is missing, is not TOML, or has a wrong key or value.
     """
     try:
-        return Scenario.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return Scenario.model_validate(parse_toml(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a scenario (TOML)") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path}: is not TOML: {error}") from error
     except ValidationError as error:
         raise SettingsError(f"{path}: {describe(error)}") from error
+    except ValueError as error:
+        raise SettingsError(f"{path}: is not TOML: {error}") from error
 
 
 def by_joint(patterns: dict[str, Named], common: Named, joints: tuple[str, ...], where: str) -> dict[str, Named]:

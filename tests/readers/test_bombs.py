@@ -1,0 +1,98 @@
+"""Small files that claim to hold more than a machine has are refused at once."""
+
+import time
+import zipfile
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+
+from stribeck.errors import LogError
+from stribeck.readers import read_log
+
+LIMIT = 1 << 24
+"""Bytes that are held in memory here."""
+ROWS = 1 << 20
+"""Of time and two joints: more than that."""
+
+
+def npz(path, rows=ROWS):
+    """Real zeros, a thousandth of their size."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, shape in (("time", (rows,)), ("position", (rows, 2)), ("torque", (rows, 2))):
+            with archive.open(f"{name}.npy", "w") as file:
+                np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": shape})
+                for _ in range(0, 8 * int(np.prod(shape)), 1 << 22):
+                    file.write(bytes(1 << 22))
+
+
+def npz_of_empty_rows(path):
+    np.savez(path, time=np.zeros((1 << 50, 0)), position=np.zeros((3, 2)), torque=np.zeros((3, 2)))
+
+
+def npz_of_names(path):
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("joint_names.npy", "w") as file,
+    ):
+        np.lib.format.write_array_header_1_0(file, {"descr": "<U1024", "fortran_order": False, "shape": (1 << 13,)})
+        file.write(bytes(1 << 25))
+
+
+def hdf5(path):
+    with h5py.File(path, "w") as file:
+        for name, shape in (("time", (10**12,)), ("position", (10**12, 2)), ("torque", (10**12, 2))):
+            file.create_dataset(name, shape, float, chunks=(1024, *shape[1:]))
+
+
+def parquet(path):
+    names = ("time", "position.hip", "position.knee", "torque.hip", "torque.knee")
+    batch = pa.table(dict.fromkeys(names, np.zeros(1 << 20)))
+    with pyarrow.parquet.ParquetWriter(path, batch.schema) as writer:
+        for _ in range(0, ROWS, 1 << 20):
+            writer.write_table(batch)
+
+
+@pytest.mark.parametrize(
+    ("make", "name"),
+    [
+        (npz, "log.npz"),
+        (npz_of_empty_rows, "log.npz"),
+        (npz_of_names, "log.npz"),
+        (hdf5, "log.h5"),
+        (parquet, "log.parquet"),
+    ],
+)
+def test_more_samples_than_the_file_can_hold(make, name, tmp_path, monkeypatch):
+    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", LIMIT)
+    make(tmp_path / name)
+    start = time.process_time()
+    with pytest.raises(LogError, match=r"declares .* bytes of samples") as refused:
+        read_log(tmp_path / name)
+    assert time.process_time() - start < 1.0
+    assert len(str(refused.value).splitlines()) == 1
+
+
+def test_a_header_of_gigabytes(tmp_path):
+    with (
+        zipfile.ZipFile(tmp_path / "log.npz", "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("time.npy", "w") as file,
+    ):
+        file.write(b"\x93NUMPY\x02\x00" + (1 << 28).to_bytes(4, "little"))
+        for _ in range(64):
+            file.write(b" " * (1 << 22))
+    start = time.process_time()
+    with pytest.raises(LogError, match="cannot be read as NumPy"):
+        read_log(tmp_path / "log.npz")
+    assert time.process_time() - start < 0.5
+
+
+def test_no_room_for_a_sound_log(tmp_path, monkeypatch):
+    np.savez(tmp_path / "log.npz", time=np.arange(9.0), position=np.ones((9, 2)), torque=np.ones((9, 2)))
+    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 100)
+    monkeypatch.setattr("stribeck.storage.shutil.disk_usage", lambda _: SimpleNamespace(free=100))
+    with pytest.raises(LogError, match="too large for this machine"):
+        read_log(tmp_path / "log.npz")
