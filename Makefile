@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint bench coverage paper docs accuracy clean
+.PHONY: demo test lint bench coverage paper docs accuracy real clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -32,6 +32,9 @@ docs: .venv/.dev
 
 accuracy: .venv/.dev
 	$(BIN)/python -m studies.accuracy --save studies/accuracy.json
+
+real: .venv/.dev
+	$(BIN)/python -m studies.real
 
 clean:
 	rm -rf .venv build site .pytest_cache .mypy_cache .ruff_cache
