@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from studies import held_out
+from studies import held_out, real
 
 from stribeck import Robot, identify, read_log
 from stribeck.errors import NothingIdentifiedError, RobotFileError
@@ -184,6 +184,14 @@ def test_cassie_landings_identify_nothing(converted):
     logs, robot = opened(converted("cassie-landings"))
     with pytest.raises(NothingIdentifiedError, match="usable samples"):
         identify([logs[k] for k in (10, 12, 24)], robot)
+
+
+def test_every_command_runs_on_a_log_of_each_robot_that_is_quick(tmp_path):
+    ran = list(real.all_runs(DATA, tmp_path, only=None, thin=True))
+    assert not [each.said for each in ran if each.failed]
+    assert {each.log.split()[0] for each in ran} == set(real.THIN)
+    for command in ("inspect", "identify whole-log", "export urdf", "compare whole-log"):
+        assert any(each.command.startswith(command) and each.code == 0 for each in ran), command
 
 
 def test_the_page_shows_what_the_command_prints(monkeypatch, capsys):

@@ -6,6 +6,8 @@ the logs. Only what a robot file cannot say is done here: gears, a torque that w
 
 from __future__ import annotations
 
+import csv
+import json
 import shutil
 import sys
 from collections.abc import Callable
@@ -13,7 +15,9 @@ from importlib.metadata import distribution
 from pathlib import Path
 from xml.etree import ElementTree
 
+import h5py
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 HERE = Path(__file__).parent
 FEEDBACK_STIFFNESS, FEEDBACK_DAMPING = 20.0, 1.5
@@ -30,6 +34,15 @@ CASSIE_MOTORS = tuple(
     f"{joint}_{side}" for joint in ("hip_roll", "hip_yaw", "hip_pitch", "knee", "toe") for side in ("left", "right")
 )
 """The torques of a Cassie log, column by column."""
+SO101_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
+_ARM = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow")
+_LEG = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
+ICUB_JOINTS = (
+    *("neck_pitch", "neck_roll", "neck_yaw", "torso_pitch", "torso_roll", "torso_yaw"),
+    *(f"{side}_{joint}" for side in ("l", "r") for joint in _ARM),
+    *(f"{side}_{joint}" for side in ("l", "r") for joint in _LEG),
+)
+"""The joints of the iCub's log, row by row."""
 
 
 def tx40(data: Path, out: Path) -> None:
@@ -113,12 +126,50 @@ def cassie_landings(data: Path, out: Path) -> None:
         )
 
 
+def so101(data: Path, out: Path) -> None:
+    """SO-101: a cell of its CSV holds a list, as text; the torque is a magnitude, whose sign nobody recorded."""
+    shutil.copyfile(data / "so101.urdf", out / "so101.urdf")
+    for path in sorted(data.glob("*.csv")):
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        channels = {
+            channel: np.array([json.loads(row[column]) for row in rows])
+            for channel, column in (("position", "positions"), ("velocity", "velocities"), ("torque", "torques"))
+        }
+        time = [float(row["timestamp"]) for row in rows]
+        np.savez(out / f"log_{path.stem}.npz", time=time, joint_names=SO101_JOINTS, **channels)
+
+
+def icub_walk(data: Path, out: Path) -> None:
+    """iCub: rows to columns, angles of the base to a quaternion; its torques were not recorded."""
+    shutil.copyfile(data / "model.urdf", out / "icub.urdf")
+    with h5py.File(data / "walking.mat") as raw:
+        rows = {name: np.asarray(raw[name]) for name in raw if not name.startswith("#")}
+    samples = rows["estimatorJointsTime"].size
+    wrench = np.zeros((samples, 2, 6))
+    for foot, name in enumerate(("lfForceZ", "rfForceZ")):
+        wrench[:, foot, 2] = rows[name][0]
+    np.savez(
+        out / "log.npz",
+        time=rows["estimatorJointsTime"][0],
+        joint_names=ICUB_JOINTS,
+        position=rows["estimatorJointsPos"].T,
+        velocity=rows["estimatorJointsVel"].T,
+        torque=np.full((samples, len(ICUB_JOINTS)), np.nan),
+        base_orientation=Rotation.from_euler("xyz", rows["linkBaseRot"].T).as_quat(),
+        foot_names=["left", "right"],
+        foot_wrench=wrench,
+    )
+
+
 CONVERTERS: dict[str, Callable[[Path, Path], None]] = {
     "tx40": tx40,
     "kinova-gen3": kinova_gen3,
     "go2": go2,
     "double-pendulum": double_pendulum,
     "cassie-landings": cassie_landings,
+    "so101": so101,
+    "icub-walk": icub_walk,
 }
 
 

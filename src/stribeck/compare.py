@@ -20,8 +20,8 @@ class Difference:
     """One parameter of one joint, or of two mirrored joints, in both results.
 
     `difference` is b - a with its 95 % interval; `z_score` is the difference in standard errors, None if they are
-    zero; `agrees` says whether the interval holds zero. Nothing is said about a joint that only one side identified:
-    it is in `missing`.
+    zero, or next to it; `agrees` says whether the interval holds zero. Nothing is said about a joint that only one side
+    identified: it is in `missing`.
     """
 
     joint: str
@@ -130,6 +130,7 @@ def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimat
     below = math.hypot(b.value - b.interval_95[0], a.interval_95[1] - a.value)
     above = math.hypot(b.interval_95[1] - b.value, a.value - a.interval_95[0])
     error = math.hypot(a.standard_error, b.standard_error)
+    z_score = difference / error if error > 0 else math.inf
     return Difference(
         joint=label,
         parameter=name,
@@ -138,7 +139,7 @@ def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimat
         b=b.value,
         difference=difference,
         interval_95=(difference - below, difference + above),
-        z_score=difference / error if error > 0 else None,
+        z_score=z_score if math.isfinite(z_score) else None,
         agrees=difference - below <= 0 <= difference + above,
         weak="weak" in (a.verdict, b.verdict),
     )

@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from stribeck.inspection import Inspection
     from stribeck.result import ParameterEstimate, Result
 
-ERRORS = Console(stderr=True)
+ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "not excited": "dim"}
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
 
 
 def _console() -> Console:
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=PLAIN_WIDTH)
+    console = Console(highlight=False, emoji=False)
+    return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
 
 
 def print_error(message: str) -> None:
@@ -56,7 +56,7 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_parameters(result: Result) -> Table:
-    table = Table(title=f"{result.robot}: friction, law '{result.law}', 95 % intervals")
+    table = Table(title=escape(f"{result.robot}: friction, law '{result.law}', 95 % intervals"))
     for heading in ("joint", "verdict", "parameter", "value", "RMS held out\n[N m]"):
         table.add_column(escape(heading), justify="right" if heading[0] in "vR" and heading != "verdict" else "left")
     for joint, found in result.joints.items():
@@ -64,13 +64,13 @@ def _lines_of_parameters(result: Result) -> Table:
         values = [_with_error(parameter) for parameter in found.parameters.values()]
         rms = number(found.validation.rms) if found.validation else ""
         verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
-        table.add_row(joint, verdict, "\n".join(named), "\n".join(values), rms, end_section=True)
+        table.add_row(escape(joint), verdict, "\n".join(named), "\n".join(values), rms, end_section=True)
     return table
 
 
 def _columns_of_parameters(result: Result) -> Table:
     names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
-    table = Table(title=f"{result.robot}: friction, law '{result.law}', 95 % intervals")
+    table = Table(title=escape(f"{result.robot}: friction, law '{result.law}', 95 % intervals"))
     table.add_column("joint")
     table.add_column("verdict")
     for name in names:
@@ -80,7 +80,7 @@ def _columns_of_parameters(result: Result) -> Table:
     for joint, found in result.joints.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
         rms = number(found.validation.rms) if found.validation else ""
-        table.add_row(joint, f"[{STYLES[found.verdict]}]{found.verdict}[/]", *cells, rms)
+        table.add_row(escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]", *cells, rms)
     return table
 
 
@@ -92,7 +92,7 @@ def _with_error(found: ParameterEstimate) -> str:
 
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
     """Print the truth beside what was found, joint by joint and parameter by parameter, then how many agree."""
-    table = Table(title=f"{result.robot}: truth and found, law '{result.law}'")
+    table = Table(title=escape(f"{result.robot}: truth and found, law '{result.law}'"))
     for heading in ("joint", "parameter", "truth", "found", "95 % interval", "verdict"):
         table.add_column(heading, justify="right" if heading in ("truth", "found", "95 % interval") else "left")
     known = identified = held = 0
@@ -101,14 +101,16 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
         compared = {name: value for name, value in found.parameters.items() if name in true}
         if not compared:
             said = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
-            table.add_row(joint, "", "" if true else "none", "", "", f"[dim]{said}[/]", end_section=True)
+            table.add_row(
+                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(said)}[/]", end_section=True
+            )
         for k, (name, value) in enumerate(compared.items()):
             low, high = value.interval_95
             known += 1
             identified += value.verdict == "identified"
             held += low <= true[name] <= high
             table.add_row(
-                joint if k == 0 else "",
+                escape(joint) if k == 0 else "",
                 escape(f"{name} [{value.unit}]"),
                 number(true[name]),
                 number(value.value),
@@ -135,7 +137,7 @@ def print_inspection(found: Inspection) -> None:
     ]
     for line in lines:
         console.print(line, markup=False)
-    table = Table(title=f"{found.robot}: joints")
+    table = Table(title=escape(f"{found.robot}: joints"))
     table.add_column("joint")
     for heading in (
         "position [rad]",
@@ -149,7 +151,7 @@ def print_inspection(found: Inspection) -> None:
     for name, joint in found.joints.items():
         ranges = (joint.position_range, joint.velocity_range, joint.torque_range)
         table.add_row(
-            name,
+            escape(name),
             *(f"{number(low)} ... {number(high)}" for low, high in ranges),
             "" if joint.correlation is None else f"{joint.correlation:.2f}",
             "" if joint.delay is None else f"{1e3 * joint.delay:+.2f}",
@@ -172,7 +174,7 @@ def _support_shares(found: Inspection) -> str:
 
 def print_comparison(found: Comparison) -> None:
     """Print the differences of two results: a line a parameter."""
-    table = Table(title=f"{found.a} and {found.b}")
+    table = Table(title=escape(f"{found.a} and {found.b}"))
     table.add_column("joint")
     table.add_column("parameter")
     for heading in ("first", "second", "difference", "95 % interval"):
@@ -181,7 +183,7 @@ def print_comparison(found: Comparison) -> None:
     for row in found.rows:
         low, high = row.interval_95
         table.add_row(
-            row.joint,
+            escape(row.joint),
             escape(f"{row.parameter} [{row.unit}]"),
             number(row.a),
             number(row.b),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from xml.dom.minidom import Document, Element, Text, parse
@@ -10,6 +11,9 @@ from xml.parsers.expat import ExpatError
 
 from stribeck.errors import RobotFileError
 from stribeck.log import Array
+
+_NOT_IN_COMMENTS = re.compile("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML may hold, and line ends."""
 
 
 def read_document(path: Path) -> tuple[Document, Element]:
@@ -30,7 +34,8 @@ def read_document(path: Path) -> tuple[Document, Element]:
 
 def document_text(document: Document, comment: Iterable[str]) -> str:
     """Return the text of a document with a comment at its head, a line each."""
-    lines = [line.replace("--", "- -") for line in comment]  # no comment may hold two hyphens in a row
+    lines = [_NOT_IN_COMMENTS.sub(" ", line) for line in comment]
+    lines = [re.sub("-(?=-)", "- ", line) for line in lines]  # no comment may hold two hyphens in a row
     head = ["<!--", *(f"  {line}" for line in lines), "-->"]
     parts = (node.toxml() for node in document.childNodes)
     return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *head, *parts]) + "\n"

@@ -21,6 +21,9 @@ from stribeck.result import BodyCorrection, Corrections
 SAME = 1e-9
 """Largest relative difference of inertias that counts as the same model [1]."""
 
+LEAST_MASS, LARGEST = 1e-9, 1e9
+"""Of a body [kg], and of its numbers in SI units; beyond them rounding leaves nothing of an inertia."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LinkInertia:
@@ -52,7 +55,7 @@ def corrected_links(
     Raises
     ------
     SettingsError
-        If the model is not the one that the corrections started from.
+        If the model is not the one that the corrections started from, or a body has a mass or size that none has.
     """
     inertias = _inertias_of_links(file)
     poses: dict[int, dict[str, Array]] = defaultdict(dict)
@@ -62,6 +65,7 @@ def corrected_links(
     found: dict[str, LinkInertia] = {}
     mended = []
     for joint, body in corrections.bodies.items():
+        _require_a_body(joint, body, where)
         links = poses[_require_same_body(tree, joint, body, where)]
         before = np.stack([pose @ inertias[name] @ pose.T for name, pose in links.items()])
         wanted = _of_body(body, 1)
@@ -94,6 +98,16 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
         else:
             own[joint] = str(frame.name), np.linalg.inv(pose)
     return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in own.items()}
+
+
+def _require_a_body(joint: str, body: BodyCorrection, where: str) -> None:
+    """Refuse numbers that no arithmetic can make an inertia of; what is merely impossible is mended."""
+    numbers = np.concatenate([body.mass, *body.centre_of_mass, *body.inertia])
+    if min(body.mass) < LEAST_MASS or np.abs(numbers).max() > LARGEST:
+        raise SettingsError(
+            f"{where}: the result changes what '{joint}' carries from {body.mass[0]:g} kg to {body.mass[1]:g} kg, "
+            f"or has numbers of it beyond {LARGEST:g}; expected a result that 'stribeck identify' wrote"
+        )
 
 
 def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> int:

@@ -7,7 +7,9 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+from warnings import catch_warnings, filterwarnings
 
+import numpy as np
 from markupsafe import Markup, escape
 from matplotlib import style
 from matplotlib.axes import Axes
@@ -59,7 +61,8 @@ _VARIABLE = {stand_in: f"var(--{name})" for name, stand_in in COLOURS.items()}
 @contextmanager
 def house_style() -> Iterator[None]:
     """Draw as the page wants it, whatever the user's own matplotlib settings are; they come back afterwards."""
-    with style.context(STYLE, after_reset=True):
+    with style.context(STYLE, after_reset=True), np.errstate(all="ignore"), catch_warnings():
+        filterwarnings("ignore", "Glyph .* missing")  # it is the browser that draws texts
         try:
             yield
         finally:

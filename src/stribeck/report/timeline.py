@@ -28,7 +28,7 @@ Phases = list[tuple[float, float, str, bool]]
 
 
 def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
-    """Return the section with the timeline, a close-up of a long log, and the time a support; None without phases.
+    """Return the section with the timeline, a close-up of a long log, and the time a support; None without time.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
         Where the clear stretch of the joints' panels begins [s]: the close-up shows it.
     """
     phases = one_clock(recorded)
-    if not phases:
+    start, end = (phases[0][0], max(phase[1] for phase in phases)) if phases else (0.0, 0.0)
+    if end <= start:
         return None
-    start, end = phases[0][0], max(phase[1] for phase in phases)
     names = list(dict.fromkeys(phase[2] for phase in phases))
     figures = [(inline_svg(_strips(phases, names, start, end), "Support phases over the whole log", "p0"), "Whole log")]
     if end - start > 2 * CLOSE_UP:

@@ -1,0 +1,203 @@
+"""Every command on every published log of real robots, as a user would type them, in one table.
+
+    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.real
+
+Each log by itself, and a robot's logs together, go through `inspect`, `identify` with its robot file's settings and
+with every method, law and correction, `export` and `compare`. A refusal in one sentence (exit code 2 or 3) is an
+answer; anything else that is not success, and any traceback, is a failure, and this ends with exit code 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import os
+import re
+import runpy
+import sys
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from unittest.mock import patch
+
+from stribeck import cli
+from stribeck.friction import AUTO, LAWS
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples" / "real_robots"
+DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))
+WORKERS = 2
+ANSWERS = (0, 2, 3)
+"""Exit codes that a user can act on."""
+CORRECTIONS = ("none", "inertia", "calibration")
+THIN = ("double-pendulum", "so101", "cassie-landings", "icub-walk")
+"""Robots whose first log goes through a few commands in seconds."""
+FORMATS = {".urdf": "urdf", ".xml": "mjcf"}
+WIDTH = 110
+"""Characters of what a command says on stderr that the table shows."""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A command that has run: on which log, what it ended with, and what was found."""
+
+    log: str
+    command: str
+    code: int
+    seconds: float
+    said: str
+    result: Path | None = None
+
+    @property
+    def failed(self) -> bool:
+        """Whether a user could not act on how it ended."""
+        return self.code not in ANSWERS or "Traceback" in self.said
+
+    def line(self) -> str:
+        """Return the row of the table."""
+        found = summary(self.result) if self.result and not self.code else ("", "", "")
+        refusal = " ".join(re.sub(r"/\S*/", "", self.said).split())[:WIDTH]  # files by their names alone
+        cells = [self.log, self.command, str(self.code), f"{self.seconds:.1f}", *found, refusal.replace("|", "/")]
+        return f"| {' | '.join(cells)} |"
+
+
+HEAD = """\
+| log | command | exit | s | identified/weak/not excited | held-out rms / without friction | warnings | on stderr |
+|---|---|---:|---:|---|---:|---:|---|"""
+
+
+def summary(path: Path) -> tuple[str, str, str]:
+    """Return the verdicts' counts, the median joint's held-out rms over that of zero friction, and the warnings."""
+    result = json.loads(path.read_text(encoding="utf-8"))
+    verdicts = Counter(joint["verdict"] for joint in result["joints"].values())
+    shown = "/".join(str(verdicts[verdict]) for verdict in ("identified", "weak", "not excited"))
+    checks = [joint["validation"] for joint in result["joints"].values() if joint["validation"]]
+    shares = [check["rms"] / check["rms_zero_friction"] for check in checks if check["rms_zero_friction"]]
+    return shown, f"{median(shares):.2f}" if shares else "", str(len(result["warnings"]))
+
+
+def run(log: str, words: Sequence[str], shown: str, result: Path | None = None) -> Ran:
+    """Run a command line in this process, all but the start of the interpreter as a user does."""
+    start, said = time.monotonic(), io.StringIO()
+    with redirect_stdout(io.StringIO()), redirect_stderr(said), patch.object(sys, "argv", ["stribeck", *words]):
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else int(end.code is not None)
+        except Exception:
+            code = 1
+            traceback.print_exc()
+    return Ran(log, shown, code, time.monotonic() - start, said.getvalue(), result)
+
+
+def log_sets(folder: Path) -> dict[str, list[Path]]:
+    """Return a robot's logs: each by itself, and all together."""
+    logs = sorted(folder.glob("log*.npz"))
+    alone = {f"{folder.name} {log.stem}": [log] for log in logs}
+    return alone if len(logs) == 1 else {f"{folder.name} all": logs, **alone}
+
+
+def choices(law: str) -> Iterator[dict[str, str]]:
+    """Yield the methods and corrections that a law may be fitted with."""
+    if law != AUTO:
+        yield {"method": "curve-fit"}
+    for corrections in CORRECTIONS:
+        yield {"method": "whole-log", "corrections": corrections}
+
+
+def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only: Sequence[str] = ()) -> list[Ran]:
+    """Run `identify`, then `export` and `compare` on what it finds, for the ways to fit one law; None is the default.
+
+    Parameters
+    ----------
+    name, logs
+        How the logs are called, and their paths.
+    scratch
+        Where to write.
+    law
+        Name of a law, or None for the robot file's own settings.
+    only
+        Corrections to try; all where it is empty.
+    """
+    robot = logs[0].parent / "robot.toml"
+    model = next(path for path in sorted(robot.parent.iterdir()) if path.suffix in (*FORMATS, ".sdf"))
+    ran: list[Ran] = []
+    first: Path | None = None
+    for choice in choices(law) if law else [{}]:
+        if only and choice.get("corrections", only[0]) not in only:
+            continue
+        words = [word for key, value in choice.items() for word in ("--set", f"{key}={value}")]
+        words += ["--law", law] if law else []
+        shown = " ".join([*choice.values(), law or "default"])
+        out = scratch / name.replace(" ", "-") / shown.replace(" ", "-")
+        command = ["identify", *map(str, logs), "-r", str(robot), "-o", str(out), *words]
+        found = run(name, command, f"identify {shown}", out / "result.json")
+        ran.append(found)
+        if found.code:
+            continue
+        target = FORMATS.get(model.suffix, "urdf")
+        exported = ["export", str(out), "-r", str(robot), "--to", target, "-o", str(out / f"model{model.suffix}")]
+        ran.append(run(name, exported, f"export {target} {shown}"))
+        first = first or out
+        others = [str(out)] if first != out else []
+        ran.append(run(name, ["compare", str(first), *others], f"compare {'' if others else 'sides '}{shown}"))
+    return ran
+
+
+def inspected(name: str, log: Path) -> list[Ran]:
+    """Run `inspect` on a log."""
+    return [run(name, ["inspect", str(log), "-r", str(log.parent / "robot.toml")], "inspect")]
+
+
+def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterator[Ran]:
+    """Convert the logs, run the commands on a few workers, and yield them robot by robot."""
+    script = runpy.run_path(str(EXAMPLES / "convert.py"))
+    robots = [robot for robot in script["CONVERTERS"] if only in (None, robot) and (not thin or robot in THIN)]
+    with ProcessPoolExecutor(WORKERS) as pool:
+        jobs = []
+        for robot in robots:
+            sets = log_sets(script["convert"](robot, data, scratch / "logs"))
+            for name, logs in list(sets.items())[-1 if thin else 0 :]:
+                if len(logs) == 1:
+                    jobs.append(pool.submit(inspected, name, logs[0]))
+                if robot == "cassie-landings" and len(logs) == 1 and not thin:
+                    continue  # fifty milliseconds: to be looked at, and fitted together
+                for law in (None, "coulomb-viscous") if thin else (None, *LAWS, AUTO):
+                    jobs.append(pool.submit(chain, name, logs, scratch / "found", law, ("inertia",) if thin else ()))
+        for job in jobs:
+            yield from job.result()
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Print the table; return 1 if a command failed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", metavar="ROBOT", help="this robot's logs alone")
+    parser.add_argument("--thin", action="store_true", help="one log of the quick robots, a few commands")
+    chosen = parser.parse_args(words)
+    if not DATA.is_dir():
+        parser.error(f"{DATA} is no folder; set STRIBECK_REAL_LOGS to the folder of the published logs")
+    ran = []
+    print(HEAD)
+    with tempfile.TemporaryDirectory() as scratch:
+        for each in all_runs(DATA, Path(scratch), chosen.only, chosen.thin):
+            print(each.line(), flush=True)
+            ran.append(each)
+    failures = [each for each in ran if each.failed]
+    for each in failures:
+        print(f"\n{each.log}: {each.command}: exit code {each.code}\n{each.said}")
+    codes = Counter(each.code for each in ran)
+    print(f"\n{len(ran)} commands; {', '.join(f'{count} ended with {code}' for code, count in sorted(codes.items()))}")
+    return 1 if failures or not ran else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,339 @@
+"""Whatever a result holds that its schema allows, it can be kept, read, drawn, printed, compared and exported."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from contextlib import redirect_stdout, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tests.export.found import found_in
+from tests.test_robot import MJCF, URDF, write_robot
+
+from stribeck import console
+from stribeck.compare import compare, compare_sides
+from stribeck.completeness import LARGEST
+from stribeck.errors import SettingsError, StribeckError
+from stribeck.export import export
+from stribeck.friction import AUTO, LAWS, get_law
+from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
+from stribeck.report import write_report
+from stribeck.result import (
+    BodyCorrection,
+    Corrections,
+    Evidence,
+    JointResult,
+    LogSummary,
+    ParameterEstimate,
+    Result,
+    TermVerdict,
+    Validation,
+    read_result,
+)
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+
+EXTREMES = st.sampled_from([0.0, -0.0, 5e-324, 1e-300, 1e-9, 0.5, 1.0, 1e7, 1e300, -1e-300, -1.0, -1e300])
+NUMBERS = st.one_of(EXTREMES, st.floats(-100, 100))
+POSITIVE = NUMBERS.map(abs)
+PAIRS = st.tuples(NUMBERS, NUMBERS)
+RANGES = PAIRS.map(lambda pair: tuple(sorted(pair)))
+NAMES = st.one_of(
+    st.sampled_from(["left_knee", "right_knee", "shoulder", "elbow", "slide", "<b>&\"'", "[red]", "a/b.c_d", "$x_1$"]),
+    st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8),
+)
+TEXTS = st.one_of(st.text(st.characters(exclude_categories=["Cs"]), max_size=30), st.just("friction [/] & <x> " * 40))
+QUICK = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+SLOW = settings(QUICK, max_examples=10)
+"""Figures take most of the time."""
+
+
+def built(kind: Callable[..., Any], **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    return st.builds(kind, **fields)
+
+
+VERDICTS = st.sampled_from(["identified", "weak", "not excited"])
+ESTIMATES = built(
+    ParameterEstimate,
+    value=NUMBERS,
+    standard_error=POSITIVE,
+    interval_95=RANGES,
+    unit=st.sampled_from(["N m", "1", "kg m^2"]),
+    verdict=VERDICTS,
+)
+VALIDATIONS = built(Validation, rms=POSITIVE, rms_zero_friction=POSITIVE, rms_coulomb_only=POSITIVE)
+DECISIONS = st.sampled_from(["kept", "refused", "open"])
+TERMS = st.one_of(
+    built(TermVerdict, verdict=DECISIONS, reason=TEXTS),
+    built(TermVerdict, verdict=DECISIONS, reason=TEXTS, gain=NUMBERS, gain_error=POSITIVE),
+)
+TRIPLES = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+SIXES = st.tuples(*[NUMBERS] * 6)
+BODIES = built(
+    BodyCorrection,
+    mass=PAIRS,
+    mass_error=POSITIVE,
+    centre_of_mass=st.tuples(TRIPLES, TRIPLES),
+    centre_of_mass_error=TRIPLES,
+    inertia=st.tuples(SIXES, SIXES),
+    known=st.floats(0, 1),
+)
+
+
+@st.composite
+def joints(draw: Callable[..., Any], law: str) -> JointResult:
+    """Draw a joint: one without numbers, or with those of the law, some of its terms left out, and a rotor inertia."""
+    parameters = [*get_law(law).parameters, *(BEYOND_VELOCITY if law == AUTO else ())]
+    names = [p.name for p in parameters if p.neutral is None or draw(st.booleans())]
+    names += draw(st.sampled_from([[], ["armature"]]))
+    excited = draw(st.booleans())
+    terms = st.fixed_dictionaries({term.name: TERMS for term in LADDER})
+    return JointResult(
+        parameters={name: draw(ESTIMATES) for name in names if excited},
+        verdict=draw(VERDICTS),
+        reason=draw(TEXTS),
+        samples=draw(st.sampled_from([0, 1, 10**12])),
+        velocity_range=draw(RANGES),
+        reversals=draw(st.integers(0, 10**9)),
+        residual_rms=draw(st.none() | POSITIVE),
+        validation=draw(st.none() | VALIDATIONS),
+        positive_power_fraction=draw(st.none() | st.floats(0, 1)),
+        terms=draw(st.none() | terms) if law == AUTO else None,
+        mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+    )
+
+
+@st.composite
+def results(draw: Callable[..., Any], law: str | None = None, names: st.SearchStrategy[str] = NAMES) -> Result:
+    """Draw a result without evidence."""
+    law = law or draw(st.sampled_from([*LAWS, AUTO]))
+    calibration = st.dictionaries(names, st.tuples(NUMBERS, POSITIVE), max_size=2)
+    corrections = built(
+        Corrections,
+        chi_square=POSITIVE,
+        disagreement=POSITIVE,
+        bodies=st.dictionaries(names, BODIES, max_size=2),
+        torque_gain=calibration,
+        encoder_zero=calibration,
+    )
+    paths = draw(st.one_of(TEXTS, st.lists(TEXTS, min_size=1, max_size=3)))
+    return Result(
+        robot=draw(NAMES),
+        log=LogSummary(
+            path=paths,
+            sha256="ab" if isinstance(paths, str) else ["ab"] * len(paths),
+            duration=draw(POSITIVE),
+            rate=draw(POSITIVE),
+            samples_used=draw(st.integers(0, 10**12)),
+        ),
+        law=law,
+        method=draw(st.sampled_from(["curve-fit", "whole-log"])),
+        joints=draw(st.dictionaries(names, joints(law), max_size=2)),
+        warnings=draw(st.lists(TEXTS, max_size=2)),
+        stribeck="0",
+        corrections=draw(st.none() | corrections),
+    )
+
+
+@st.composite
+def evidence(draw: Callable[..., Any], result: Result) -> Evidence:
+    """Draw what the report shows beside a result: few samples, of any size, some of them not known."""
+    names = tuple(result.joints)
+    samples = draw(_samples(names))
+    sizes = {name: len(joint.parameters) for name, joint in result.joints.items()}
+    scale = draw(st.sampled_from([0.0, 1e-300, 1.0, 1e300]))
+    spans = st.tuples(st.floats(0, 10), st.floats(0, 40), NAMES, st.booleans())
+    return Evidence(
+        samples=samples,
+        covariance={name: scale * np.eye(size) for name, size in sizes.items()} if draw(st.booleans()) else {},
+        phases=[(start, start + length, foot, used) for start, length, foot, used in draw(st.lists(spans, max_size=3))],
+        stretch=draw(st.none() | _samples(names)),
+        provenance=draw(st.lists(st.tuples(TEXTS, TEXTS), max_size=2)),
+        notes=draw(st.lists(TEXTS, max_size=2)),
+        prismatic=frozenset(draw(st.lists(st.sampled_from(names), max_size=1))) if names else frozenset(),
+        correction=(samples, samples) if draw(st.booleans()) else None,
+    )
+
+
+@st.composite
+def _samples(draw: Callable[..., Any], names: tuple[str, ...]) -> Samples:
+    size = draw(st.sampled_from([0, 1, 2, 40]))
+    shape, generator = (size, len(names)), np.random.default_rng(draw(st.integers(0, 3)))
+    scale = draw(st.sampled_from([0.0, 1e-300, 1.0, LARGEST]))
+    return Samples(
+        joint_names=names,
+        period=1e-3,
+        time=np.arange(size) * 1e-3,
+        velocity=generator.normal(size=shape) * draw(st.sampled_from([0.0, 1e-9, 1.0])),
+        acceleration=generator.normal(size=shape),
+        friction_torque=np.where(generator.random(shape) < 0.1, np.nan, generator.normal(size=shape) * scale),
+        usable=generator.random(shape) < 0.8,
+        block=np.arange(size),
+        support=np.zeros(size, dtype=np.int64),
+        support_names=("base",),
+    )
+
+
+def read_back(result: Result, folder: Path) -> Result:
+    (folder / "result.json").write_text(result.to_json(), encoding="utf-8")
+    return read_result(folder / "result.json")
+
+
+def printed(show: Callable[[Any], None], found: Any) -> str:
+    with redirect_stdout(io.StringIO()) as out:
+        show(found)
+    return out.getvalue()
+
+
+def done_or_refused(action: Callable[[], Any]) -> Any:
+    """Return what an action returns, None where it is refused."""
+    with suppress(StribeckError):
+        return action()
+    return None
+
+
+@QUICK
+@given(results())
+def test_any_result_is_read_as_it_was_written(tmp_path: Path, result: Result) -> None:
+    assert read_back(result, tmp_path) == result
+
+
+@QUICK
+@given(results())
+def test_any_result_is_printed(result: Result) -> None:
+    assert printed(console.print_result, result)
+    truth = {name: dict.fromkeys(joint.parameters, 1.0) for name, joint in result.joints.items()}
+    assert printed(lambda found: console.print_truth(found, truth), result)
+
+
+@QUICK
+@given(st.sampled_from([*LAWS, AUTO]).flatmap(lambda law: st.tuples(results(law), results(law))))
+def test_any_two_results_are_compared(pair: tuple[Result, Result]) -> None:
+    for found in (done_or_refused(lambda: compare(*pair)), done_or_refused(lambda: compare_sides(pair[0]))):
+        if found is not None:
+            assert found.to_json()
+            assert printed(console.print_comparison, found)
+
+
+@SLOW
+@given(results().flatmap(lambda result: st.tuples(st.just(result), evidence(result))))
+def test_any_result_is_drawn(tmp_path: Path, drawn: tuple[Result, Evidence]) -> None:
+    result = replace(drawn[0], evidence=drawn[1])
+    write_report(result, tmp_path / "report.html")
+    assert "</html>" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+@QUICK
+@given(st.sampled_from([(URDF, "arm.urdf", "urdf"), (MJCF, "arm.xml", "mjcf")]), st.data())
+def test_any_result_is_exported_or_refused(tmp_path: Path, model: tuple[str, str, str], data: st.DataObject) -> None:
+    text, name, target = model
+    robot = Robot.from_file(write_robot(tmp_path, model=text, name=name))
+    result = data.draw(results(names=st.sampled_from(robot.joint_names)))
+    if result.corrections and data.draw(st.booleans()):
+        result = replace(result, corrections=_of_this_robot(result.corrections, robot))
+    path = tmp_path / f"out.{name}"
+    path.unlink(missing_ok=True)
+    if done_or_refused(lambda: export(result, robot, path, target)) is not None:
+        ElementTree.parse(path)
+    else:
+        assert not path.exists()
+
+
+def _of_this_robot(corrections: Corrections, robot: Robot) -> Corrections:
+    """Let the bodies be those of the robot before they were corrected."""
+    model, lower = robot.tree.model, np.tril_indices(3)
+    bodies = {}
+    for name, body in corrections.bodies.items():
+        inertia = model.inertias[model.getJointId(name)]
+        bodies[name] = replace(
+            body,
+            mass=(float(inertia.mass), body.mass[1]),
+            centre_of_mass=(tuple(inertia.lever.tolist()), body.centre_of_mass[1]),
+            inertia=(tuple(inertia.inertia[lower].tolist()), body.inertia[1]),
+        )
+    return replace(corrections, bodies=bodies)
+
+
+def plain(name: str = "shoulder", **parameter: float) -> Result:
+    """Return a result with one parameter of one joint."""
+    numbers = {"value": 1.0, "standard_error": 0.1, **parameter}
+    found = ParameterEstimate(interval_95=(0.8, 1.2), unit="N m", verdict="identified", **numbers)
+    joint = JointResult(
+        parameters={"coulomb": found},
+        verdict="identified",
+        reason="",
+        samples=9,
+        velocity_range=(-1.0, 1.0),
+        reversals=9,
+    )
+    return Result(
+        robot="arm",
+        log=LogSummary(path="walk.npz", sha256="", duration=1.0, rate=1e3, samples_used=9),
+        law="coulomb-viscous",
+        method="whole-log",
+        joints={name: joint},
+        warnings=[],
+        stribeck="0",
+    )
+
+
+@pytest.mark.parametrize("name", ["[/]", "[red]", ":cat:"])
+def test_names_are_printed_as_they_are(name: str) -> None:
+    result = replace(plain(name), robot=name)
+    silent = replace(result.joints[name], parameters={}, reason=name)
+    assert printed(console.print_result, result).count(name) == 2
+    assert printed(console.print_comparison, compare(result, result)).count(name) == 1
+    quiet = replace(result, joints={name: silent})
+    assert printed(lambda found: console.print_truth(found, {}), quiet).count(name) == 3
+
+
+def test_a_difference_of_values_without_errors_to_speak_of_is_written() -> None:
+    found = compare(plain(value=1e300, standard_error=1e-300), plain(standard_error=1e-300))
+    assert found.rows[0].z_score is None
+    assert found.to_json()
+
+
+@pytest.mark.parametrize("name", ["walk---1.npz", "walk\x01.npz", "walk\n-->.npz"])
+def test_a_model_may_name_any_log(tmp_path: Path, name: str) -> None:
+    robot = Robot.from_file(write_robot(tmp_path))
+    result = plain()
+    export(replace(result, log=replace(result.log, path=name)), robot, tmp_path / "out.urdf", "urdf")
+    ElementTree.parse(tmp_path / "out.urdf")
+
+
+@pytest.mark.parametrize("mass", [0.0, -1.0, 1e300])
+def test_a_body_that_nothing_weighs_is_refused(tmp_path: Path, mass: float) -> None:
+    robot = Robot.from_file(write_robot(tmp_path))
+    result, _ = found_in(robot)
+    assert result.corrections is not None
+    bodies = {name: replace(body, mass=(body.mass[0], mass)) for name, body in result.corrections.bodies.items()}
+    result = replace(result, corrections=replace(result.corrections, bodies=bodies))
+    with pytest.raises(SettingsError, match="the result changes what 'shoulder' carries"):
+        export(result, robot, tmp_path / "out.urdf", "urdf")
+
+
+@pytest.mark.parametrize("length", [1.0, 0.0])
+def test_feet_may_have_names_of_any_script(tmp_path: Path, length: float) -> None:
+    samples = Samples(
+        joint_names=("shoulder",),
+        period=1e-3,
+        time=np.arange(2.0),
+        velocity=np.ones((2, 1)),
+        acceleration=np.ones((2, 1)),
+        friction_torque=np.ones((2, 1)),
+        usable=np.ones((2, 1), dtype=bool),
+        block=np.arange(2),
+        support=np.zeros(2, dtype=np.int64),
+        support_names=("\u5de6\u8db3",),
+    )
+    phases = [(0.0, length, "\u5de6\u8db3", True)]
+    shown = Evidence(samples=samples, covariance={}, phases=phases, stretch=None, provenance=[])
+    write_report(replace(plain(), evidence=shown), tmp_path / "report.html")
+    assert ("\u5de6\u8db3</text>" in (tmp_path / "report.html").read_text(encoding="utf-8")) == (length > 0)
