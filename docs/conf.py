@@ -32,7 +32,7 @@ extensions = [
 NAVIGATION = {
     "index": {
         "First steps": ["tour", "logs", "robot-file", "result", "verdicts", "export"],
-        "The method": ["laws/index", "mathematics", "whole-log"],
+        "The method": ["laws/index", "mathematics", "whole-log", "estimator", "glossary"],
         "Evidence": ["paper/index", "simulation", "real-robots"],
         "For developers": ["extending", "api/index"],
     },
