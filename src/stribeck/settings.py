@@ -108,7 +108,7 @@ class Settings(Table):
     """`[identify]`: everything that `identify` can be told."""
 
     law: str = "stribeck"
-    method: Literal["curve-fit", "whole-log"] = "curve-fit"
+    method: str = "curve-fit"
     corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
     intervals: Literal["model", "bootstrap"] = "model"  # from the errors as measured, or from drawn steps (whole-log)
     filter: FilterSettings = FilterSettings()
@@ -123,6 +123,13 @@ class Settings(Table):
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there
     block: Positive = 1.0  # [s], length of a block where no step limits it
     holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone
+
+
+def flat(settings: Settings) -> dict[str, object]:
+    """Return the settings with dotted keys, as they are typed after `--set`."""
+    tables = {"filter": settings.filter, "support": settings.support}
+    nested = {f"{name}.{key}": value for name, table in tables.items() for key, value in table}
+    return {key: value for key, value in settings if key not in tables} | nested
 
 
 class RobotFile(Table):
