@@ -20,6 +20,7 @@ from stribeck.errors import SettingsError, StribeckError
 from stribeck.export import TARGETS
 from stribeck.export import export as write_model
 from stribeck.friction import AUTO, LAWS
+from stribeck.methods import METHODS
 from stribeck.outputs import staged_folder
 from stribeck.result import Result, read_result
 from stribeck.robot import Robot
@@ -53,7 +54,7 @@ def identify(
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
     law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join([*LAWS, AUTO])}.")] = None,
-    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
+    method: Annotated[str | None, typer.Option(help=f"How to fit: {', '.join(METHODS)}.")] = None,
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
 ) -> None:

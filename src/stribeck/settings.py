@@ -125,11 +125,12 @@ class Settings(Table):
     holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone
 
 
-def flat(settings: Settings) -> dict[str, object]:
-    """Return the settings with dotted keys, as they are typed after `--set`."""
-    tables = {"filter": settings.filter, "support": settings.support}
-    nested = {f"{name}.{key}": value for name, table in tables.items() for key, value in table}
-    return {key: value for key, value in settings if key not in tables} | nested
+def flat(table: Table, prefix: str = "") -> dict[str, object]:
+    """Return settings with dotted keys, as they are typed after `--set`."""
+    found: dict[str, object] = {}
+    for key, value in table:
+        found |= flat(value, f"{prefix}{key}.") if isinstance(value, Table) else {prefix + key: value}
+    return found
 
 
 class RobotFile(Table):
