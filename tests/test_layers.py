@@ -17,7 +17,7 @@ ALLOWED = {
     "methods": GROUND
     | {"corrected", "friction", "identification", "methods", "preparation", "result", "robot", "survey", "weak_form"},
     "motion": GROUND | {"motion"},
-    "preparation": GROUND | {"contact", "readers", "robot", "sampling"},
+    "preparation": GROUND | {"contact", "motion", "readers", "robot", "sampling"},
     "identification": GROUND | {"friction", "identification", "result"},
     "compare": GROUND | {"mirror", "result"},
     "report": GROUND | {"compare", "friction", "mirror", "report", "result"},

@@ -152,6 +152,11 @@ def test_a_method_that_asks_for_the_same_friction_torque_twice_gets_one_answer(a
     assert stage(prepared, replace(arm), settings) is not answer
 
 
+def test_a_filter_that_does_not_suit_a_log_is_refused_before_anything_is_fitted(arm: Robot, log: RobotLog) -> None:
+    with pytest.raises(SettingsError, match="cutoff"):
+        preparation.prepare(log, arm, Settings(filter=FilterSettings(kind="butterworth")))
+
+
 @pytest.mark.parametrize("corrections", ["none", "inertia"])
 def test_no_stage_copies_a_log_without_need(arm: Robot, log: RobotLog, corrections: str) -> None:
     """Logs of hours lie on disk once."""

@@ -11,6 +11,7 @@ import numpy as np
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.errors import errors_about
 from stribeck.log import RobotLog
+from stribeck.motion import make_filter
 from stribeck.readers import read_log
 from stribeck.robot import Robot
 from stribeck.sampling import Sampling, regularise
@@ -52,13 +53,15 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     Raises
     ------
     LogError, SettingsError
-        If the log cannot be used.
+        If the log cannot be used, or the filter of the settings does not suit it.
     """
     with errors_about(log.path if isinstance(log, RobotLog) else str(log)):
         if not isinstance(log, RobotLog):
             log = read_log(log, robot)
         log, sampling = regularise(log, robot.log_table)
         support = find_support_phases(log, robot, sampling.segments, settings.support)
+    if settings.filter.kind != "auto":
+        make_filter(settings.filter, sampling.period)  # refused now, and not once a method has worked for minutes
     notes = [*log.notes, *sampling.notes, *support.notes]
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is taken to be level")
