@@ -28,7 +28,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.signal import butter, sosfiltfilt
 
-from stribeck import Robot, identify, read_log
+from stribeck import Robot, Settings, identify, read_log
 from stribeck.dynamics import rooted_inverse_dynamics
 from stribeck.log import Array, RobotLog
 from stribeck.result import BodyCorrection, JointResult, Result
@@ -45,12 +45,14 @@ PARTS = 4
 """Of a robot's only log [1]; several logs are held out one by one."""
 ENDS = 0.25
 """Left out at the ends of a part, where its filters swing in [s]."""
-METHODS: dict[str, dict[str, str] | None] = {
+UNUSED = {"holdout": Settings().holdout}
+"""What robot files say for the curve fit alone."""
+METHODS: dict[str, dict[str, object] | None] = {
     "no friction": None,
     "curve-fit": {"method": "curve-fit"},
-    "whole-log, model trusted": {"method": "whole-log", "corrections": "none"},
-    "whole-log": {"method": "whole-log", "corrections": "inertia"},
-    "law auto, model trusted": {"method": "whole-log", "corrections": "none", "law": "auto"},
+    "whole-log, model trusted": UNUSED | {"method": "whole-log", "corrections": "none"},
+    "whole-log": UNUSED | {"method": "whole-log", "corrections": "inertia"},
+    "law auto, model trusted": UNUSED | {"method": "whole-log", "corrections": "none", "law": "auto"},
 }
 
 

@@ -26,10 +26,10 @@ from stribeck.friction import get_law
 from stribeck.identification.whole_log.solve import derivatives, inverse_of
 from stribeck.identification.whole_log.summing import sum_up
 from stribeck.log import Array
+from stribeck.methods.whole_log import identify_whole_log, weak_forms
+from stribeck.preparation import prepare
 from stribeck.simulation.run import Simulated
-from stribeck.survey import prepare
 from stribeck.weak_form.lazily import all_equations
-from stribeck.whole_log import PLAIN, identify_whole_log, weak_forms
 from studies.accuracy import usual_speeds
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured
 
@@ -66,7 +66,7 @@ def information(case: str, walks: list[Simulated], free: Literal["none", "inerti
     """
     robot, law, settings = walks[0].robot, get_law(LAW), Settings(law=LAW, method="whole-log", corrections=free)
     logs = [measured(walk.log, CASES[case], 0, number) for number, walk in enumerate(walks)]
-    prepared = [prepare(log, robot, settings.model_copy(update={"filter": PLAIN})) for log in logs]
+    prepared = [prepare(log, robot, settings) for log in logs]
     found = identify_whole_log(prepared, robot, law, settings)
     fit, truth = found.fit, walks[0].truth.parameters
     equations = all_equations(weak_forms(prepared, robot, found.columns, settings))

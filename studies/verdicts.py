@@ -6,7 +6,7 @@ The straight walks of `studies.accuracy`, about 45 s each, with its noise and wr
 six parameters of some joints. A parameter that is over 25 % wrong should be called weak (recall), one that is within
 10 % should not (false alarms). Errors of offsets are relative to the Coulomb friction where that is larger, as their
 verdicts are. Printed for the verdicts as they are, and for widths of the 95 % interval, relative to the value, from
-which all parameters could be called weak; `WIDEST` in `identification/weakness.py` was chosen from this.
+which all parameters could be called weak; `CRITERIA` in `methods/whole_log.py` was chosen from this.
 
 Runs that the file holds already are not repeated: move it away when the estimator has changed.
 """

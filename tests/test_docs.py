@@ -28,7 +28,7 @@ from stribeck.cli import app
 from stribeck.errors import StribeckError
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
-from stribeck.identification.weakness import WIDEST
+from stribeck.methods.whole_log import CRITERIA
 from stribeck.motion.filters import TAKES
 from stribeck.readers.mapping import UNITS, check_table
 from stribeck.result import (
@@ -271,7 +271,7 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     gains = {place(each): each["width"] for each in said if each["parameter"] == "stribeck_gain"}
     for each in said:  # nothing but its width makes one weak, or that of the gain it is of, which reaches to zero
         lent = each["parameter"] == "stribeck_velocity" and gains[place(each)] >= 2
-        assert each["weak"] == (each["width"] > WIDEST["whole-log"] or lent)
+        assert each["weak"] == (each["width"] > CRITERIA.widest or lent)
     wrong, found, right, alarms = verdicts.told(said)
     assert found == wrong
     assert alarms < 0.25 * right

@@ -7,6 +7,7 @@ from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 from stribeck import Robot, Settings, identify
 from stribeck.friction import Parameter, Stribeck, get_law
 from stribeck.log import Array, RobotLog
+from stribeck.preparation import prepare, quiet
 from stribeck.settings import FilterSettings
 from stribeck.simulation.exact import exact_log
 from stribeck.survey import survey
@@ -62,7 +63,7 @@ def test_the_predicted_ground_reaction_is_what_the_foot_feels() -> None:
     robot = thirty_joint_talos()
     log, _ = exact_log(robot, get_law("stribeck"), {}, duration=6, posture=POSTURES["talos"])
     settings = Settings(filter=FilterSettings(kind="log"))
-    notes = survey(log, 0, 1, robot, settings, lambda *_: None, lambda *_: None).notes
+    notes = survey(prepare(log, robot, settings), 0, 1, robot, settings, quiet, quiet).notes
     assert any("ground reaction" in note and "vertical 0.0 N" in note for note in notes)
 
 

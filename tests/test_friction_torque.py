@@ -16,9 +16,10 @@ from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.friction_torque import Chunk
 from stribeck.log import RobotLog
+from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
 from stribeck.simulation.exact import Truth, exact_log
-from stribeck.survey import prepare
+from stribeck.survey import torque_chunks
 
 EXACT = FilterSettings(kind="log")
 
@@ -32,7 +33,8 @@ def walk(name: str, duration: float = 5.0) -> tuple[RobotLog, Truth]:
 
 def chunks(name: str, log: RobotLog, **settings: object) -> list[Chunk]:
     robot = example_robot(name)
-    return list(prepare(log, robot, Settings.model_validate({"filter": EXACT, **settings})).chunks(robot))
+    chosen = Settings.model_validate({"filter": EXACT, **settings})
+    return list(torque_chunks(prepare(log, robot, chosen), robot, chosen))
 
 
 def by_support(found: list[Chunk], truth: Truth, name: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -110,8 +112,9 @@ def test_the_tilt_comes_from_whatever_frame_the_imu_is_in(frame: str) -> None:
         pin.framesForwardKinematics(model, data, configuration)
         relative = Rotation.from_matrix(data.oMf[model.getFrameId(frame)].rotation)
         turned[k] = (Rotation.from_quat(log.base_orientation[k]) * relative).as_quat()
-    prepared = prepare(replace(log, base_orientation=turned), moved, Settings(filter=EXACT))
-    (chunk,) = prepared.chunks(moved)
+    settings = Settings(filter=EXACT)
+    prepared = prepare(replace(log, base_orientation=turned), moved, settings)
+    (chunk,) = torque_chunks(prepared, moved, settings)
     single = chunk.samples.support == chunk.samples.support_names.index("left")
     true = truth.friction_torque[chunk.rows[single]][:, robot.torque_controlled]
     np.testing.assert_allclose(chunk.samples.friction_torque[single], true, atol=1e-7)
@@ -166,7 +169,7 @@ def test_a_foot_that_has_just_landed_is_not_leant_on(landed: str) -> None:
     for row in landing:
         moved[row : row + 150, ankle] += 0.05
     settings = Settings(filter=EXACT, tilt="flat")
-    (chunk,) = prepare(replace(log, position=moved), robot, settings).chunks(robot)
+    (chunk,) = torque_chunks(prepare(replace(log, position=moved), robot, settings), robot, settings)
     double = chunk.samples.support == chunk.samples.support_names.index("left+right")
     after = np.isin(chunk.rows, (landing[:, None] + np.arange(1, 150)).ravel())
     rows = double & after

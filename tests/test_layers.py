@@ -1,6 +1,7 @@
 """Who may import whom: data flows one way, and estimation cannot know whether a robot is simulated."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,10 @@ GROUND |= {"outputs", "threads", "walk"}
 ALLOWED = {
     "friction": GROUND | {"friction"},
     "export": GROUND | {"export", "model_file", "result", "robot"},
+    "methods": GROUND
+    | {"corrected", "friction", "identification", "methods", "preparation", "result", "robot", "survey", "weak_form"},
     "motion": GROUND | {"motion"},
+    "preparation": GROUND | {"contact", "motion", "readers", "robot", "sampling"},
     "identification": GROUND | {"friction", "identification", "result"},
     "compare": GROUND | {"mirror", "result"},
     "report": GROUND | {"compare", "friction", "mirror", "report", "result"},
@@ -59,7 +63,22 @@ def test_estimation_never_imports_simulation() -> None:
 
 def test_readers_do_not_know_the_rest() -> None:
     reached = {name for path in files_of("readers") for name in imports(path)}
-    assert not reached & {"pipeline", "survey", "dynamics", "friction_torque", "identification", "report", "cli"}
+    assert not reached & {
+        "pipeline",
+        "preparation",
+        "survey",
+        "dynamics",
+        "friction_torque",
+        "identification",
+        "report",
+        "cli",
+    }
+
+
+def test_only_the_registry_knows_the_methods() -> None:
+    one_method = re.compile(r"stribeck\.methods\.(?!contract\b)\w+")
+    outside = [path for path in SOURCE.rglob("*.py") if path.parent.name != "methods"]
+    assert [path.name for path in outside if one_method.search(path.read_text())] == []
 
 
 @pytest.mark.parametrize("program", ["import stribeck", "import stribeck.__main__ as program; program.main()"])

@@ -69,7 +69,7 @@ def test_tx40_filter_that_is_chosen_by_itself_finds_the_same(converted):
 def test_tx40_whole_log_finds_the_published_friction_too(converted):
     """A jump at standstill is not quite what this robot does: its friction takes 1 rad/s to rise to its full size."""
     logs, robot = opened(converted("tx40"))
-    settings = robot.settings.model_copy(update={"method": "whole-log", "corrections": "none"})
+    settings = robot.settings.model_copy(update={"method": "whole-log", "corrections": "none", "holdout": 5})
     result = identify(logs, robot, settings)
     for name, figures in {"coulomb": [7.14, 8.26, 6.34, 2.48], "viscous": [8.05, 5.53, 1.97, 1.11]}.items():
         np.testing.assert_allclose(values(result, name)[:4], figures, rtol=0.05, err_msg=name)

@@ -69,33 +69,3 @@ def join(parts: Sequence[Samples]) -> Samples:
         support_names=names,
         stride=max(part.stride for part in parts),
     )
-
-
-class GroundReaction:
-    """Compares the ground reaction that the model predicts with the foot sensors, sample by sample.
-
-    Friction does not enter it, so a difference speaks of the inertias, of the tilt, or of the sensor.
-    """
-
-    def __init__(self) -> None:
-        self.samples = 0
-        self._squares = np.zeros(6)
-        self._sum = np.zeros(6)
-
-    def add(self, predicted: Array, measured: Array) -> None:
-        """Take wrenches on the only standing foot, each (N, 6) in its frame; rows with NaN are left out."""
-        difference = measured - predicted
-        difference = difference[np.all(np.isfinite(difference), axis=1)]
-        self.samples += len(difference)
-        self._sum += difference.sum(axis=0)
-        self._squares += (difference**2).sum(axis=0)
-
-    @property
-    def rms(self) -> Array:
-        """Root mean square of the difference: force [N], then moment [N m], shape (6,)."""
-        return np.asarray(np.sqrt(self._squares / max(self.samples, 1)))
-
-    @property
-    def mean(self) -> Array:
-        """Mean difference, sensor less model: force [N], then moment [N m], shape (6,)."""
-        return np.asarray(self._sum / max(self.samples, 1))

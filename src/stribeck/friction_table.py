@@ -11,7 +11,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from stribeck.friction_torque import Chunk
-from stribeck.result import whole_or_not_at_all
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 PRECISION = pa.float32()
@@ -20,21 +19,21 @@ PRECISION = pa.float32()
 
 @contextmanager
 def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
-    """Give a function that appends a chunk of the n-th log to the table; the file appears when all went well.
+    """Give a function that appends a chunk of the n-th log to the table.
 
     Columns: `log`, `time` [s], `support`, `block`, `guessed`: the standing limbs have the minimum-norm guess of (6.1).
     Then per joint `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the
     sample. For a floating base `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing
     foot, in its frame [N], [N m].
     """
-    with whole_or_not_at_all(path) as temporary, ThreadPoolExecutor(1) as background:
+    with ThreadPoolExecutor(1) as background:
         writers: list[pq.ParquetWriter] = []
         pending: list[Future[None]] = []
 
         def write(log: int, chunk: Chunk) -> None:
             table = _table(log, chunk)
             if not writers:
-                writers.append(pq.ParquetWriter(temporary, table.schema, compression="lz4", use_dictionary=["support"]))
+                writers.append(pq.ParquetWriter(path, table.schema, compression="lz4", use_dictionary=["support"]))
             writers[0].write_table(table)
 
         def append(log: int, chunk: Chunk) -> None:

@@ -13,9 +13,11 @@ import numpy as np
 from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque import support_name
 from stribeck.log import Array, RobotLog
+from stribeck.motion import make_filter
+from stribeck.preparation import PreparedLog, prepare
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.survey import PreparedLog, prepare, stops_reached
+from stribeck.survey import torque_chunks, with_filter
 from stribeck.threads import one_blas_thread
 
 LISTEN = 60_000
@@ -124,12 +126,14 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings:
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     where = log.path if isinstance(log, RobotLog) else str(log)
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
-        return _inspect(prepare(log, robot, settings or robot.settings), robot)
+        settings = settings or robot.settings
+        prepared = prepare(log, robot, settings)
+        return _inspect(prepared, robot, *with_filter(prepared, robot, settings))
 
 
-def _inspect(prepared: PreparedLog, robot: Robot) -> Inspection:
+def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, choices: list[str]) -> Inspection:
     log, sampling = prepared.log, prepared.sampling
-    runs = list(_runs(prepared, robot))
+    runs = list(_runs(prepared, robot, settings))
     joints = {
         name: _inspect_joint(runs, k, sampling.period, log, robot.joint_names.index(name))
         for k, name in enumerate(robot.joint_names[c] for c in robot.torque_controlled)
@@ -158,10 +162,10 @@ def _inspect(prepared: PreparedLog, robot: Robot) -> Inspection:
             (float(log.time[p.start]), float(log.time[p.stop - 1]), support_name(p), p.last > p.first)
             for p in prepared.support.phases
         ],
-        filter=prepared.motion_filter.name,
+        filter=make_filter(settings.filter, sampling.period).name,
         joints=joints,
-        findings=[*findings, *stops_reached(log, robot), *robot.warnings],
-        notes=list(prepared.notes),
+        findings=[*findings, *prepared.warnings, *robot.warnings],
+        notes=[*prepared.notes, *choices],
     )
 
 
@@ -174,10 +178,10 @@ class _Run:
     velocity: Array
 
 
-def _runs(prepared: PreparedLog, robot: Robot) -> Iterator[_Run]:
+def _runs(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_Run]:
     """Yield stretches of one support phase each, up to `LISTEN` samples."""
     heard = 0
-    for chunk in prepared.chunks(robot):
+    for chunk in torque_chunks(prepared, robot, settings):
         for rows in chunk.runs():
             torque = prepared.log.torque[chunk.rows[rows]][:, robot.torque_controlled]
             yield _Run(torque, torque - chunk.samples.friction_torque[rows], chunk.samples.velocity[rows])

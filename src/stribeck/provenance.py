@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 from stribeck.result import LogSummary
-from stribeck.settings import Settings
+from stribeck.settings import Settings, flat
 from stribeck.version import __version__
 
 
@@ -40,8 +40,11 @@ def log_summary(paths: Sequence[str], durations: Sequence[float], rate: float, s
     )
 
 
-def provenance(settings: Settings, robot_file: str, choices: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return label and text of everything needed to make a result again."""
+def provenance(
+    settings: Settings, uses: Collection[str], robot_file: str, choices: Sequence[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Return label and text of everything needed to make a result again: the settings are those that were used."""
+    used = {key: value for key, value in flat(settings).items() if key in uses and not key.startswith("filter.")}
     libraries = ", ".join(f"{name} {version(name)}" for name in ("pin", "numpy", "scipy", "pyarrow"))
     return [
         ("stribeck", __version__),
@@ -50,14 +53,5 @@ def provenance(settings: Settings, robot_file: str, choices: Sequence[tuple[str,
         ("Robot file", robot_file),
         *([("Robot file SHA-256", sha256(robot_file))] if sha256(robot_file) else []),
         *choices,
-        *(("Setting " + key, text) for key, text in _flat(settings.model_dump(exclude={"filter"}))),
+        *((f"Setting {key}", str(value)) for key, value in used.items()),
     ]
-
-
-def _flat(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the settings with dotted keys, as they are typed after `--set`."""
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", str(value)

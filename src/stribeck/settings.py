@@ -121,7 +121,7 @@ class Settings(Table):
     """
 
     law: str = "stribeck"
-    method: Literal["curve-fit", "whole-log"] = "curve-fit"
+    method: str = "curve-fit"
     corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
     intervals: Literal["model", "bootstrap"] = "model"  # from the errors as measured, or from drawn steps (whole-log)
     filter: FilterSettings = FilterSettings()
@@ -136,6 +136,14 @@ class Settings(Table):
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there
     block: Positive = 1.0  # [s], length of a block where no step limits it
     holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone
+
+
+def flat(table: Table, prefix: str = "") -> dict[str, object]:
+    """Return settings with dotted keys, as they are typed after `--set`."""
+    found: dict[str, object] = {}
+    for key, value in table:
+        found |= flat(value, f"{prefix}{key}.") if isinstance(value, Table) else {prefix + key: value}
+    return found
 
 
 class RobotFile(Table):

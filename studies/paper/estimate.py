@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from stribeck import Settings
 from stribeck.collect import join
 from stribeck.log import Array
+from stribeck.preparation import prepare
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, SupportSettings
 from stribeck.simulation.run import Simulated
-from stribeck.survey import prepare
+from stribeck.survey import torque_chunks, with_filter
 
 UNTRIMMED = SupportSettings(trim_start=0.0, trim_end=0.0)
 """Of the ideal simulator, whose feet touch down without a blow."""
@@ -46,7 +47,8 @@ class Estimate:
 def estimate(walk: Simulated, settings: Settings) -> Estimate:
     """Return the friction torque of every sample that the settings do not trim, and the truth."""
     prepared = prepare(walk.log, walk.robot, settings)
-    samples = join([chunk.samples for chunk in prepared.chunks(walk.robot)])
+    settings, _ = with_filter(prepared, walk.robot, settings)
+    samples = join([chunk.samples for chunk in torque_chunks(prepared, walk.robot, settings)])
     rows = np.searchsorted(walk.log.time, samples.time - samples.period / 2)
     return Estimate(samples, walk.truth.friction_torque[rows][:, walk.robot.torque_controlled])
 

@@ -14,12 +14,14 @@ from scipy.signal import periodogram
 
 from stribeck import Settings
 from stribeck.log import Array
+from stribeck.motion import make_filter
 from stribeck.motion.savitzky_golay import savgol_cutoff
+from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
 from stribeck.simulation.run import Simulated
 from stribeck.simulation.sensor_profiles import get_profile
 from stribeck.simulation.sensors import measure, sensors_for
-from stribeck.survey import prepare
+from stribeck.survey import with_filter
 from studies.paper.acceleration import model_acceleration
 from studies.paper.estimate import estimate
 from studies.paper.markdown import markdown_table
@@ -102,8 +104,9 @@ def _spectra(walk: Simulated) -> Spectra:
 def _cutoff(walk: Simulated) -> dict[str, float]:
     """Return what `auto` takes: a window [samples] and its cutoff [Hz]."""
     prepared = prepare(walk.log, walk.robot, Settings())
-    chosen = prepared.settings.filter.cutoff
-    window = 2 * prepared.motion_filter.half_width + 1
+    settings, _ = with_filter(prepared, walk.robot, Settings())
+    chosen = settings.filter.cutoff
+    window = 2 * make_filter(settings.filter, prepared.sampling.period).half_width + 1
     assert chosen is not None
     return {"cutoff": savgol_cutoff(window, 4, "uniform", prepared.sampling.rate), "window": window}
 

@@ -9,6 +9,7 @@ import pytest
 from stribeck.friction import LAWS, get_law
 from stribeck.identification.curve_fit import fit_joint, fit_law
 from stribeck.identification.problem import joint_problem
+from stribeck.identification.validation import validate
 from stribeck.identification.verdict import judge
 from stribeck.settings import Settings
 
@@ -47,7 +48,8 @@ def test_rest_stays_in_for_laws_that_are_continuous(half_at_rest):
 def test_without_a_block_to_spare_there_is_no_validation(make_samples, make_joint):
     law, settings = get_law("coulomb-viscous"), Settings(law="coulomb-viscous", holdout=1000)
     samples = make_samples({"knee": make_joint(law=law.name, truth=TRUTH)})
-    joint = judge(fit_law(samples, law, settings), samples, law, settings)["knee"]
+    fits = fit_law(samples, law, settings)
+    joint = judge(fits, samples, law, settings, validate(fits, samples, law, settings))["knee"]
     assert joint.validation is None
     assert joint.verdict == "identified"
 

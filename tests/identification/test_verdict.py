@@ -8,14 +8,18 @@ import pytest
 
 from stribeck.friction import LAWS, get_law
 from stribeck.identification.curve_fit import fit_law
+from stribeck.identification.validation import validate
 from stribeck.identification.verdict import judge
 from stribeck.identification.weakness import is_weak, why_strong
+from stribeck.methods.whole_log import CRITERIA
 from stribeck.settings import Settings
 
 
 def identified(samples, law="stribeck", **settings):
     chosen = Settings(law=law, **settings)
-    results = judge(fit_law(samples, get_law(law), chosen), samples, get_law(law), chosen)
+    problem = samples, get_law(law), chosen
+    fits = fit_law(*problem)
+    results = judge(fits, *problem, validate(fits, *problem))
     json.dumps({joint: asdict(result) for joint, result in results.items()}, allow_nan=False)
     return results
 
@@ -132,9 +136,9 @@ def test_the_whole_logs_parameters_are_weak_sooner(make_samples, make_joint, wid
     intervals = fit.intervals.copy()
     intervals[:3] = fit.values[:3, None] * np.array([1 - width / 2, 1 + width / 2])
     wide = replace(fit, intervals=intervals)
-    found = is_weak(wide, np.linspace(-2, 2, 100), "whole-log")
+    found = is_weak(wide, np.linspace(-2, 2, 100), CRITERIA)
     assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
-    assert why_strong("whole-log") == "every interval is narrower than 0.33 of its value"
+    assert why_strong(CRITERIA) == "every interval is narrower than 0.33 of its value"
 
 
 @pytest.mark.parametrize(
@@ -147,7 +151,7 @@ def test_the_whole_logs_bends_of_friction_that_may_be_none_are_weak(
     samples = make_samples({"knee": make_joint()}, blocks=60)
     fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
     intervals = fit.values[:, None] + np.abs(fit.values)[:, None] * np.array([-0.05, 0.05])
-    assert not is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), "whole-log").any()
+    assert not is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), CRITERIA).any()
     intervals[fit.names.index(zero), 0] = 0.0
-    found = is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), "whole-log")
+    found = is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), CRITERIA)
     assert {name for name, called in zip(fit.names, found, strict=True) if called} == {zero} | lent

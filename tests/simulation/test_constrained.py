@@ -13,13 +13,14 @@ from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import Stribeck
 from stribeck.friction_torque import Chunk
 from stribeck.log import RobotLog
+from stribeck.preparation import prepare
 from stribeck.robot import Robot
 from stribeck.simulation.constrained import BodyState, Support, simulate_constrained
 from stribeck.simulation.exact import Truth
 from stribeck.simulation.friction_truth import Backlash, FrictionTruth, LawFriction, LuGre
 from stribeck.simulation.sensor_profiles import get_profile
 from stribeck.simulation.sensors import measure, sensors_for
-from stribeck.survey import prepare
+from stribeck.survey import torque_chunks
 
 EXACT = Settings.model_validate({"filter": {"kind": "log"}})
 TOUCHDOWNS = (1000, 2100)
@@ -35,7 +36,7 @@ def states(robot: Robot, log: RobotLog, truth: Truth) -> tuple[np.ndarray, np.nd
 
 
 def found(robot: Robot, log: RobotLog) -> Chunk:
-    (chunk,) = prepare(log, robot, EXACT).chunks(robot)
+    (chunk,) = torque_chunks(prepare(log, robot, EXACT), robot, EXACT)
     return chunk
 
 
@@ -64,7 +65,7 @@ def test_single_support_is_recovered_exactly_and_double_support_is_not():
         assert len(wrong) == 650
         assert np.sqrt((wrong**2).mean(axis=0)).max() < 1e-5
     guess = Settings.model_validate({"filter": {"kind": "log"}, "double_support": "guess"})
-    (chunk,) = prepare(log, toro(), guess).chunks(toro())
+    (chunk,) = torque_chunks(prepare(log, toro(), guess), toro(), guess)
     rows = chunk.guessed & (chunk.rows < 200)
     true = truth.friction_torque[chunk.rows[rows]][:, toro().torque_controlled]
     assert rows.sum() > 100
@@ -77,7 +78,7 @@ def test_torque_belongs_to_the_acceleration_that_positions_show():
     worst = []
     for log, truth in (stepping(), stepping(paper_literal=True)):
         exact = measure(log, sensors_for(log, get_profile("ideal")))
-        (chunk,) = prepare(exact, toro(), short).chunks(toro())
+        (chunk,) = torque_chunks(prepare(exact, toro(), short), toro(), short)
         rows = chunk.samples.support == chunk.samples.support_names.index("left_foot")
         true = truth.friction_torque[chunk.rows[rows]][:, toro().torque_controlled]
         worst.append(np.sqrt(((chunk.samples.friction_torque[rows] - true) ** 2).mean(axis=0)).max())

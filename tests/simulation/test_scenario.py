@@ -13,10 +13,11 @@ from tests.test_cli import run
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError, StribeckError
+from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
 from stribeck.simulation.run import friction_of, run_scenario
 from stribeck.simulation.scenario import Scenario, by_joint, read_scenario
-from stribeck.survey import prepare
+from stribeck.survey import torque_chunks
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/scenarios").glob("*.toml"))
 SHORT_ARM = {
@@ -68,7 +69,7 @@ def test_an_ideal_walk_is_recovered_in_single_support_and_not_in_double() -> Non
     robot = found.robot
     legs = robot.standing(tuple(robot.contacts))[robot.torque_controlled]
     log = found.log.take(slice(0, 1500))
-    for chunk in prepare(log, robot, settings).chunks(robot):
+    for chunk in torque_chunks(prepare(log, robot, settings), robot, settings):
         truth = found.truth.friction_torque[chunk.rows][:, robot.torque_controlled]
         error = (chunk.samples.friction_torque - truth)[:, legs]
         single = ~chunk.guessed

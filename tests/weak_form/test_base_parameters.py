@@ -5,12 +5,12 @@ import pytest
 
 from stribeck import Robot
 from stribeck.friction import get_law
+from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings, Settings
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.gait import Gait
 from stribeck.simulation.run import POSTURES
-from stribeck.survey import prepare
 from stribeck.weak_form.base_parameters import base_parameters
 from stribeck.weak_form.build import weak_form
 

@@ -8,11 +8,11 @@ import pytest
 from stribeck import Robot
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
+from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings, Settings
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import Truth, exact_log
 from stribeck.simulation.run import POSTURES
-from stribeck.survey import prepare
 from stribeck.weak_form.build import WeakForm, weak_form
 from stribeck.weak_form.stretches import cut_stretches
 from stribeck.weak_form.support import find_support, null_projection

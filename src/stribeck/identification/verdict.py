@@ -9,8 +9,8 @@ import numpy as np
 from stribeck.friction import FrictionLaw, unit_for
 from stribeck.identification.excitation import Excitation, excitation
 from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.problem import FitProblem, hold_out, joint_problem
-from stribeck.identification.weakness import is_weak, why_strong, why_weak
+from stribeck.identification.problem import FitProblem, joint_problem
+from stribeck.identification.weakness import USUAL, Criteria, is_weak, why_strong, why_weak
 from stribeck.log import Array
 from stribeck.result import JointResult, ParameterEstimate, Validation
 from stribeck.samples import Samples
@@ -28,29 +28,26 @@ def judge(
     samples: Samples,
     law: FrictionLaw,
     settings: Settings,
-    validations: Mapping[str, Validation | None] | None = None,
+    validations: Mapping[str, Validation | None],
+    criteria: Criteria = USUAL,
 ) -> dict[str, JointResult]:
     """Return what the samples say about every joint, in the order of `samples.joint_names`.
 
     A joint that does not move enough gets no numbers. A parameter is weak if it sits on a bound or its 95 % interval
     is wider than its value; an offset may well be zero, so its interval is compared with Coulomb friction where that
     is larger. A joint is weak if one of its parameters is, or if its law is no better than zero friction on blocks
-    that the fit did not see. `validations` are those of a fit that held out other parts of the log than blocks of the
-    samples; None where it held out those.
+    that the fit did not see. `criteria` are those of the method. A fit has judged the motion by what it saw, which may
+    be more than the samples.
     """
     results = {}
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
         prismatic = samples.slides(column)
         moved = excitation(problem, prismatic)
-        # a fit that has other validations has judged the motion by what it saw, which may be more than the samples
-        unmoved = moved.reason and (validations is None or not moved.samples)
-        if unmoved or joint not in fits:
+        if joint not in fits or not moved.samples:
             results[joint] = _not_excited(moved)
         else:
-            fit = fits[joint]
-            validation = validations[joint] if validations else _validation(fit, problem, settings.holdout)
-            results[joint] = _judge_joint(fit, problem, moved, validation, prismatic, settings.method)
+            results[joint] = _judge_joint(fits[joint], problem, moved, validations[joint], prismatic, criteria)
     return results
 
 
@@ -66,15 +63,20 @@ def _not_excited(moved: Excitation) -> JointResult:
 
 
 def _judge_joint(
-    fit: JointFit, problem: FitProblem, moved: Excitation, validation: Validation | None, prismatic: bool, method: str
+    fit: JointFit,
+    problem: FitProblem,
+    moved: Excitation,
+    validation: Validation | None,
+    prismatic: bool,
+    criteria: Criteria,
 ) -> JointResult:
-    weak = is_weak(fit, problem.velocity, method)
+    weak = is_weak(fit, problem.velocity, criteria)
     reason = why_weak(fit, weak, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction and not reason:
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
     if not fit.settled and not reason:
         reason = "the fit came to no end: the samples hardly tell the parameters apart"
-    enough = f"{why_strong(method)} ({moved.blocks} blocks, {moved.reversals} reversals)"
+    enough = f"{why_strong(criteria)} ({moved.blocks} blocks, {moved.reversals} reversals)"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -95,26 +97,6 @@ def _judge_joint(
         validation=validation,
         positive_power_fraction=positive_power_fraction(fit, problem),
     )
-
-
-def _validation(fit: JointFit, problem: FitProblem, holdout: int) -> Validation | None:
-    """Return how a fit does on blocks that were held out of it, None without any."""
-    training, unseen = hold_out(problem, holdout)
-    return _validate(fit, training, unseen) if len(unseen.velocity) else None
-
-
-def _validate(fit: JointFit, training: FitProblem, unseen: FitProblem) -> Validation:
-    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks."""
-    coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
-    return Validation(
-        rms=_rms(unseen.friction_torque - unseen.predict(fit.values)),
-        rms_zero_friction=_rms(unseen.friction_torque),
-        rms_coulomb_only=_rms(unseen.friction_torque - _coulomb_basis(unseen) @ coefficients),
-    )
-
-
-def _coulomb_basis(problem: FitProblem) -> Array:
-    return np.column_stack([np.sign(problem.velocity), np.ones_like(problem.velocity)])
 
 
 def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:

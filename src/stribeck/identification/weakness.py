@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,13 +15,6 @@ from stribeck.log import Array
 MOST, FEW = 0.9, 0.02
 """Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
 
-WIDEST = {"curve-fit": 1.0, "whole-log": 0.33}
-"""Width of a 95 % interval over the value [1] from which a parameter is weak, by method.
-
-The whole log's finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
-(studies/verdicts.py).
-"""
-
 CLEARED = 2.0
 """Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
 
@@ -30,14 +25,37 @@ RISING = 2.0
 """Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
 
 
-def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArray[np.bool_]:
+@dataclass(frozen=True, kw_only=True)
+class Criteria:
+    """From when on the parameters of a method are weak.
+
+    Attributes
+    ----------
+    widest
+        Width of a 95 % interval over the value [1].
+    takes_law_for_exact
+        Whether the intervals leave out that the law may be wrong: what lies beyond a Stribeck velocity that the joint
+        does not clear is weak then.
+    lends_bends
+        Whether joints that are alike lend each other the bends of their curves.
+    """
+
+    widest: float = 1.0
+    takes_law_for_exact: bool = True
+    lends_bends: bool = False
+
+
+USUAL = Criteria()
+"""Of a fit of each joint by itself."""
+
+
+def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArray[np.bool_]:
     """Return which parameters are weak, shape (p,), given the velocities of the joint's samples.
 
     Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
     is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
-    the joint does not clear: the interval takes the law for exact, which decides there how the torque is shared out,
-    and errors that every step repeats do not widen it. Those of the whole log they do. There, joints that are alike
-    lend each other the bends of their curves: a bend is weak where the friction that it bends is not told from zero.
+    the joint does not clear, if the interval takes the law for exact, which decides there how the torque is shared out.
+    A bend that other joints lent is weak where the friction that it bends is not told from zero.
     """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
@@ -48,10 +66,10 @@ def is_weak(fit: JointFit, velocity: Array, method: str = "curve-fit") -> NDArra
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    weak = np.asarray(fit.at_bound | cut | (high - low > WIDEST[method] * reference))
-    if method == "curve-fit" and not _clears(fit, weak, velocity):
+    weak = np.asarray(fit.at_bound | cut | (high - low > criteria.widest * reference))
+    if criteria.takes_law_for_exact and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
-    if method == "whole-log":
+    if criteria.lends_bends:
         weak |= np.isin(fit.names, _lent(fit))
     return weak
 
@@ -65,9 +83,9 @@ def _lent(fit: JointFit) -> list[str]:
     return ["stribeck_velocity", "exponent"] if "stribeck_gain" in zero else []
 
 
-def why_strong(method: str) -> str:
+def why_strong(criteria: Criteria) -> str:
     """Return what the intervals of a joint without weak parameters have in common."""
-    least = WIDEST[method]
+    least = criteria.widest
     return f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
 
 

@@ -10,12 +10,12 @@ from stribeck.friction import get_law
 from stribeck.identification.whole_log import estimate, narrowing
 from stribeck.identification.whole_log.narrowing import Narrowing, all_functions, narrowings
 from stribeck.log import RobotLog
+from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.preparation import prepare
 from stribeck.settings import Settings
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.sensors import with_noise
-from stribeck.survey import quiet
-from stribeck.whole_log import WholeLog, find_whole_log
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 
@@ -32,7 +32,8 @@ def noisy(arm: Robot) -> RobotLog:
 
 
 def fitted(arm: Robot, log: RobotLog) -> WholeLog:
-    return find_whole_log([log], arm, get_law("stribeck"), Settings(method="whole-log"), quiet)
+    settings = Settings(method="whole-log")
+    return identify_whole_log([prepare(log, arm, settings)], arm, get_law("stribeck"), settings)
 
 
 @pytest.fixture

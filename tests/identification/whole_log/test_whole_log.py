@@ -16,14 +16,14 @@ from stribeck.identification.whole_log.levels import FIRST_MODEL
 from stribeck.identification.whole_log.listening import places_to_listen
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.log import RobotLog
+from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.preparation import prepare
 from stribeck.result import read_result
 from stribeck.settings import Settings
 from stribeck.simulation.biped import MODELS
 from stribeck.simulation.exact import exact_log
 from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors import with_noise
-from stribeck.survey import quiet
-from stribeck.whole_log import find_whole_log
 
 TRUTH = {
     "viscous": 0.3,
@@ -45,6 +45,10 @@ def arm() -> Robot:
 def exact_arm_log(arm: Robot) -> RobotLog:
     log, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=20.0, seed=1)
     return log
+
+
+def whole_log(log: RobotLog, robot: Robot, settings: Settings) -> WholeLog:
+    return identify_whole_log([prepare(log, robot, settings)], robot, get_law(settings.law), settings)
 
 
 def with_wrong_bodies(robot: Robot) -> Robot:
@@ -107,7 +111,7 @@ def test_every_leg_is_listened_to_while_it_stands() -> None:
         robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=17.0, posture=POSTURES["biped"], seed=2
     )
     log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
-    found = find_whole_log([log], robot, get_law("stribeck"), WHOLE_LOG, quiet)
+    found = whole_log(log, robot, WHOLE_LOG)
     first = np.full_like(found.fit.levels.model, FIRST_MODEL)
     legs = robot.standing(tuple(robot.contacts))[found.columns]
     assert np.all((found.fit.levels.model != first)[:, legs])
@@ -182,7 +186,7 @@ def test_bodies_beyond_belief_are_told(arm: Robot, exact_arm_log: RobotLog) -> N
     [warning] = [text for text in warnings if "10 times" in text]
     assert not any("of its friction" in text for text in warnings)  # elbow has no torque to be friction
     assert "elbow" in warning
-    found = find_whole_log([replace(exact_arm_log, torque=torque)], arm, get_law("stribeck"), settings, quiet)
+    found = whole_log(replace(exact_arm_log, torque=torque), arm, settings)
     assert np.all(found.fit.model.spread <= 1.0)  # and no model is believed to be as wrong as that
     assert not any("10 times" in text for text in identify(exact_arm_log, arm, settings).warnings)
 
@@ -199,7 +203,7 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
     settings = Settings(method="whole-log")
     error, deviation, told = {}, {}, {}
     for name, wrench in {"none": None, "right": sensed, "wrong sign": -sensed}.items():
-        found = find_whole_log([replace(log, foot_wrench=wrench)], with_wrong_bodies(robot), law, settings, quiet)
+        found = whole_log(replace(log, foot_wrench=wrench), with_wrong_bodies(robot), settings)
         column = [parameter.name for parameter in law.parameters].index("offset")
         error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
         deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
@@ -301,7 +305,7 @@ def deviations(log: RobotLog, robot: Robot, intervals: str) -> tuple[np.ndarray,
     """Errors and standard errors of viscous friction, Coulomb friction and offset, shape (joints, 3) each."""
     law, names = get_law("coulomb-viscous"), ("viscous", "coulomb", "offset")
     settings = WHOLE_LOG.model_copy(update={"law": law.name, "intervals": intervals, "rest": 0.01})
-    fits = find_whole_log([log], robot, law, settings, quiet).fits.values()
+    fits = whole_log(log, robot, settings).fits.values()
     places = [fit.names.index(name) for fit in fits for name in names]
     found = np.array([[fit.values, fit.standard_errors] for fit in fits])[:, :, places[:3]]
     return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
@@ -330,9 +334,7 @@ def test_drawn_steps_leave_what_no_step_knows_as_uncertain_as_it_was_believed(
 ) -> None:
     noisy = with_noise(exact_arm_log, position=1e-5, torque=0.1, seed=6)
     known = {
-        intervals: find_whole_log(
-            [noisy], arm, get_law("stribeck"), Settings(method="whole-log", intervals=intervals), quiet
-        )
+        intervals: whole_log(noisy, arm, Settings(method="whole-log", intervals=intervals))
         .corrections.bodies["shoulder_yaw"]
         .known
         for intervals in ("model", "bootstrap")

@@ -2,37 +2,39 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.corrected import corrected_log, corrected_robot
 from stribeck.equations import WRENCH_SIZE
-from stribeck.errors import NothingIdentifiedError, errors_about, findings_kept
-from stribeck.friction import FrictionLaw
-from stribeck.identification.excitation import NOISE_FACTOR, excitation
+from stribeck.friction import AUTO, LAWS, FrictionLaw
+from stribeck.friction.assembled import Assembled
+from stribeck.identification.excitation import NOISE_FACTOR
 from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.problem import FitProblem
+from stribeck.identification.weakness import Criteria
 from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.identification.whole_log.intervals import joint_fits
 from stribeck.identification.whole_log.lack_of_fit import lack_warnings
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
+from stribeck.methods.contract import SHARED, Finding, FrictionTorque, Method
+from stribeck.methods.moving import joints_that_move
+from stribeck.preparation import PreparedLog, Progress
 from stribeck.pseudo_inertia import SIZE
-from stribeck.result import Corrections as Found
-from stribeck.result import TermVerdict, Validation
+from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
-from stribeck.settings import FilterSettings, Settings
-from stribeck.survey import PreparedLog, Progress, prepare
+from stribeck.settings import Settings
 from stribeck.weak_form.base_parameters import base_parameters
 from stribeck.weak_form.build import WeakForm, weak_form
 from stribeck.weak_form.lazily import all_equations
-from stribeck.weak_form.stretches import cut_stretches
 
-PLAIN = FilterSettings(kind="savitzky-golay", window=31)
+CRITERIA = Criteria(widest=0.33, takes_law_for_exact=False, lends_bends=True)
+"""The width finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
+(studies/verdicts.py)."""
 
 SUSPICIOUS = 1.5
 """Chi^2 a degree of freedom [1] from which a warning is given."""
@@ -42,18 +44,6 @@ DISAGREEING = 4.0
 
 FAR = 10.0
 """Corrections of bodies [1], over how wrong a model is believed to be, from which no model is as wrong as that."""
-
-TOP_SPEED = 99.9
-"""Percentile of |v| [%] that the nodes of the friction curves reach to; impacts are faster."""
-
-SPEED_SPACING = 0.010
-"""Over which speeds are looked at beforehand [s]."""
-
-MOST_SPEEDS = 200_000
-"""Speeds [1] that are looked at: of longer logs, one of some stretches."""
-
-FEWEST = 5
-"""Speeds in a stretch [1]; less is not worth the trouble."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,14 +56,11 @@ class WholeLog:
         The fit, and the columns of the joints that it is of.
     robot
         Without the errors that were found.
-    given
-        The logs, evenly sampled, as they are; `corrected` takes the errors that were found out of one.
     """
 
     fit: WholeLogFit
     columns: NDArray[np.int64]
     robot: Robot
-    given: tuple[RobotLog, ...]
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -101,7 +88,7 @@ class WholeLog:
         return dict(zip(self.joints, zip(self.fit.terms, load.tolist(), strict=True), strict=False))
 
     @property
-    def corrections(self) -> Found:
+    def corrections(self) -> Corrections:
         """What it says of model and calibration."""
         return describe_corrections(self.fit, self.joints, self.robot.joint_names)
 
@@ -149,27 +136,6 @@ class WholeLog:
         return [name for name, far in zip(bodies, furthest, strict=True) if far > FAR]
 
 
-def find_whole_log(
-    sources: Sequence[RobotLog | str | Path], robot: Robot, law: FrictionLaw, settings: Settings, progress: Progress
-) -> WholeLog:
-    """Read logs, prepare them, and run `identify_whole_log` on them.
-
-    Raises
-    ------
-    LogError, SettingsError, NothingIdentifiedError
-        If a log cannot be used.
-    """
-    plain = settings.model_copy(update={"filter": PLAIN})  # the weak form has windows of its own
-    prepared = []
-    for k, source in enumerate(sources):
-        with errors_about(source.path if isinstance(source, RobotLog) else str(source)):
-            progress(f"reading log {k + 1} of {len(sources)}", 0.0)
-            prepared.append(prepare(source, robot, plain))
-    progress("fitting the whole log", 0.0)
-    with findings_kept([note for part in prepared for note in part.notes]):
-        return identify_whole_log(prepared, robot, law, settings)
-
-
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
     """Fit a law to all joints that move enough, and the model's corrections with it.
 
@@ -178,7 +144,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     NothingIdentifiedError
         If no joint moves enough, or no stretch can be used.
     """
-    columns, top_speed = _joints_that_move(prepared, robot, law)
+    columns, top_speed = joints_that_move(prepared, robot, law)
     forms = weak_forms(prepared, robot, columns, settings)
     corrections = forms[0].corrections
     if corrections.bodies:
@@ -202,7 +168,6 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         fit=fit,
         columns=columns,
         robot=corrected_robot(robot, corrections, fit.corrections),
-        given=tuple(_with_notes(part) for part in prepared),
     )
 
 
@@ -226,53 +191,37 @@ def weak_forms(
     ]
 
 
-def _joints_that_move(
-    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
-) -> tuple[NDArray[np.int64], Array]:
-    """Return the columns of the torque-controlled joints that move enough, and their top speeds [rad/s]."""
-    velocity, block = _some_speeds(prepared, robot)
-    reasons = []
-    for k, column in enumerate(robot.torque_controlled):
-        problem = FitProblem(
-            law=law,
-            parameters=law.parameters,
-            velocity=velocity[:, k],
-            friction_torque=np.zeros(len(velocity)),
-            acceleration=None,
-            block=block,
-        )
-        reasons.append(excitation(problem, robot.prismatic[column]).reason)
-    moves = np.array([not reason for reason in reasons])
-    if not moves.any():
-        names = [robot.joint_names[column] for column in robot.torque_controlled[:3]]
-        why = "; ".join(f"{name}: {reason}" for name, reason in zip(names, reasons, strict=False))
-        raise NothingIdentifiedError(f"no joint can be identified from this log: {why}")
-    return robot.torque_controlled[moves], np.percentile(np.abs(velocity[:, moves]), TOP_SPEED, axis=0)
+def find(
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    law: FrictionLaw,
+    settings: Settings,
+    friction_torque: FrictionTorque,  # noqa: ARG001 - it has equations of its own
+    progress: Progress,
+) -> Finding:
+    """Run `identify_whole_log`, and take what it finds out of robot and logs.
+
+    Standing legs are shown, as they are fitted; no guess is where their friction is fitted without one.
+    """
+    progress("fitting the whole log", 0.0)
+    found = identify_whole_log(prepared, robot, law, settings)
+    guess = "skip" if settings.double_support == "fit" else settings.double_support
+    return Finding(
+        fits=found.fits,
+        validations=found.validations,
+        robot=found.robot,
+        logs=[replace(part, log=found.corrected(part.log)) for part in prepared],
+        settings=settings.model_copy(update={"standing_legs": True, "double_support": guess}),
+        criteria=CRITERIA,
+        corrections=found.corrections,
+        terms=found.terms,
+        warnings=found.warnings,
+    )
 
 
-def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
-    """Return speeds of the torque-controlled joints, shape (N, n), and the stretches that they are from, shape (N,)."""
-    found = []
-    for part in prepared:
-        period = part.sampling.period
-        step = max(1, round(SPEED_SPACING / period))
-        stretches = cut_stretches(part.support.phases, part.sampling.segments, period, 0, FEWEST * step)
-        found += [(part, step, stretch) for stretch in stretches]
-    if not found:
-        raise NothingIdentifiedError(
-            "no joint can be identified from this log: no support phase is longer than what is left out around contact "
-            "changes"
-        )
-    many = sum((stretch.last - stretch.first) // step for _, step, stretch in found)
-    speeds: list[Array] = []
-    blocks: list[NDArray[np.int64]] = []
-    for part, step, stretch in found[:: -(-many // MOST_SPEEDS)]:
-        position = part.log.position[stretch.first : stretch.last : step, robot.torque_controlled]
-        speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
-        blocks.append(np.full(len(position) - 1, len(blocks)))
-    return np.concatenate(speeds), np.concatenate(blocks)
-
-
-def _with_notes(part: PreparedLog) -> RobotLog:
-    """Return a prepared log that still says what was done to it: it is even now, and would not be told again."""
-    return replace(part.log, notes=(*part.log.notes, *part.sampling.notes))
+WHOLE_LOG = Method(
+    name="whole-log",
+    uses=(SHARED - {"standing_legs"}) | {"corrections", "intervals"},
+    laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
+    find=find,
+)

@@ -1,0 +1,169 @@
+"""The result and its evidence, from what a method found and the friction torque that shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.collect import join_logs
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import FrictionLaw
+from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.selection import with_terms
+from stribeck.identification.verdict import judge
+from stribeck.methods import Finding, Method
+from stribeck.preparation import PreparedLog
+from stribeck.provenance import log_summary, provenance
+from stribeck.result import Evidence, JointResult, Result
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+from stribeck.settings import Settings
+from stribeck.survey import FrictionSamples, thinned_samples
+from stribeck.version import __version__
+
+UNPHYSICAL = 0.4
+"""Share of samples with positive friction power above which a joint's signals or model must be wrong."""
+
+
+def compose(
+    finding: Finding,
+    found: FrictionSamples,
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    law: FrictionLaw,
+    settings: Settings,
+    method: Method,
+) -> Result:
+    """Put the findings together.
+
+    Parameters
+    ----------
+    finding, found
+        Of the method, and the friction torque of its robot and logs.
+    prepared, robot
+        As they were given.
+    law, settings, method
+        That were asked for.
+
+    Raises
+    ------
+    NothingIdentifiedError
+        If no joint moves enough for any number.
+    """
+    joints = _joints(finding, found.samples, law, settings)
+    return Result(
+        robot=robot.name,
+        log=log_summary(
+            [part.log.path for part in prepared],
+            [float(part.log.time[-1] - part.log.time[0]) for part in prepared],
+            prepared[0].sampling.rate,
+            sum(part.used for part in found.logs),
+        ),
+        law=settings.law,
+        method=method.name,
+        joints=_with_model_armature(joints, robot),
+        warnings=[
+            *robot.warnings,
+            *(warning for part in prepared for warning in part.warnings),
+            *(warning for part in found.logs for warning in part.warnings),
+            *_energy_fed_in(joints),
+            *finding.warnings,
+        ],
+        corrections=finding.corrections,
+        stribeck=__version__,
+        evidence=_evidence(
+            finding, found, prepared, robot, provenance(settings, method.uses, robot.path, _choices(found, prepared))
+        ),
+    )
+
+
+def _joints(finding: Finding, samples: Samples, law: FrictionLaw, settings: Settings) -> dict[str, JointResult]:
+    """Return what is said of every joint, with the terms of the law "auto"."""
+    joints = judge(finding.fits, samples, law, settings, finding.validations, finding.criteria)
+    if all(joint.verdict == "not excited" for joint in joints.values()):
+        reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
+        raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
+    for name, (terms, load) in finding.terms.items():
+        if joints[name].parameters:
+            joints[name] = with_terms(joints[name], terms, load)
+    return joints
+
+
+def _choices(found: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:
+    """Return label and text of what was chosen by the logs."""
+    filters = dict.fromkeys(part.filter_name for part in found.logs)
+    supports = dict.fromkeys(part.support.source for part in prepared)
+    return [("Filter", "; ".join(filters)), ("Support from", "; ".join(supports))]
+
+
+def _evidence(
+    finding: Finding,
+    found: FrictionSamples,
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    origin: list[tuple[str, str]],
+) -> Evidence:
+    """Return what the report draws."""
+    slides = zip(robot.joint_names, robot.prismatic, strict=True)
+    return Evidence(
+        samples=_without_armature(found.samples, finding.fits),
+        covariance={joint: fit.covariance for joint, fit in finding.fits.items()},
+        phases=[phase for part in found.logs for phase in part.phases],
+        stretch=_without_armature(found.logs[0].stretch, finding.fits),
+        provenance=origin,
+        prismatic=frozenset(name for name, prismatic in slides if prismatic),
+        notes=[
+            *(note for part in prepared for note in part.notes),
+            *found.notes,
+            *(note for part in found.logs for note in part.notes),
+        ],
+        correction=None if finding.robot is robot else _before_and_after(found, prepared, robot),
+    )
+
+
+def _before_and_after(found: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Samples, Samples]:
+    """Return the samples of free and swinging limbs by robot and logs as given, and as corrected.
+
+    These limbs show best what a model does to friction.
+    """
+    settings, samples = found.settings.model_copy(update={"standing_legs": False}), found.samples
+    before = join_logs([thinned_samples(log, len(prepared), robot, settings) for log in prepared])
+    feet = [tuple(foot for foot in name.split("+") if foot in robot.contacts) for name in samples.support_names]
+    standing = np.array([robot.standing(standing) for standing in feet])
+    swinging = ~standing[:, robot.torque_controlled][samples.support]
+    return before, replace(samples, usable=samples.usable & swinging)
+
+
+def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:
+    """Return a warning about joints whose friction would push as often as it resists (7.9)."""
+    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > UNPHYSICAL]
+    if not names:
+        return []
+    return [
+        f"friction would feed energy in at over {100 * UNPHYSICAL:.0f} % of the samples, which none can: "
+        f"{', '.join(names)}; they have none to speak of, or signs, delays ('stribeck inspect') or inertias are wrong"
+    ]
+
+
+def _without_armature(samples: Samples, fits: Mapping[str, JointFit]) -> Samples:
+    """Take the torque of fitted rotor inertias out of the friction torque."""
+    friction = samples.friction_torque.copy()
+    for joint, fit in fits.items():
+        if "armature" in fit.names:
+            column = samples.joint_names.index(joint)
+            friction[:, column] -= fit.values[fit.names.index("armature")] * samples.acceleration[:, column]
+    return replace(samples, friction_torque=friction)
+
+
+def _with_model_armature(joints: dict[str, JointResult], robot: Robot) -> dict[str, JointResult]:
+    """Add what the model already has to the fitted rotor inertias, which are what it lacks."""
+    changed = dict(joints)
+    for name, joint in joints.items():
+        if (found := joint.parameters.get("armature")) is not None:
+            known = float(robot.armature[robot.joint_names.index(name)])
+            low, high = found.interval_95
+            total = replace(found, value=found.value + known, interval_95=(low + known, high + known))
+            changed[name] = replace(joint, parameters={**joint.parameters, "armature": total})
+    return changed

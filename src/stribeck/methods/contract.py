@@ -1,0 +1,110 @@
+"""What a method is: from prepared logs to the friction of every joint.
+
+To add a method:
+
+1. Write `methods/<name>.py` with a function `find` that is called as `Find` says and returns a `Finding`. A method that
+   fits the friction torque asks `friction_torque(prepared, robot, settings)` for it: that is worked out once, for the
+   fit, the table and the report. A method that corrects the robot or the logs returns the corrected ones.
+2. Make a `Method` of it. `uses` is `SHARED` and the settings of its own, dotted as they are typed after `--set`; leave
+   out of `SHARED` what the method overrides. All others are refused by name where they are set. `laws` are those that
+   it can fit.
+3. Settings of its own go into `Settings` in `settings.py`, with a line in docs/robot-file.md.
+4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance know it then,
+   and nothing else asks which method ran: what is particular to a method is data in its `Finding`.
+5. Let it recover a known truth in tests/test_methods.py, and describe it in docs/.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from stribeck.friction import FrictionLaw
+from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.weakness import USUAL, Criteria
+from stribeck.preparation import PreparedLog, Progress
+from stribeck.result import Corrections, TermVerdict, Validation
+from stribeck.robot import Robot
+from stribeck.settings import FilterSettings, Settings, SupportSettings
+from stribeck.survey import FrictionSamples
+
+SHARED = frozenset(
+    {"law", "method", "tilt", "double_support", "standing_legs", "filter_torque", "fit_armature", "rest", "block"}
+    | {f"filter.{key}" for key in FilterSettings.model_fields}
+    | {f"support.{key}" for key in SupportSettings.model_fields}
+)
+"""Settings of what all methods share: support phases, the friction torque that is shown, and the verdicts on it."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Finding:
+    """What a method found.
+
+    Attributes
+    ----------
+    fits
+        By joint; those that do not move enough have none.
+    validations
+        Of each joint that has a fit, on what the fit did not see; None where nothing was held out.
+    robot, logs
+        Without the errors that were found; as they were given where none was.
+    settings
+        Those of the friction torque that is shown, where they are not as the user gave them.
+    criteria
+        From when on its parameters are weak.
+    corrections
+        What was found of model and calibration, if that was looked for.
+    terms
+        By joint, of the law "auto": which terms it has, and the torque that it carries [N m].
+    warnings
+        A sentence each.
+    """
+
+    fits: Mapping[str, JointFit]
+    validations: Mapping[str, Validation | None]
+    robot: Robot
+    logs: Sequence[PreparedLog]
+    settings: Settings | None = None
+    criteria: Criteria = USUAL
+    corrections: Corrections | None = None
+    terms: Mapping[str, tuple[dict[str, TermVerdict], float]] = field(default_factory=dict)
+    warnings: Sequence[str] = ()
+
+
+FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], FrictionSamples]
+"""Works the friction torque of logs out by a robot; `stribeck.survey.FrictionTorqueStage`."""
+
+
+class Find(Protocol):
+    """How a method is called."""
+
+    def __call__(
+        self,
+        prepared: Sequence[PreparedLog],
+        robot: Robot,
+        law: FrictionLaw,
+        settings: Settings,
+        friction_torque: FrictionTorque,
+        progress: Progress,
+    ) -> Finding:
+        """Return what logs of a robot say about its friction.
+
+        Raises
+        ------
+        LogError, SettingsError
+            If a log cannot be used.
+        NothingIdentifiedError
+            If no joint moves enough.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Method:
+    """A method: its name, the settings that it uses, the names of the laws that it can fit, and what it does."""
+
+    name: str
+    uses: frozenset[str]
+    laws: Collection[str]
+    find: Find

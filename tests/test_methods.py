@@ -1,0 +1,200 @@
+"""Methods keep one contract: nothing outside one knows which ran, and each says which settings it uses."""
+
+import ast
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from tests.arm import TRUTH, arm_log, save_npz, write_arm
+from tests.test_cli import run
+
+from stribeck import Robot, Settings, identify, preparation
+from stribeck.errors import SettingsError
+from stribeck.friction import LAWS, get_law
+from stribeck.identification.curve_fit import fit_joint
+from stribeck.identification.problem import joint_problem
+from stribeck.log import RobotLog
+from stribeck.methods import METHODS, Finding, Method
+from stribeck.methods.contract import SHARED
+from stribeck.result import read_result
+from stribeck.settings import FilterSettings, flat
+from stribeck.survey import FrictionTorqueStage
+
+SOURCE = Path(__file__).parents[1] / "src/stribeck"
+OTHER = {
+    "tilt": "flat",
+    "double_support": "guess",
+    "standing_legs": True,
+    "loss": "huber",
+    "fit_armature": True,
+    "filter_torque": True,
+    "averaged_law": True,
+    "rest": 0.1,
+    "block": 0.5,
+    "holdout": 4,
+    "corrections": "none",
+    "intervals": "bootstrap",
+}
+"""Settings by key, each another than the usual one."""
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
+
+
+@pytest.fixture(scope="module")
+def log(arm: Robot) -> RobotLog:
+    return arm_log(arm, duration=12)
+
+
+@pytest.fixture
+def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
+    """A third method: it holds nothing out."""
+
+    def find(prepared, robot, law, settings, friction_torque, progress):  # type: ignore[no-untyped-def] # noqa: ARG001
+        samples = friction_torque(prepared, robot, settings).samples
+        fits = {joint: fit_joint(joint_problem(samples, joint, law, settings)) for joint in samples.joint_names}
+        return Finding(fits=fits, validations=dict.fromkeys(fits), robot=robot, logs=prepared, warnings=["all samples"])
+
+    method = Method(name="all-samples", uses=SHARED, laws=LAWS, find=find)
+    monkeypatch.setitem(METHODS, method.name, method)
+    return method.name
+
+
+def test_a_third_method_goes_through_the_spine(arm: Robot, log: RobotLog, all_samples: str) -> None:
+    result = identify(log, arm.path, method=all_samples, law="stribeck")
+    assert (result.method, result.warnings) == (all_samples, ["all samples"])
+    assert result.corrections is None
+    for joint in result.joints.values():
+        assert joint.validation is None
+        assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.01)
+    settings = {label for label, _ in result.evidence.provenance}
+    assert "Setting rest" in settings
+    assert "Setting holdout" not in settings
+
+
+def test_a_third_method_goes_through_the_command_line(
+    arm: Robot, log: RobotLog, all_samples: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = save_npz(log, tmp_path / "log.npz")
+    command = ("identify", path, "--robot", arm.path, "--method", all_samples, "-o", tmp_path / "out")
+    assert run(*command) == 0
+    result = read_result(tmp_path / "out/result.json")
+    assert result.method == all_samples
+    assert pq.read_table(tmp_path / "out/friction_torque.parquet").num_rows == result.log.samples_used
+    assert "all samples" in capsys.readouterr().out
+    assert run(*command, "--overwrite", "--set", "holdout=3") == 2
+    said = capsys.readouterr().err
+    assert "holdout is 3, which the method 'all-samples' does not use; leave it out, or --set holdout=5" in said
+
+
+def test_a_law_that_no_such_method_fits_is_refused(arm: Robot, log: RobotLog, all_samples: str) -> None:
+    for method in ("curve-fit", all_samples):
+        with pytest.raises(SettingsError, match=f"'auto' needs method 'whole-log', found '{method}'"):
+            identify(log, arm, method=method, law="auto")
+
+
+def test_nothing_asks_which_method_ran() -> None:
+    """A name of a method stands only in its own file and as the default of the setting."""
+    named = Counter(
+        str(path.relative_to(SOURCE))
+        for path in SOURCE.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Constant) and node.value in METHODS
+    )
+    assert named == {"methods/curve_fit.py": 1, "methods/whole_log.py": 1, "settings.py": 1}
+
+
+def test_a_comparison_with_the_method_is_nowhere() -> None:
+    compared = [
+        f"{path.name}:{node.lineno}"
+        for path in SOURCE.rglob("*.py")
+        if path.parent.name != "methods"
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Compare)
+        and any(isinstance(each, ast.Attribute) and each.attr == "method" for each in (node.left, *node.comparators))
+    ]
+    assert compared == []
+
+
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+def test_each_log_is_prepared_once(
+    arm: Robot, log: RobotLog, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: Counter[str] = Counter()
+
+    def counted(name: str) -> Callable[..., object]:
+        function = getattr(preparation, name)
+
+        def count(*arguments: object) -> object:
+            calls[name] += 1
+            return function(*arguments)
+
+        return count
+
+    for name in ("read_log", "regularise", "find_support_phases"):
+        monkeypatch.setattr(preparation, name, counted(name))
+    paths = [save_npz(log, tmp_path / f"{name}.npz") for name in "ab"]
+    identify(paths, arm, method=method, table=tmp_path / "f.parquet")
+    assert calls == {"read_log": 2, "regularise": 2, "find_support_phases": 2}
+
+
+def test_a_method_that_asks_for_the_same_friction_torque_twice_gets_one_answer(arm: Robot, log: RobotLog) -> None:
+    stage, settings = FrictionTorqueStage(None, preparation.quiet), Settings()
+    prepared = [preparation.prepare(log, arm, settings)]
+    answer = stage(prepared, arm, settings)
+    assert stage(list(prepared), arm, Settings()) is answer
+    assert stage(prepared, replace(arm), settings) is not answer
+
+
+def test_a_filter_that_does_not_suit_a_log_is_refused_before_anything_is_fitted(arm: Robot, log: RobotLog) -> None:
+    with pytest.raises(SettingsError, match="cutoff"):
+        preparation.prepare(log, arm, Settings(filter=FilterSettings(kind="butterworth")))
+
+
+@pytest.mark.parametrize("corrections", ["none", "inertia"])
+def test_no_stage_copies_a_log_without_need(arm: Robot, log: RobotLog, corrections: str) -> None:
+    """Logs of hours lie on disk once."""
+    settings = Settings(method="whole-log", corrections=corrections)
+    prepared = [preparation.prepare(log, arm, settings)]
+    stage = FrictionTorqueStage(None, preparation.quiet)
+    finding = METHODS["whole-log"].find(prepared, arm, get_law("stribeck"), settings, stage, preparation.quiet)
+    for name, channel in finding.logs[0].log.channels().items():
+        assert np.shares_memory(channel, getattr(log, name)), name
+
+
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+def test_settings_that_a_method_does_not_use_are_refused(arm: Robot, log: RobotLog, method: str) -> None:
+    refused = [key for key in OTHER if key not in METHODS[method].uses]
+    assert refused
+    for key in refused:
+        with pytest.raises(SettingsError, match=f"{key} is .*, which the method '{method}' does not use"):
+            identify(log, arm, Settings(method=method).model_copy(update={key: OTHER[key]}))
+
+
+def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> None:
+    assert {key for method in METHODS.values() for key in method.uses} == set(flat(Settings()))
+
+
+ON_AN_ARM = ("block", "filter_torque", "fit_armature", "rest", "holdout", "loss", "averaged_law", "corrections")
+
+
+@pytest.mark.parametrize(
+    ("method", "key"), [(name, key) for name, method in METHODS.items() for key in ON_AN_ARM if key in method.uses]
+)
+def test_a_setting_that_is_used_changes_something(
+    arm: Robot, log: RobotLog, method: str, key: str, tmp_path: Path
+) -> None:
+    filtered = FilterSettings(kind="savitzky-golay", window=31)
+    settings = Settings(method=method, filter=filtered, law="coulomb-viscous")
+    log = replace(log, velocity=None, acceleration=None)
+    found = []
+    for number, each in enumerate((settings, settings.model_copy(update={key: OTHER[key]}))):
+        table = tmp_path / f"{number}.parquet"
+        found.append((identify(log, arm, each, table=table).to_json(), pq.read_table(table)))
+    assert found[0][0] != found[1][0] or not found[0][1].equals(found[1][1])
