@@ -17,13 +17,13 @@ import qpsolvers
 
 from benchmarks.report import arguments, report
 from stribeck.robot import Robot
-from stribeck.simulation.mujoco_model import compile_body
-from stribeck.simulation.run import POSTURES
-from stribeck.simulation.toro import ROBOT_FILE
-from stribeck.simulation.walking.balance.qp import Program, Task, Weights, Wishes, build
-from stribeck.simulation.walking.balance.terms import Dynamics
-from stribeck.simulation.walking.balance.wrench_cone import wrench_cone
-from stribeck.simulation.walking.start import start_standing
+from stribeck_simulation.mujoco.model import compile_body
+from stribeck_simulation.robots.toro import ROBOT_FILE
+from stribeck_simulation.run import POSTURES
+from stribeck_simulation.walking.balance.qp import Program, Task, Weights, Wishes, build
+from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
+from stribeck_simulation.walking.start import start_standing
 
 
 def one_foot() -> Program:

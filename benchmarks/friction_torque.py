@@ -18,17 +18,18 @@ import pinocchio as pin
 
 from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
-from stribeck.base_motion import standing_root
-from stribeck.constrained_dynamics import dense_friction_torque
 from stribeck.contact import find_support_phases
-from stribeck.dynamics import THREADS, rooted_inverse_dynamics
-from stribeck.friction_torque import friction_torque
-from stribeck.log import Array, RobotLog
+from stribeck.dynamics.constrained import dense_friction_torque
+from stribeck.dynamics.root_motion import standing_root
+from stribeck.dynamics.rooted import THREADS, rooted_inverse_dynamics
+from stribeck.dynamics.state import State
+from stribeck.friction_torque.stream import friction_torque
+from stribeck.log import RobotLog
 from stribeck.motion import make_filter
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
-from stribeck.state import State
 from stribeck.threads import one_blas_thread
+from stribeck.typing import Array
 
 LOOP_SAMPLES = 2000
 REPETITIONS = 5

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.base_motion import standing_root
-from stribeck.dynamics import rooted_inverse_dynamics
+from stribeck.dynamics.root_motion import standing_root
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.dynamics.state import State
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.state import State
 
 FEET = ("left_foot", "right_foot")
 STEP = 0.8

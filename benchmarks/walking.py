@@ -16,9 +16,9 @@ from typing import Any
 import mujoco
 
 from benchmarks.report import arguments, report
-from stribeck.simulation.run import run_scenario
-from stribeck.simulation.scenario import read_scenario
 from stribeck.threads import one_blas_thread
+from stribeck_simulation.run import run_scenario
+from stribeck_simulation.scenario import read_scenario
 
 SCENARIO = Path(__file__).parents[1] / "examples/scenarios/straight-and-sideways-realistic.toml"
 

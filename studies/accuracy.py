@@ -34,9 +34,10 @@ import numpy as np
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.result import Result
-from stribeck.simulation.run import Simulated
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, Case, as_walked, exact_walks, measured, wrong_model
 from studies.accuracy_table import (
     CURVE_FIT,

@@ -10,10 +10,11 @@ import pinocchio as pin
 
 from stribeck import Robot
 from stribeck.friction import get_law
-from stribeck.log import Array, RobotLog
-from stribeck.simulation.run import Simulated
-from stribeck.simulation.scenario import FrictionTable, Scenario, SoleTable, StepsTable
-from stribeck.simulation.sensors import with_noise
+from stribeck.log import RobotLog
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
+from stribeck_simulation.scenario import FrictionTable, Scenario, SoleTable, StepsTable
+from stribeck_simulation.sensors.measure import with_noise
 from studies.kept_walks import FOLDER, kept_walk
 from studies.walking_cases import WALKERS
 

@@ -9,8 +9,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from stribeck.log import Array
-from stribeck.result import whole_or_not_at_all
+from stribeck.outputs import whole_or_not_at_all
+from stribeck.typing import Array
 from studies.accuracy_cases import CASES, NAMES, ROBOTS
 
 INTERVALS = ("coulomb", "viscous", "offset")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from stribeck.simulation.run import Simulated
-from stribeck.simulation.scenario import DriftTable, FrictionTable, Scenario, read_scenario
+from stribeck_simulation.run import Simulated
+from stribeck_simulation.scenario import DriftTable, FrictionTable, Scenario, read_scenario
 from studies.accuracy_cases import COMMON
 from studies.kept_walks import ROOT, kept_walk
 

@@ -26,8 +26,9 @@ import numpy as np
 from stribeck import Settings, identify
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.lack_of_fit import SENTENCES
-from stribeck.result import JointResult, Result, whole_or_not_at_all
-from stribeck.simulation.run import Simulated
+from stribeck.outputs import whole_or_not_at_all
+from stribeck.result import JointResult, Result
+from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES as NOISE
 from studies.accuracy_cases import measured
 from studies.beyond_cases import CASES, INSIDE, walk

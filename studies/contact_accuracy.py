@@ -21,8 +21,8 @@ import numpy as np
 
 from stribeck import identify
 from stribeck.result import JointResult
-from stribeck.simulation.run import run_scenario
-from stribeck.simulation.scenario import FrictionTable, Scenario, read_scenario
+from stribeck_simulation.run import run_scenario
+from stribeck_simulation.scenario import FrictionTable, Scenario, read_scenario
 
 SCENARIO = Path(__file__).parents[1] / "examples" / "scenarios" / "straight-and-sideways.toml"
 UPPER_BODY = {

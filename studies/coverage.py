@@ -20,10 +20,10 @@ import numpy as np
 from scipy.signal import savgol_coeffs
 
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit import fit_law
-from stribeck.log import Array
+from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.samples import Samples
 from stribeck.settings import Settings
+from stribeck.typing import Array
 
 PERIOD = 1e-3
 """Sampling period of the log [s]."""

@@ -29,10 +29,11 @@ import pinocchio as pin
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.dynamics import rooted_inverse_dynamics
-from stribeck.log import Array, RobotLog
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.log import RobotLog
+from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
-from stribeck.sampling import regularise
+from stribeck.typing import Array
 
 ROOT = Path(__file__).parents[1]
 BANDS = {"tx40": 20.0, "kinova-gen3": 10.0, "go2": 12.0, "double-pendulum": 6.0}

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import stribeck
 from stribeck import Robot, read_log
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.files import read_truth, write_simulated
-from stribeck.simulation.run import PACKAGED, Simulated, run_scenario
-from stribeck.simulation.scenario import Scenario
+from stribeck_simulation.files import read_truth, write_simulated
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import PACKAGED, Simulated, run_scenario
+from stribeck_simulation.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "build" / "walks"
-SOURCES = ("simulation", "friction", "robot.py", "rooting.py")
-"""Parts of the package that a simulated log depends on."""
+SOURCES = ("stribeck_simulation", "stribeck/friction", "stribeck/robot/robot.py", "stribeck/robot/rooting.py")
+"""Parts of the source that a simulated log depends on."""
 
 
 def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulated:
@@ -54,7 +54,7 @@ def _digest(scenario: Scenario, robot_file: Path) -> str:
 
 @cache
 def _source_digest() -> str:
-    package = Path(stribeck.__file__).parent
+    package = Path(stribeck.__file__).parents[1]
     places = [package / source for source in SOURCES]
     files = [file for place in places for file in ([place] if place.is_file() else sorted(place.rglob("*")))]
     digest = hashlib.sha256()

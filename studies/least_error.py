@@ -22,14 +22,14 @@ from typing import Literal, TypedDict
 import numpy as np
 
 from stribeck import Settings
+from stribeck.equations.lazily import all_equations
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.solve import derivatives, inverse_of
 from stribeck.identification.whole_log.summing import sum_up
-from stribeck.log import Array
 from stribeck.methods.whole_log import identify_whole_log, weak_forms
 from stribeck.preparation import prepare
-from stribeck.simulation.run import Simulated
-from stribeck.weak_form.lazily import all_equations
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.accuracy import usual_speeds
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured
 

@@ -20,11 +20,11 @@ import numpy as np
 
 from stribeck import Robot, identify
 from stribeck.friction import get_law
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.gait import Gait
-from stribeck.simulation.run import POSTURES
-from stribeck.simulation.sensors import with_noise
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.prescribed.gait import Gait
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import POSTURES
+from stribeck_simulation.sensors.measure import with_noise
 
 DURATION = 30.0
 """Of each log [s]."""

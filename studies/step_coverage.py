@@ -20,9 +20,9 @@ from stribeck import Robot, identify
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.settings import Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.sensors import with_noise
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
 
 LAW = "coulomb-viscous"
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}

@@ -19,13 +19,14 @@ import numpy as np
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.result import JointResult, TermVerdict
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.run import run_scenario
-from stribeck.simulation.scenario import StepsTable, read_scenario
-from stribeck.simulation.sensors import with_noise
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import run_scenario
+from stribeck_simulation.scenario import StepsTable, read_scenario
+from stribeck_simulation.sensors.measure import with_noise
 
 ROOT = Path(__file__).parents[1]
 SCENARIO = ROOT / "examples" / "scenarios" / "beyond-the-laws.toml"

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from stribeck import Settings, identify
-from stribeck.simulation.run import Simulated
+from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured, wrong_model
 
 SEEDS = 5

@@ -21,16 +21,16 @@ from scipy.signal import savgol_filter
 
 from stribeck import Robot
 from stribeck.friction import Stribeck
-from stribeck.log import Array
-from stribeck.simulation.friction_truth import FrictionTruth, LawFriction
-from stribeck.simulation.mujoco_model import PHYSICS_STEP, compile_body
-from stribeck.simulation.run import believed_model
-from stribeck.simulation.scenario import by_joint
-from stribeck.simulation.sensor_profiles import get_profile
-from stribeck.simulation.sole import Sole
-from stribeck.simulation.walking.balance.terms import Dynamics
-from stribeck.simulation.walking.plan import BOTH
-from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth, LawFriction
+from stribeck_simulation.mujoco.model import PHYSICS_STEP, compile_body
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.run import believed_model
+from stribeck_simulation.scenario import by_joint
+from stribeck_simulation.sensors.profiles import get_profile
+from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.plan import BOTH
+from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 from studies.walking_cases import CASES, WALKERS, Case
 
 EVERY = 10

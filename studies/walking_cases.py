@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.run import POSTURES
-from stribeck.simulation.sole import Sole
-from stribeck.simulation.walking.footsteps import Steps
-from stribeck.simulation.walking.simulate import Push
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.run import POSTURES
+from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.simulate import Push
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 SIDES = ("left", "right")

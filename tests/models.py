@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from stribeck.log import Array
 from stribeck.robot import Robot, from_robot_file
 from stribeck.settings import RobotFile
+from stribeck.typing import Array
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 SIDES = ("left", "right")

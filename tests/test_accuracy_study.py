@@ -14,9 +14,9 @@ from studies.walking_cases import WALKERS
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.run import Simulated, friction_of
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import Simulated, friction_of
 
 
 def a_run(seed: int, errors: list[float], robot: str = "TORO-like", case: str = "A") -> Run:

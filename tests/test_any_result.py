@@ -17,13 +17,12 @@ from hypothesis import strategies as st
 from tests.export.found import found_in
 from tests.test_robot import MJCF, URDF, write_robot
 
-from stribeck import console
-from stribeck.compare import compare, compare_sides
-from stribeck.completeness import LARGEST
+from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.export import export
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
+from stribeck.log.completeness import LARGEST
 from stribeck.report import write_report
 from stribeck.result import (
     BodyCorrection,
@@ -37,6 +36,7 @@ from stribeck.result import (
     Validation,
     read_result,
 )
+from stribeck.result.compare import compare, compare_sides
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import stribeck.friction_torque
+import stribeck.friction_torque.stream
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
@@ -109,7 +109,7 @@ def test_chunks_do_not_show(wheel: Robot, log: RobotLog, monkeypatch: pytest.Mon
     short = log.take(np.arange(len(log.time)) < 9000)
     settings = Settings(filter=SAVGOL, averaged_law=True)
     whole = identify(short, wheel, settings).evidence
-    monkeypatch.setattr(stribeck.friction_torque, "CHUNK", 997)
+    monkeypatch.setattr(stribeck.friction_torque.stream, "CHUNK", 997)
     pieces = identify(short, wheel, settings).evidence
     for name in ("friction_torque", "jerk", "snap"):
         expected = getattr(whole.samples, name)

@@ -19,7 +19,8 @@ from tests.export.found import found_in
 from tests.readers.formats import JOINTS
 
 from stribeck import Robot
-from stribeck.cli import FORMATS, LAW_NAMES, main
+from stribeck.cli import main
+from stribeck.cli.app import FORMATS, LAW_NAMES
 from stribeck.export import TARGETS
 from stribeck.friction import AUTO, LAWS
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stribeck.compare import compare, compare_sides
 from stribeck.errors import SettingsError
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
+from stribeck.result.compare import compare, compare_sides
 
 
 def estimate(value: float, error: float = 0.1, verdict: str = "identified") -> ParameterEstimate:

@@ -14,7 +14,7 @@ from stribeck.contact.hysteresis import switch
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.log import RobotLog
 from stribeck.robot import Contact
-from stribeck.rooting import BASE_FRAME
+from stribeck.robot.rooting import BASE_FRAME
 from stribeck.settings import SupportSettings
 
 RATE = 200.0

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from studies.contact_accuracy import CASES, SCENARIO, Row, accuracy, leg_joints, summary
 
-from stribeck.simulation.scenario import read_scenario
+from stribeck_simulation.scenario import read_scenario
 
 ROOT = Path(__file__).parents[1]
 DOCUMENT = json.loads((ROOT / "studies" / "contact_accuracy.json").read_text())

@@ -24,13 +24,13 @@ from tests.models import EXAMPLES, MODELS, STRIBECK
 from tests.readers.formats import messages_of, write_messages
 
 from stribeck import Robot, identify
-from stribeck.cli import app
+from stribeck.cli.app import app
 from stribeck.errors import StribeckError
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
+from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods.whole_log import CRITERIA
 from stribeck.motion.filters import TAKES
-from stribeck.readers.mapping import UNITS, check_table
 from stribeck.result import (
     BodyCorrection,
     Corrections,
@@ -53,12 +53,12 @@ from stribeck.settings import (
     Settings,
     SupportSettings,
 )
-from stribeck.simulation.demo import SCENARIO
-from stribeck.simulation.run import friction_of, run_scenario
-from stribeck.simulation.scenario import Scenario, read_scenario
-from stribeck.simulation.toro import ROBOT_FILE
-from stribeck.simulation.walking.footsteps import Footprint, Steps
-from stribeck.simulation.walking.plan import plan_walk
+from stribeck_simulation.demo import SCENARIO
+from stribeck_simulation.robots.toro import ROBOT_FILE
+from stribeck_simulation.run import friction_of, run_scenario
+from stribeck_simulation.scenario import Scenario, read_scenario
+from stribeck_simulation.walking.footsteps import Footprint, Steps
+from stribeck_simulation.walking.plan import plan_walk
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -213,7 +213,7 @@ def test_commands_run_where_their_files_are_there(name: str, here: Path, capsys:
         words = [FILES.get(word, word) for word in words]
         inputs = [word for word in words if Path(word).suffix in (".toml", ".npz", ".json")]
         if words[0] == name and inputs and all((here / word).exists() for word in inputs):
-            app(words, standalone_mode=False)
+            app([*words, "--overwrite"], standalone_mode=False)  # each page has a folder of its own in mind
             ran += 1
     assert ran
     assert "arm" in capsys.readouterr().out

@@ -1,8 +1,8 @@
 """Numbers of the prose that stand in the code are the code's.
 
 Such a number has its place in the code behind it, in a comment that no reader sees:
-`0.33<!-- stribeck.identification.weakness.WIDEST[whole-log] -->`, times a factor where the page has another unit:
-`5<!-- stribeck.clock.SHARE * 100 --> %`. A place is a constant, the default of a setting, or an item of either.
+`0.33<!-- stribeck.methods.whole_log.CRITERIA.widest -->`, times a factor where the page has another unit:
+`5<!-- stribeck.log.clock.SHARE * 100 --> %`. A place is a constant, the default of a setting, or an item of either.
 """
 
 from __future__ import annotations

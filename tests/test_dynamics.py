@@ -11,15 +11,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 
-from stribeck.base_motion import base_root, standing_root
-from stribeck.constrained_dynamics import constrained_sample, dense_friction_torque, minimum_norm_friction_torque
-from stribeck.dynamics import joint_inertia, rooted_inverse_dynamics
+from stribeck.dynamics.constrained import constrained_sample, dense_friction_torque, minimum_norm_friction_torque
+from stribeck.dynamics.root_motion import base_root, standing_root
+from stribeck.dynamics.rooted import joint_inertia, rooted_inverse_dynamics
+from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
 from stribeck.errors import LogError
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.simulation.exact import Truth, exact_log
-from stribeck.state import Orientation, State, orientation_from_derivatives, root_quaternions
+from stribeck_simulation.prescribed.exact import Truth, exact_log
 
 SLIDING_LEG = """<robot name="slider">
   <link name="base"><inertial><mass value="5"/><origin xyz="0.1 0 0.05"/>

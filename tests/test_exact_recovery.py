@@ -6,11 +6,12 @@ from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import Parameter, Stribeck, get_law
-from stribeck.log import Array, RobotLog
+from stribeck.friction_torque.survey import survey
+from stribeck.log import RobotLog
 from stribeck.preparation import prepare, quiet
 from stribeck.settings import FilterSettings
-from stribeck.simulation.exact import exact_log
-from stribeck.survey import survey
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import exact_log
 
 
 def thirty_joint_talos() -> Robot:

@@ -11,8 +11,8 @@ from tests.models import POSTURES, example_robot
 from stribeck import Robot
 from stribeck.friction import get_law
 from stribeck.inspection import inspect_log
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.sensors import with_noise
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.sensors.measure import with_noise
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from stribeck.interpolation import bridges, cubic, linear, previous, slerp
+from stribeck.log.interpolation import bridges, cubic, linear, previous, slerp
 
 TIME = np.array([0.0, 0.1, 0.25, 0.3, 0.6])
 RNG = np.random.default_rng(0)
@@ -49,6 +49,6 @@ def test_blocks_leave_no_seams(monkeypatch):
     query = np.sort(RNG.uniform(time[0], time[-1], 1500))
     values, turns = RNG.normal(size=(2000, 3)), Rotation.random(2000, rng=2).as_quat()
     whole = cubic(query, time, values), slerp(query, time, turns)
-    monkeypatch.setattr("stribeck.interpolation.BLOCK_ROWS", 100)
+    monkeypatch.setattr("stribeck.log.interpolation.BLOCK_ROWS", 100)
     np.testing.assert_allclose(cubic(query, time, values), whole[0], atol=1e-12)
     np.testing.assert_array_equal(slerp(query, time, turns), whole[1])

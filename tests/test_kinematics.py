@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.models import example_robot, make_robot
 
-from stribeck.kinematics import direction_in_root, frame_pose, point_motion, rotate, rotation_matrices
 from stribeck.robot import Robot
-from stribeck.simulation.limb import BodyMotion, end_motion, limb_to
+from stribeck.robot.kinematics import direction_in_root, frame_pose, point_motion, rotate, rotation_matrices
+from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
 
 SAMPLES = 5
 CRANE = """<robot name="crane">

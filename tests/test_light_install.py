@@ -8,8 +8,8 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
 import stribeck
-from stribeck.simulation.demo import SCENARIO
-from stribeck.simulation.toro import MODEL_FILE, ROBOT_FILE
+from stribeck_simulation.demo import SCENARIO
+from stribeck_simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 
 WITHOUT = "import sys; sys.modules.update(mujoco=None, daqp=None); from stribeck.cli import main; main()"
 

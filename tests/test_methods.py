@@ -15,14 +15,14 @@ from tests.test_cli import run
 from stribeck import Robot, Settings, identify, preparation
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit import fit_joint
-from stribeck.identification.problem import joint_problem
+from stribeck.friction_torque.survey import FrictionTorqueStage
+from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS, Finding, Method
 from stribeck.methods.contract import SHARED
 from stribeck.result import read_result
 from stribeck.settings import FilterSettings, flat
-from stribeck.survey import FrictionTorqueStage
 
 SOURCE = Path(__file__).parents[1] / "src/stribeck"
 OTHER = {

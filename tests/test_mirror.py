@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stribeck.mirror import mirror_name, mirrored_pairs
+from stribeck.result.mirror import mirror_name, mirrored_pairs
 
 
 @pytest.mark.parametrize(

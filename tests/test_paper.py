@@ -12,7 +12,7 @@ from studies.paper import figures, pages, walks
 from studies.paper.statements import read_statements
 from studies.paper.study import NUMBERS, find_studies, plain
 
-from stribeck.simulation.run import run_scenario
+from stribeck_simulation.run import run_scenario
 
 STUDIES = find_studies()
 

@@ -7,7 +7,7 @@ from studies.paper.inexact import body_names, displaced, drawn, scaled, with_bod
 from studies.paper.swing import feeding, split
 
 from stribeck import Robot
-from stribeck.simulation.toro import ROBOT_FILE
+from stribeck_simulation.robots.toro import ROBOT_FILE
 
 pin.seed(1)
 RANDOM = [pin.Inertia.Random() for _ in range(5)]

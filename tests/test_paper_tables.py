@@ -8,7 +8,7 @@ from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_pa
 from studies.paper.study import NUMBERS
 from studies.paper.walks import SCENARIOS
 
-from stribeck.simulation.scenario import by_joint
+from stribeck_simulation.scenario import by_joint
 
 KEPT = json.loads((NUMBERS / "tables.json").read_text())
 PAPER = read_paper()

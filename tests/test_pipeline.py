@@ -8,8 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
-import stribeck.collect
-import stribeck.friction_torque
+import stribeck.friction_torque.stream
+import stribeck.friction_torque.thinning
 from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
@@ -91,7 +91,7 @@ def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None
     log = replace(arm_log(arm, duration=8), velocity=None, acceleration=None)
     settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)
     whole = identify(log, arm, settings)
-    monkeypatch.setattr(stribeck.friction_torque, "CHUNK", 997)
+    monkeypatch.setattr(stribeck.friction_torque.stream, "CHUNK", 997)
     pieces = identify(log, arm, settings)
     np.testing.assert_allclose(
         pieces.evidence.samples.friction_torque, whole.evidence.samples.friction_torque, rtol=0, atol=1e-9
@@ -102,8 +102,8 @@ def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None
 def test_what_is_kept_is_bounded_and_changes_little(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     log = arm_log(arm)
     everything = identify(log, arm)
-    monkeypatch.setattr(stribeck.collect, "MOST_KEPT", 4000)
-    monkeypatch.setattr(stribeck.survey, "MOST_KEPT", 4000)
+    monkeypatch.setattr(stribeck.friction_torque.thinning, "MOST_KEPT", 4000)
+    monkeypatch.setattr(stribeck.friction_torque.survey, "MOST_KEPT", 4000)
     some = identify(log, arm)
     assert len(some.evidence.samples.time) <= 4000
     assert some.log.samples_used == everything.log.samples_used

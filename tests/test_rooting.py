@@ -8,7 +8,7 @@ import pytest
 from tests.models import MODELS, example_robot, plain_configuration, plain_model
 
 from stribeck.errors import RobotFileError
-from stribeck.rooting import BASE_FRAME, RootedModel, root_at
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
 
 FEET = [(name, foot) for name in ("talos", "g1", "go2", "icub", "cassie") for foot in MODELS[name][2]]
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.readers.formats import synthetic_log
 
 from stribeck.errors import LogError
-from stribeck.sampling import regularise
+from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
 TABLE = LogTable()
@@ -198,7 +198,7 @@ def test_channels_beyond_the_memory_limit_are_cut_and_interpolated_on_disk(monke
     log = log_at(time)
     log.torque[3, 0] = np.nan
     expected, _ = regularise(log, TABLE)
-    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 1000)
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1000)
     even, _ = regularise(log, TABLE)
     for name, channel in expected.channels().items():
         np.testing.assert_array_equal(even.channels()[name], channel)

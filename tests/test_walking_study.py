@@ -10,8 +10,8 @@ import pytest
 from studies.walking import run, table
 from studies.walking_cases import CASES
 
-from stribeck.simulation.walking.footsteps import Steps
-from stribeck.simulation.walking.simulate import Push
+from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.simulate import Push
 
 ROOT = Path(__file__).parents[1]
 SAVED = json.loads((ROOT / "studies" / "walking.json").read_text(encoding="utf-8"))["cases"]

@@ -9,7 +9,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stribeck.compare import compare as compare
     from stribeck.errors import LogError as LogError
     from stribeck.errors import NothingIdentifiedError as NothingIdentifiedError
     from stribeck.errors import RobotFileError as RobotFileError
@@ -20,11 +19,12 @@ if TYPE_CHECKING:
     from stribeck.friction.register import register_law as register_law
     from stribeck.inspection import inspect_log as inspect_log
     from stribeck.log import RobotLog as RobotLog
+    from stribeck.log.readers import read_log as read_log
     from stribeck.pipeline import identify as identify
-    from stribeck.readers import read_log as read_log
     from stribeck.report import write_report as write_report
     from stribeck.result import Result as Result
     from stribeck.result import read_result as read_result
+    from stribeck.result.compare import compare as compare
     from stribeck.robot import Robot as Robot
     from stribeck.settings import Settings as Settings
     from stribeck.version import __version__ as __version__
@@ -41,11 +41,11 @@ _EXPORTS = {
     "SettingsError": "stribeck.errors",
     "StribeckError": "stribeck.errors",
     "__version__": "stribeck.version",
-    "compare": "stribeck.compare",
+    "compare": "stribeck.result.compare",
     "export": "stribeck.export",
     "identify": "stribeck.pipeline",
     "inspect_log": "stribeck.inspection",
-    "read_log": "stribeck.readers",
+    "read_log": "stribeck.log.readers",
     "read_result": "stribeck.result",
     "register_law": "stribeck.friction.register",
     "write_report": "stribeck.report",

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.collect import join_logs
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
+from stribeck.friction_torque.survey import FrictionSamples, thinned_samples
+from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.selection import with_terms
-from stribeck.identification.verdict import judge
+from stribeck.identification.judgement.verdict import judge
+from stribeck.identification.whole_log.terms.selection import with_terms
 from stribeck.methods import Finding, Method
 from stribeck.preparation import PreparedLog
-from stribeck.provenance import log_summary, provenance
 from stribeck.result import Evidence, JointResult, Result
+from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
-from stribeck.survey import FrictionSamples, thinned_samples
 from stribeck.version import __version__
 
 UNPHYSICAL = 0.4

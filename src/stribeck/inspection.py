@@ -11,14 +11,15 @@ from typing import Literal
 import numpy as np
 
 from stribeck.errors import errors_about, findings_kept
-from stribeck.friction_torque import support_name
-from stribeck.log import Array, RobotLog
+from stribeck.friction_torque.stream import support_name
+from stribeck.friction_torque.survey import torque_chunks, with_filter
+from stribeck.log import RobotLog
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog, prepare
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.survey import torque_chunks, with_filter
 from stribeck.threads import one_blas_thread
+from stribeck.typing import Array
 
 LISTEN = 60_000
 """Samples that delays and signs are judged by."""

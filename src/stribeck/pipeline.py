@@ -9,13 +9,14 @@ from pathlib import Path
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
 from stribeck.friction import get_law
+from stribeck.friction_torque.survey import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.methods import get_method
+from stribeck.outputs import whole_or_not_at_all
 from stribeck.preparation import Progress, prepare, quiet
-from stribeck.result import Result, whole_or_not_at_all
+from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.survey import FrictionTorqueStage
 from stribeck.threads import one_blas_thread
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.errors import errors_about, findings_kept
 from stribeck.log import RobotLog
+from stribeck.log.readers import read_log
+from stribeck.log.sampling import Sampling, regularise
 from stribeck.motion import make_filter
-from stribeck.readers import read_log
 from stribeck.robot import Robot
-from stribeck.sampling import Sampling, regularise
 from stribeck.settings import Settings
 
 Progress = Callable[[str, float], None]
@@ -30,7 +30,7 @@ def quiet(*_: object) -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedLog:
-    """A log that is evenly sampled, with its support; long logs lie on disk (`stribeck.storage`).
+    """A log that is evenly sampled, with its support; long logs lie on disk (`stribeck.log.storage`).
 
     Attributes
     ----------

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.log import Array
 from stribeck.motion.averaging import Nodes
+from stribeck.typing import Array
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

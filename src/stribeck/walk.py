@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 SEEN_FROM = np.deg2rad(25.0)
 """Poses are seen from the right and this much from the front, which keeps left and right limbs apart [rad]."""

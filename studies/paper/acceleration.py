@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stribeck import Settings
-from stribeck.dynamics import joint_inertia
-from stribeck.log import Array
+from stribeck.dynamics.rooted import joint_inertia
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck.simulation.run import Simulated
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.paper.estimate import Estimate, estimate
 from studies.paper.swing import JOINTS, SIDE, SUPPORT, swinging
 

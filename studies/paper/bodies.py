@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import Simulated
+from stribeck_simulation.run import Simulated
 from studies.paper.estimate import Estimate, estimate, rms
 from studies.paper.inexact import ROOT, Change, body_names, displaced, scaled, with_bodies
 from studies.paper.markdown import markdown_table

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.friction import get_law
-from stribeck.log import Array
-from stribeck.simulation.constrained import ITERATIONS
-from stribeck.simulation.friction_truth import FrictionTruth, Instant, LawFriction
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth, Instant, LawFriction
+from stribeck_simulation.rigid.constrained import ITERATIONS
 from studies.paper.laws import KNEE, STATIC
 
 STEP = 1e-3

@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.log import Array, RobotLog
-from stribeck.simulation.run import Simulated
-from stribeck.simulation.sensor_profiles import SensorProfile, get_profile
-from stribeck.simulation.sensors import measure, sensors_for
+from stribeck.log import RobotLog
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import SensorProfile, get_profile
 from studies.paper import figures
 from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
 from studies.paper.markdown import markdown_table, short

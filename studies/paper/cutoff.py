@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit import fit_joint
-from stribeck.identification.problem import joint_problem
+from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import Simulated
-from stribeck.simulation.sensor_profiles import get_profile
-from stribeck.simulation.sensors import measure, sensors_for
+from stribeck_simulation.run import Simulated
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import get_profile
 from studies.paper import figures
 from studies.paper.estimate import estimate, rms
 from studies.paper.markdown import markdown_table

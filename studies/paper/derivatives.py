@@ -11,9 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck import Settings
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import Simulated
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.paper import figures
 from studies.paper.estimate import EXACT, Estimate, estimate, rms
 from studies.paper.markdown import markdown_table

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stribeck import Robot, Settings
-from stribeck.constrained_dynamics import constrained_sample, minimum_norm_friction_torque
-from stribeck.log import Array
-from stribeck.simulation.run import Simulated
-from stribeck.state import Orientation, State
+from stribeck.dynamics.constrained import constrained_sample, minimum_norm_friction_torque
+from stribeck.dynamics.state import Orientation, State
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.paper import figures
 from studies.paper.estimate import EXACT, UNTRIMMED, Estimate, estimate, rms
 from studies.paper.markdown import markdown_table

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.collect import join
-from stribeck.log import Array
+from stribeck.friction_torque.survey import torque_chunks, with_filter
+from stribeck.friction_torque.thinning import join
 from stribeck.preparation import prepare
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck.simulation.run import Simulated
-from stribeck.survey import torque_chunks, with_filter
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 
 UNTRIMMED = SupportSettings(trim_start=0.0, trim_end=0.0)
 """Of the ideal simulator, whose feet touch down without a blow."""

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit import fit_joint
-from stribeck.identification.problem import joint_problem
+from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck.simulation.run import Simulated
+from stribeck_simulation.run import Simulated
 from studies.paper import figures
 from studies.paper.estimate import Estimate, estimate
 from studies.paper.inexact import drawn, with_bodies

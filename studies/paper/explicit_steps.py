@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck import Robot
-from stribeck.dynamics import joint_inertia
-from stribeck.log import Array
-from stribeck.simulation.run import friction_of
-from stribeck.simulation.toro import ROBOT_FILE, standing_posture
+from stribeck.dynamics.rooted import joint_inertia
+from stribeck.typing import Array
+from stribeck_simulation.robots.toro import ROBOT_FILE, standing_posture
+from stribeck_simulation.run import friction_of
 from studies.paper.coasting import STEP, chatter, coast, least_inertia, stiffness
 from studies.paper.laws import KNEE, SLOPE
 from studies.paper.markdown import markdown_table

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stribeck.log import Array
+from stribeck.typing import Array
 from studies.paper.study import ROOT
 
 FOLDER = ROOT / "docs" / "assets" / "paper"

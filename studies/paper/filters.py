@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit import fit_joint
-from stribeck.identification.problem import joint_problem
+from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.motion.savitzky_golay import savgol_cutoff
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck.simulation.run import Simulated
+from stribeck_simulation.run import Simulated
 from studies.paper import figures
 from studies.paper.estimate import Estimate, estimate, rms
 from studies.paper.markdown import markdown_table

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from stribeck import Settings, identify
-from stribeck.identification.speed import top_speed
-from stribeck.log import Array, RobotLog
+from stribeck.identification.judgement.speed import top_speed
+from stribeck.log import RobotLog
 from stribeck.result import JointResult
-from stribeck.simulation.run import Simulated
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.paper.study import Numbers
 
 PAPER = Path(__file__).with_name("tables.toml")

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
-from stribeck.log import Array
+from stribeck.typing import Array
 
 Change = Callable[[pin.Inertia], pin.Inertia]
 """What is done to a body's inertia."""

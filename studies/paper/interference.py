@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck import Settings
-from stribeck.log import Array
+from stribeck.typing import Array
 from studies.paper.estimate import estimate
 from studies.paper.markdown import markdown_table
 from studies.paper.study import Numbers, Study

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck.friction import LAWS
-from stribeck.log import Array
+from stribeck.typing import Array
 from studies.paper import figures
 from studies.paper.laws import KNEE, SLOPE, STATIC, STEP, curve, lugre, speeds
 

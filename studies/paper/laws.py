@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.friction import LAWS, get_law
-from stribeck.log import Array
-from stribeck.simulation.friction_truth import FrictionTruth, Instant, LuGre
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth, Instant, LuGre
 
 KNEE = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.0}
 """Table 6.1, its offset left out so that the curves are odd; units as the laws'."""

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import Simulated
-from stribeck.simulation.sensor_profiles import get_profile
-from stribeck.simulation.sensors import measure, sensors_for
+from stribeck_simulation.run import Simulated
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import get_profile
 from studies.paper import figures
 from studies.paper.acceleration import AS_PAPER, UNFILTERED, Motion, calibrated, motions
 from studies.paper.estimate import estimate

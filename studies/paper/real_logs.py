@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 
 from stribeck import Robot, identify
 from stribeck.friction import get_law
-from stribeck.log import Array
 from stribeck.result import Result
+from stribeck.typing import Array
 from studies.paper import figures
 from studies.paper.markdown import markdown_table
 from studies.paper.study import NUMBERS, ROOT, Numbers, Study

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.constrained_dynamics import constrained_sample
-from stribeck.dynamics import joint_inertia
-from stribeck.log import Array
+from stribeck.dynamics.constrained import constrained_sample
+from stribeck.dynamics.rooted import joint_inertia
+from stribeck.dynamics.state import State
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import Simulated
-from stribeck.state import State
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.paper.estimate import EXACT, estimate, rms
 from studies.paper.markdown import markdown_table, short
 from studies.paper.study import Numbers, Study

@@ -13,15 +13,15 @@ from matplotlib.figure import Figure
 from scipy.signal import periodogram
 
 from stribeck import Settings
-from stribeck.log import Array
+from stribeck.friction_torque.survey import with_filter
 from stribeck.motion import make_filter
 from stribeck.motion.savitzky_golay import savgol_cutoff
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import Simulated
-from stribeck.simulation.sensor_profiles import get_profile
-from stribeck.simulation.sensors import measure, sensors_for
-from stribeck.survey import with_filter
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import get_profile
 from studies.paper.acceleration import model_acceleration
 from studies.paper.estimate import estimate
 from studies.paper.markdown import markdown_table

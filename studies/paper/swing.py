@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from stribeck.friction import get_law
-from stribeck.identification.verdict import POWER_DEAD_ZONE
-from stribeck.log import Array
-from stribeck.simulation.run import Simulated
+from stribeck.identification.judgement.verdict import POWER_DEAD_ZONE
+from stribeck.typing import Array
+from stribeck_simulation.run import Simulated
 from studies.paper import figures
 from studies.paper.estimate import Estimate, rms
 

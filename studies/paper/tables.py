@@ -14,10 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck import Settings
-from stribeck.identification.weakness import CLEARED
+from stribeck.identification.judgement.weakness import CLEARED
 from stribeck.settings import FilterSettings
-from stribeck.simulation.sensor_profiles import get_profile
-from stribeck.simulation.sensors import measure, sensors_for
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import get_profile
 from studies.paper import figures
 from studies.paper.identified import JOINTS, PARAMETERS, identified, mean_and_worst, read_paper
 from studies.paper.markdown import markdown_table

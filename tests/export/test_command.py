@@ -19,9 +19,9 @@ from stribeck import Robot, export
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
 from stribeck.result import Result
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.files import write_npz
-from stribeck.simulation.sensors import with_noise
+from stribeck_simulation.files import write_npz
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.sensors.measure import with_noise
 
 
 def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,8 +14,8 @@ from tests.export.found import FRICTION, found_in, joint_result
 from tests.models import EXAMPLES, MODELS
 
 from stribeck import Robot, export
-from stribeck.simulation.biped import MODELS as PACKAGED
-from stribeck.simulation.toro import ROBOT_FILE
+from stribeck_simulation.robots.biped import MODELS as PACKAGED
+from stribeck_simulation.robots.toro import ROBOT_FILE
 
 STEP = 2e-4
 """Of simulations [s]."""

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from stribeck.export.sharing import possible, share
-from stribeck.pseudo_inertia import pseudo_inertia
+from stribeck.inertial_parameters import pseudo_inertia
 
 
 def some_links(count: int, seed: int) -> np.ndarray:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stribeck.friction import get_law
-from stribeck.identification.covariance import block_covariance, intervals_95
-from stribeck.identification.curve_fit import fit_joint
-from stribeck.identification.problem import joint_problem
-from stribeck.identification.weakness import is_weak
+from stribeck.identification.curve_fit.covariance import block_covariance, intervals_95
+from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.problem import joint_problem
+from stribeck.identification.judgement.weakness import is_weak
 from stribeck.settings import Settings
 
 WIDE = 1e3

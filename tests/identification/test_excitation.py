@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stribeck.friction import get_law
-from stribeck.identification.excitation import count_reversals, excitation, velocity_noise
-from stribeck.identification.problem import joint_problem
+from stribeck.identification.curve_fit.problem import joint_problem
+from stribeck.identification.judgement.excitation import count_reversals, excitation, velocity_noise
 from stribeck.settings import Settings
 
 

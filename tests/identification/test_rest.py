@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit import fit_joint, fit_law
-from stribeck.identification.problem import joint_problem
-from stribeck.identification.validation import validate
-from stribeck.identification.verdict import judge
+from stribeck.identification.curve_fit.fit import fit_joint, fit_law
+from stribeck.identification.curve_fit.problem import joint_problem
+from stribeck.identification.curve_fit.validation import validate
+from stribeck.identification.judgement.verdict import judge
 from stribeck.settings import Settings
 
 TRUTH = {"viscous": 0.5, "coulomb": 2.0, "offset": -0.7}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stribeck.friction.terms import LADDER
-from stribeck.identification.selection import LEAST, Candidate, Kept, climb, held_out_gain, with_terms
+from stribeck.identification.whole_log.terms.selection import LEAST, Candidate, Kept, climb, held_out_gain, with_terms
 from stribeck.result import JointResult, ParameterEstimate, TermVerdict
 
 FOLDS = np.array([0.8, 1.1, 0.9, 1.2])

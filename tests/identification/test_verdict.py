@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit import fit_law
-from stribeck.identification.validation import validate
-from stribeck.identification.verdict import judge
-from stribeck.identification.weakness import is_weak, why_strong
+from stribeck.identification.curve_fit.fit import fit_law
+from stribeck.identification.curve_fit.validation import validate
+from stribeck.identification.judgement.verdict import judge
+from stribeck.identification.judgement.weakness import is_weak, why_strong
 from stribeck.methods.whole_log import CRITERIA
 from stribeck.settings import Settings
 

@@ -11,9 +11,9 @@ from tests.readers.formats import FEET, JOINTS, StubRobot, arrays_of, columns_of
 
 from stribeck.errors import StribeckError
 from stribeck.log import RobotLog
-from stribeck.readers import read_log
-from stribeck.readers.mapping import UNITS
-from stribeck.sampling import regularise
+from stribeck.log.readers import read_log
+from stribeck.log.readers.mapping import UNITS
+from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
 LOG = synthetic_log(40)

@@ -11,7 +11,7 @@ import pyarrow.parquet
 import pytest
 
 from stribeck.errors import LogError
-from stribeck.readers import read_log
+from stribeck.log.readers import read_log
 
 LIMIT = 1 << 24
 """Bytes that are held in memory here."""
@@ -67,7 +67,7 @@ def parquet(path):
     ],
 )
 def test_more_samples_than_the_file_can_hold(make, name, tmp_path, monkeypatch):
-    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", LIMIT)
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", LIMIT)
     make(tmp_path / name)
     start = time.process_time()
     with pytest.raises(LogError, match=r"declares .* bytes of samples") as refused:
@@ -92,7 +92,7 @@ def test_a_header_of_gigabytes(tmp_path):
 
 def test_no_room_for_a_sound_log(tmp_path, monkeypatch):
     np.savez(tmp_path / "log.npz", time=np.arange(9.0), position=np.ones((9, 2)), torque=np.ones((9, 2)))
-    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 100)
-    monkeypatch.setattr("stribeck.storage.shutil.disk_usage", lambda _: SimpleNamespace(free=100))
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 100)
+    monkeypatch.setattr("stribeck.log.storage.shutil.disk_usage", lambda _: SimpleNamespace(free=100))
     with pytest.raises(LogError, match="too large for this machine"):
         read_log(tmp_path / "log.npz")

@@ -8,8 +8,8 @@ from tests.damaged import BAD_SAMPLING, DAMAGED, main_file
 from tests.readers.formats import WRITERS, StubRobot, synthetic_log, write_parquet
 
 from stribeck.errors import LogError
-from stribeck.readers import read_log
-from stribeck.sampling import regularise
+from stribeck.log.readers import read_log
+from stribeck.log.sampling import regularise
 
 
 def check_message(error, path, words):
@@ -62,8 +62,8 @@ def test_a_disk_without_room_is_told_as_such(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     path = write_parquet(tmp_path, synthetic_log(20))
-    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 100)
-    monkeypatch.setattr("stribeck.storage.os.posix_fallocate", full)
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 100)
+    monkeypatch.setattr("stribeck.log.storage.os.posix_fallocate", full)
     with pytest.raises(LogError, match=r"too large.*TMPDIR") as caught:
         read_log(path, StubRobot())
     check_message(caught.value, path, [])

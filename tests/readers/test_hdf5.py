@@ -8,7 +8,7 @@ import pytest
 from tests.readers.formats import JOINTS, StubRobot, synthetic_log
 
 from stribeck.errors import LogError
-from stribeck.readers import read_log
+from stribeck.log.readers import read_log
 from stribeck.settings import LogTable
 
 LOG = synthetic_log(30)

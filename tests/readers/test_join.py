@@ -9,7 +9,7 @@ from tests.readers.formats import JOINTS, StubRobot, messages_of, synthetic_log,
 
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
-from stribeck.readers import read_log
+from stribeck.log.readers import read_log
 from stribeck.settings import LogTable
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from tests.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
 from stribeck.errors import LogError, SettingsError
-from stribeck.readers import read_log
-from stribeck.readers.mapping import UNITS
-from stribeck.sampling import regularise
+from stribeck.log.readers import read_log
+from stribeck.log.readers.mapping import UNITS
+from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
 LOG = synthetic_log()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.readers.formats import JOINTS, ROS, WHOLE, WRITERS, StubRobot, synthetic_log
 
-from stribeck.readers import read_log
+from stribeck.log.readers import read_log
 
 OF_MESSAGES = (
     "position",
@@ -61,7 +61,7 @@ def test_without_a_robot_the_log_names_its_joints(writer, tmp_path):
 
 @pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)
 def test_channels_beyond_the_memory_limit_lie_on_disk_and_read_the_same(writer, tmp_path, monkeypatch):
-    monkeypatch.setattr("stribeck.storage.IN_MEMORY_LIMIT", 1000)
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1000)
     log = synthetic_log()
     read = read_log(writer(tmp_path, log), StubRobot())
     base = read.position

@@ -7,7 +7,7 @@ import pytest
 from tests.readers.formats import StubRobot, columns_of, synthetic_log, write_csv
 
 from stribeck.errors import LogError
-from stribeck.readers import read_log
+from stribeck.log.readers import read_log
 from stribeck.settings import LogTable
 
 LOG = synthetic_log(30)

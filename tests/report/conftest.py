@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from stribeck.friction import get_law
-from stribeck.log import Array
 from stribeck.result import Evidence, JointResult, LogSummary, ParameterEstimate, Result, Validation
 from stribeck.samples import Samples
+from stribeck.typing import Array
 from stribeck.walk import Footprint, Pose, WalkPicture
 
 LAW = get_law("stribeck")

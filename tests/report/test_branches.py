@@ -12,9 +12,9 @@ from stribeck.report.branches import branch_figures, branches
 from stribeck.report.figure import house_style
 from stribeck.result import Result
 from stribeck.settings import Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.sensors import with_noise
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
 
 
 @pytest.fixture(scope="module")

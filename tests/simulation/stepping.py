@@ -10,11 +10,11 @@ import pinocchio as pin
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.simulation.constrained import BodyState, Support, simulate_constrained
-from stribeck.simulation.exact import Truth
-from stribeck.simulation.friction_truth import FrictionTruth, LawFriction
-from stribeck.simulation.parameters import Parameters
-from stribeck.simulation.toro import ROBOT_FILE, standing_posture
+from stribeck_simulation.friction import FrictionTruth, LawFriction
+from stribeck_simulation.friction.parameters import Parameters
+from stribeck_simulation.prescribed.exact import Truth
+from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
+from stribeck_simulation.robots.toro import ROBOT_FILE, standing_posture
 
 LEFT, RIGHT = ("left_foot",), ("right_foot",)
 SUPPORTS = (

@@ -10,19 +10,19 @@ from tests.models import make_robot
 from tests.simulation.walkers import POSTURE, SOLES, walker
 
 from stribeck.errors import SettingsError
-from stribeck.log import Array
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.mujoco_model import compile_body
-from stribeck.simulation.sole import Sole
-from stribeck.simulation.walking.balance.controller import WalkingController
-from stribeck.simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve
-from stribeck.simulation.walking.balance.swing import PRESS, swing_at
-from stribeck.simulation.walking.balance.tasks import Gains
-from stribeck.simulation.walking.balance.terms import Dynamics
-from stribeck.simulation.walking.balance.wrench_cone import wrench_cone
-from stribeck.simulation.walking.footsteps import Footprint, Steps
-from stribeck.simulation.walking.plan import plan_walk
-from stribeck.simulation.walking.start import start_standing
+from stribeck.typing import Array
+from stribeck_simulation.mujoco.model import compile_body
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.walking.balance.controller import WalkingController
+from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve
+from stribeck_simulation.walking.balance.swing import PRESS, swing_at
+from stribeck_simulation.walking.balance.tasks import Gains
+from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
+from stribeck_simulation.walking.footsteps import Footprint, Steps
+from stribeck_simulation.walking.plan import plan_walk
+from stribeck_simulation.walking.start import start_standing
 
 SOLE = Sole((0.0, 0.0, 0.0), 0.1, 0.05)
 

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from stribeck.robot import Robot
-from stribeck.simulation.biped import MODELS, biped_urdf, solid_inertia
+from stribeck_simulation.robots.biped import MODELS, biped_urdf, solid_inertia
 
 
 def test_the_packaged_file_is_made_of_the_table():

@@ -11,16 +11,16 @@ from tests.simulation.stepping import FRICTION, SUPPORTS, Stepper, simulate, sta
 from stribeck import Settings
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import Stribeck
-from stribeck.friction_torque import Chunk
+from stribeck.friction_torque.stream import Chunk
+from stribeck.friction_torque.survey import torque_chunks
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.robot import Robot
-from stribeck.simulation.constrained import BodyState, Support, simulate_constrained
-from stribeck.simulation.exact import Truth
-from stribeck.simulation.friction_truth import Backlash, FrictionTruth, LawFriction, LuGre
-from stribeck.simulation.sensor_profiles import get_profile
-from stribeck.simulation.sensors import measure, sensors_for
-from stribeck.survey import torque_chunks
+from stribeck_simulation.friction import Backlash, FrictionTruth, LawFriction, LuGre
+from stribeck_simulation.prescribed.exact import Truth
+from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import get_profile
 
 EXACT = Settings.model_validate({"filter": {"kind": "log"}})
 TOUCHDOWNS = (1000, 2100)

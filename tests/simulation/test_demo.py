@@ -15,12 +15,12 @@ from tests.test_cli import run
 
 from stribeck import Robot, identify, read_log
 from stribeck.result import read_result
-from stribeck.simulation import demo
-from stribeck.simulation.files import read_truth
-from stribeck.simulation.run import friction_of
-from stribeck.simulation.scenario import read_scenario
-from stribeck.simulation.sensor_profiles import PROFILES
-from stribeck.simulation.toro import ROBOT_FILE
+from stribeck_simulation import demo
+from stribeck_simulation.files import read_truth
+from stribeck_simulation.robots.toro import ROBOT_FILE
+from stribeck_simulation.run import friction_of
+from stribeck_simulation.scenario import read_scenario
+from stribeck_simulation.sensors.profiles import PROFILES
 
 SHORT = """
 sensors = "calibrated"

@@ -23,8 +23,8 @@ from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck, get_law
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.rooting import BASE_FRAME
-from stribeck.simulation.exact import Truth, exact_log
+from stribeck.robot.rooting import BASE_FRAME
+from stribeck_simulation.prescribed.exact import Truth, exact_log
 
 RATE = 1000.0
 CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2 walk", "go2 trot")

@@ -10,7 +10,7 @@ from tests.models import STRIBECK
 
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, Stribeck
-from stribeck.simulation.friction_truth import (
+from stribeck_simulation.friction import (
     Backlash,
     Drift,
     FrictionEffect,

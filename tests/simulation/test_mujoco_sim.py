@@ -11,15 +11,15 @@ from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
-from stribeck.log import Array
 from stribeck.robot import Robot
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.friction_truth import FrictionTruth
-from stribeck.simulation.mujoco_model import compile_body
-from stribeck.simulation.mujoco_sim import MujocoSim, foot_wrenches
-from stribeck.simulation.sole import Sole
-from stribeck.simulation.walking.balance.terms import Dynamics
-from stribeck.simulation.walking.start import start_standing
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth
+from stribeck_simulation.mujoco.model import compile_body
+from stribeck_simulation.mujoco.simulator import MujocoSim, foot_wrenches
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.start import start_standing
 
 NAMES = ("toro", "talos", "g1")
 

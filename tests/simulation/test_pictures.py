@@ -13,19 +13,20 @@ from tests.report.conftest import TRUTH, build_result
 
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
-from stribeck.kinematics import frame_pose
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.report.walk_figures import seen_from_the_side
 from stribeck.robot import Robot
-from stribeck.simulation import render
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.pictures import POSES, stances, walk_picture
-from stribeck.simulation.run import POSTURES
-from stribeck.simulation.sole import Sole
-from stribeck.simulation.stick_figure import stick_figure
-from stribeck.simulation.truth import with_truth
+from stribeck.robot.kinematics import frame_pose
+from stribeck.typing import Array
 from stribeck.walk import Pose, WalkPicture
+from stribeck_simulation.pictures import render
+from stribeck_simulation.pictures.pictures import POSES, stances, walk_picture
+from stribeck_simulation.pictures.stick_figure import stick_figure
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.run import POSTURES
+from stribeck_simulation.truth import with_truth
 
 SOLES = {f"{side}_foot": Sole((0.0, 0.0, 0.0), 0.11, 0.05) for side in SIDES}
 """Of the packaged biped."""

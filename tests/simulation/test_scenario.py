@@ -13,11 +13,11 @@ from tests.test_cli import run
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError, StribeckError
+from stribeck.friction_torque.survey import torque_chunks
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
-from stribeck.simulation.run import friction_of, run_scenario
-from stribeck.simulation.scenario import Scenario, by_joint, read_scenario
-from stribeck.survey import torque_chunks
+from stribeck_simulation.run import friction_of, run_scenario
+from stribeck_simulation.scenario import Scenario, by_joint, read_scenario
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/scenarios").glob("*.toml"))
 SHORT_ARM = {

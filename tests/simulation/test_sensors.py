@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.errors import SettingsError
 from stribeck.log import RobotLog
-from stribeck.simulation.sensor_profiles import PROFILES, SensorProfile, get_profile
-from stribeck.simulation.sensors import Sensors, measure, sensors_for
+from stribeck_simulation.sensors.measure import Sensors, measure, sensors_for
+from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile, get_profile
 
 SAMPLES, JOINTS, PERIOD = 10_000, 20, 0.001
 RAMP = np.linspace(0.0, 1.0, SAMPLES)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stribeck.simulation.sole import Sole
-from stribeck.simulation.walking.balance.step_adjustment import GAP, LAST, LEFT, REACH, StepAdjuster
-from stribeck.simulation.walking.footsteps import Footprint, Steps
-from stribeck.simulation.walking.plan import BOTH, Plan, plan_walk
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.walking.balance.step_adjustment import GAP, LAST, LEFT, REACH, StepAdjuster
+from stribeck_simulation.walking.footsteps import Footprint, Steps
+from stribeck_simulation.walking.plan import BOTH, Plan, plan_walk
 
 PULSATION = 3.2  # [1/s]
 FEEDBACK = 3.0  # [1/s]

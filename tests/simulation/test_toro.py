@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 from stribeck.robot import Robot
-from stribeck.simulation.toro import FOOT_SIZE, MODEL_FILE, ROBOT_FILE, standing_posture, toro_links, toro_mjcf
+from stribeck_simulation.robots.toro import FOOT_SIZE, MODEL_FILE, ROBOT_FILE, standing_posture, toro_links, toro_mjcf
 
 LEG = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 PRINTED = {

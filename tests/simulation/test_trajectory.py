@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from stribeck.simulation.gait import STAND_TIME, in_the_air, load_share, plan_swings, swing_window
-from stribeck.simulation.trajectory import Trajectory, bell, random_sines, smooth_step
+from stribeck_simulation.prescribed.gait import STAND_TIME, in_the_air, load_share, plan_swings, swing_window
+from stribeck_simulation.prescribed.trajectory import Trajectory, bell, random_sines, smooth_step
 
 TIME = np.linspace(-0.5, 2.5, 30001)
 STEP = TIME[1] - TIME[0]

@@ -12,10 +12,10 @@ from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck import identify
 from stribeck.robot import Robot
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.sensor_profiles import PROFILES
-from stribeck.simulation.walking.footsteps import Steps
-from stribeck.simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.profiles import PROFILES
+from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk
 
 COARSE = 0.0005  # [s], twice the usual physics step
 

@@ -9,9 +9,9 @@ from tests.models import MODELS as EXAMPLE_MODELS
 
 from stribeck.friction import Stribeck
 from stribeck.robot import Robot
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.friction_truth import FrictionTruth, LawFriction
-from stribeck.simulation.sole import Sole
+from stribeck_simulation.friction import FrictionTruth, LawFriction
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.sole import Sole
 
 LEG_JOINTS = ("leg_", "hip", "knee", "ankle")
 SOLES: dict[str, dict[str, Sole]] = {"talos": {side: Sole((0.0, 0.0, 0.0), 0.1, 0.06) for side in SIDES}}

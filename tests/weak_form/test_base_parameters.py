@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from stribeck import Robot
+from stribeck.equations.base_parameters import base_parameters
+from stribeck.equations.build import weak_form
 from stribeck.friction import get_law
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings, Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.gait import Gait
-from stribeck.simulation.run import POSTURES
-from stribeck.weak_form.base_parameters import base_parameters
-from stribeck.weak_form.build import weak_form
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.prescribed.gait import Gait
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import POSTURES
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
 SETTINGS = Settings(method="whole-log", filter=FilterSettings(kind="savitzky-golay", window=31))

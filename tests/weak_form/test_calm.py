@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from stribeck.log import Array
-from stribeck.weak_form.calm import LONGEST, SHARE, SHORTEST, CalmAcceleration, calm_acceleration
-from stribeck.weak_form.motion import savgol
-from stribeck.weak_form.noise import LISTEN
-from stribeck.weak_form.window import smooth_window
+from stribeck.equations.calm import LONGEST, SHARE, SHORTEST, CalmAcceleration, calm_acceleration
+from stribeck.equations.motion import savgol
+from stribeck.equations.noise import LISTEN
+from stribeck.equations.window import smooth_window
+from stribeck.typing import Array
 
 PERIOD = 1e-3
 TIME = PERIOD * np.arange(30_000)

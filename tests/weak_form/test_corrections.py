@@ -7,13 +7,13 @@ import pinocchio as pin
 import pytest
 
 from stribeck import Robot
-from stribeck.base_motion import standing_root
-from stribeck.dynamics import rooted_inverse_dynamics
-from stribeck.log import Array
-from stribeck.rooting import RootedModel
-from stribeck.simulation.biped import MODELS
-from stribeck.state import Orientation, State
-from stribeck.weak_form.corrections import inertia_columns, zero_columns
+from stribeck.dynamics.root_motion import standing_root
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.dynamics.state import Orientation, State
+from stribeck.equations.corrections import inertia_columns, zero_columns
+from stribeck.robot.rooting import RootedModel
+from stribeck.typing import Array
+from stribeck_simulation.robots.biped import MODELS
 
 FEET = [("toro.toml", "left_foot"), ("toro.toml", "right_foot"), ("arm.toml", "")]
 

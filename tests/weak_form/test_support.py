@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from stribeck import Robot
+from stribeck.equations.build import WeakForm, weak_form
+from stribeck.equations.stretches import cut_stretches
+from stribeck.equations.support import find_support, null_projection
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings, Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import Truth, exact_log
-from stribeck.simulation.run import POSTURES
-from stribeck.weak_form.build import WeakForm, weak_form
-from stribeck.weak_form.stretches import cut_stretches
-from stribeck.weak_form.support import find_support, null_projection
+from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import POSTURES
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 CASES = {

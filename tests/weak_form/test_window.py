@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stribeck.equations.motion import differentiator
+from stribeck.equations.window import smooth_window
 from stribeck.identification.whole_log.fading import driving
-from stribeck.weak_form.motion import differentiator
-from stribeck.weak_form.window import smooth_window
 
 
 @settings(deadline=None)

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from stribeck.contact.hysteresis import switch
 from stribeck.contact.upright import up_in_base
 from stribeck.errors import LogError, SettingsError
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
+from stribeck.typing import Array
 
 TOLERANCE = 0.25
 """How far the load of the feet may be from the robot's weight before it is remarked upon."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 
 def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:

@@ -12,10 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.contact.hysteresis import switch
 from stribeck.contact.upright import up_in_base
+from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.state import root_quaternions
+from stribeck.typing import Array
 
 LIFT = 0.25
 """A foot is in the air above this share of the highest lift, between the bounds of `LIFT_BOUNDS`."""

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.log import Array
 from stribeck.settings import SupportSettings
+from stribeck.typing import Array
 
 Kind = Literal["fixed", "single", "double", "multiple", "flight"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
+from stribeck.log.storage import BLOCK_ROWS
 from stribeck.robot import Robot
-from stribeck.state import root_quaternions
-from stribeck.storage import BLOCK_ROWS
+from stribeck.typing import Array
 
 FALLEN = np.deg2rad(60.0)
 """A base that is tilted by more than this has fallen [rad]."""

@@ -10,7 +10,7 @@ from xml.dom.minidom import Document, Element, Text, parse
 from xml.parsers.expat import ExpatError
 
 from stribeck.errors import RobotFileError
-from stribeck.log import Array
+from stribeck.typing import Array
 
 _NOT_IN_COMMENTS = re.compile("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML may hold, and line ends."""

@@ -14,9 +14,9 @@ import pinocchio as pin
 
 from stribeck.errors import SettingsError
 from stribeck.export.sharing import share
-from stribeck.log import Array
-from stribeck.pseudo_inertia import pseudo_inertia
+from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.result import BodyCorrection, Corrections
+from stribeck.typing import Array
 
 SAME = 1e-9
 """Largest relative difference of inertias that counts as the same model [1]."""

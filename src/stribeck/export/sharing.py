@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 LIGHT, EMPTY = 1e-2, 1e-9
 """Links lighter than this share of the sum [1] keep what they have: sensors, soles; or, if need be, only empty ones."""

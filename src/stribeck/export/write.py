@@ -10,9 +10,10 @@ from stribeck.export.document import document_text
 from stribeck.export.joints import joint_terms
 from stribeck.export.links import corrected_links
 from stribeck.export.summary import summary
-from stribeck.model_file import kind_of, load_model
-from stribeck.result import Corrections, Result, read_result, whole_or_not_at_all
+from stribeck.outputs import whole_or_not_at_all
+from stribeck.result import Corrections, Result, read_result
 from stribeck.robot import Robot
+from stribeck.robot.model_file import kind_of, load_model
 
 TARGETS = {"mjcf": (mjcf.changed_mjcf, mjcf.TERMS), "urdf": (urdf.changed_urdf, urdf.TERMS)}
 """Format -> how a model file of it is changed, and its words for what it has a place for.

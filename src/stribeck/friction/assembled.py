@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.friction.stribeck import split_stribeck
-from stribeck.log import Array
+from stribeck.typing import Array
 
 JUMP = 1e9
 """Slope [s/rad] of friction that jumps at standstill: any velocity that is not zero is beyond its rise."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
-from stribeck.log import Array
+from stribeck.typing import Array
 
 
 class Asymmetric(FrictionLaw):

@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, VISCOUS
-from stribeck.log import Array
+from stribeck.typing import Array
 
 
 class CoulombViscous(FrictionLaw):

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 PRISMATIC_UNITS = {
     "N m": "N",

@@ -11,7 +11,7 @@ from stribeck.errors import SettingsError
 from stribeck.friction import AUTO, LAWS
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.terms import BEYOND_VELOCITY
-from stribeck.log import Array
+from stribeck.typing import Array
 
 RESERVED = {"armature", *(parameter.name for parameter in BEYOND_VELOCITY)}
 """Names of parameters that are fitted beside a law."""

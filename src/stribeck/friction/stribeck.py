@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.log import Array
+from stribeck.typing import Array
 
 
 def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.friction.stribeck import split_stribeck
-from stribeck.log import Array
+from stribeck.typing import Array
 
 
 class StribeckExponent(FrictionLaw):

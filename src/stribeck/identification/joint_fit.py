@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.friction import Parameter
-from stribeck.identification.covariance import block_covariance, intervals_95
-from stribeck.identification.descent import Descent, internal_jacobian, to_internal
-from stribeck.identification.problem import FitProblem
-from stribeck.identification.robust import Loss, influence
-from stribeck.identification.speed import top_speed
-from stribeck.log import Array
+from stribeck.identification.curve_fit.covariance import block_covariance, intervals_95
+from stribeck.identification.curve_fit.descent import Descent, internal_jacobian, to_internal
+from stribeck.identification.curve_fit.problem import FitProblem
+from stribeck.identification.curve_fit.robust import Loss, influence
+from stribeck.identification.judgement.speed import top_speed
+from stribeck.typing import Array
 
 PRIOR_FACTOR = 100.0
 """How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""

@@ -21,13 +21,13 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from stribeck.friction import FrictionLaw
+from stribeck.friction_torque.survey import FrictionSamples
 from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.weakness import USUAL, Criteria
+from stribeck.identification.judgement.weakness import USUAL, Criteria
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings, SupportSettings
-from stribeck.survey import FrictionSamples
 
 SHARED = frozenset(
     {"law", "method", "tilt", "double_support", "standing_legs", "filter_torque", "fit_armature", "rest", "block"}
@@ -73,7 +73,7 @@ class Finding:
 
 
 FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], FrictionSamples]
-"""Works the friction torque of logs out by a robot; `stribeck.survey.FrictionTorqueStage`."""
+"""Works the friction torque of logs out by a robot; `stribeck.friction_torque.survey.FrictionTorqueStage`."""
 
 
 class Find(Protocol):

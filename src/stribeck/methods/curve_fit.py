@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stribeck.friction import LAWS, FrictionLaw
-from stribeck.identification.curve_fit import fit_law
-from stribeck.identification.validation import validate
+from stribeck.identification.curve_fit.fit import fit_law
+from stribeck.identification.curve_fit.validation import validate
 from stribeck.methods.contract import SHARED, Finding, FrictionTorque, Method
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.equations.stretches import cut_stretches
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.identification.excitation import excitation
-from stribeck.identification.problem import FitProblem
-from stribeck.log import Array
+from stribeck.identification.curve_fit.problem import FitProblem
+from stribeck.identification.judgement.excitation import excitation
 from stribeck.preparation import PreparedLog
 from stribeck.robot import Robot
-from stribeck.weak_form.stretches import cut_stretches
+from stribeck.typing import Array
 
 TOP_SPEED = 99.9
 """Percentile of |v| [%] that the nodes of the friction curves reach to; impacts are faster."""

@@ -9,28 +9,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.corrected import corrected_log, corrected_robot
-from stribeck.equations import WRENCH_SIZE
+from stribeck.equations.base_parameters import base_parameters
+from stribeck.equations.build import WeakForm, weak_form
+from stribeck.equations.lazily import all_equations
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.assembled import Assembled
-from stribeck.identification.excitation import NOISE_FACTOR
 from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.weakness import Criteria
+from stribeck.identification.judgement.excitation import NOISE_FACTOR
+from stribeck.identification.judgement.weakness import Criteria
 from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.identification.whole_log.intervals import joint_fits
 from stribeck.identification.whole_log.lack_of_fit import lack_warnings
+from stribeck.inertial_parameters import SIZE
 from stribeck.log import RobotLog
 from stribeck.methods.contract import SHARED, Finding, FrictionTorque, Method
+from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
 from stribeck.preparation import PreparedLog, Progress
-from stribeck.pseudo_inertia import SIZE
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.weak_form.base_parameters import base_parameters
-from stribeck.weak_form.build import WeakForm, weak_form
-from stribeck.weak_form.lazily import all_equations
+from stribeck.weak_equations import WRENCH_SIZE
 
 CRITERIA = Criteria(widest=0.33, takes_law_for_exact=False, lends_bends=True)
 """The width finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %

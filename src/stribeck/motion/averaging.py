@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 ROUNDING = 1e-9
 """A weight [1] smaller than this is none."""

@@ -6,9 +6,9 @@ import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.errors import SettingsError
-from stribeck.log import Array
 from stribeck.motion import differences
 from stribeck.motion.convolution import correlate_valid
+from stribeck.typing import Array
 
 SETTLED = 1e-6
 """Share of the impulse response that may be left beyond the dropped edges."""

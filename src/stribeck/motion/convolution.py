@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 MIN_BLOCK = 64
 """Fewest output samples a block; shorter blocks pay more for the call than for the arithmetic."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.log import Array
 from stribeck.motion.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
 from stribeck.motion.spectrum import Spectra, average_spectra
+from stribeck.typing import Array
 
 ORDER = 4
 """Of the Savitzky-Golay filter that "auto" stands for."""

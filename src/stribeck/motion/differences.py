@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 HALF_WIDTH = 2
 """Samples that the second difference needs before the present one (backward), or on each side (central)."""

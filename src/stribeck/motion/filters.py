@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 
 from stribeck.errors import SettingsError
-from stribeck.log import Array
 from stribeck.motion import butterworth, differences
 from stribeck.motion.averaging import implied_weights
 from stribeck.motion.convolution import correlate_valid
 from stribeck.motion.cutoff import CutoffChoice
 from stribeck.motion.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
 from stribeck.settings import FilterSettings
+from stribeck.typing import Array
 
 TAKES = {
     "auto": {"order", "weights"},

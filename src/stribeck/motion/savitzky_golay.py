@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from stribeck.errors import SettingsError
-from stribeck.log import Array
+from stribeck.typing import Array
 
 Weights = str | list[float]
 HALF_POWER = 0.5**0.5

@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log import Array
+from stribeck.typing import Array
 
 MIN_SAMPLES = 64
 """Shortest stretch that has a spectrum."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from stribeck.log import Array
 from stribeck.report.density import robust_limits
 from stribeck.report.figure import COLOURS, inline_svg, new_axes
 from stribeck.report.joint_figures import running_mean
 from stribeck.result import Result
 from stribeck.samples import Samples
+from stribeck.typing import Array
 
 BINS = 24
 """Of the velocity, over which a branch is averaged."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 BINS = (150, 90)
 """Columns and rows of the raster."""

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import StepPatch
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
-from stribeck.log import Array
 from stribeck.report.frame import FONT_SIZE, frame
+from stribeck.typing import Array
 
 WIDTH = 360.0
 """Width of every figure [SVG units]; a phone shows it at about its own size, so its text stays readable."""

@@ -15,7 +15,7 @@ from matplotlib.axis import Axis
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 FONT_SIZE = 9.5
 """Of all that is written around the data [SVG units]."""

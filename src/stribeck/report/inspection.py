@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+from stribeck.outputs import whole_or_not_at_all
 from stribeck.report.figure import house_style
 from stribeck.report.page import Section, render, render_page
 from stribeck.report.timeline import timeline
-from stribeck.result import whole_or_not_at_all
 
 if TYPE_CHECKING:  # the report stands below what inspects a log, and is given what was found
     from stribeck.inspection import Inspection, JointInspection

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw
-from stribeck.log import Array
 from stribeck.result import Evidence, JointResult, law_values
 from stribeck.samples import Samples
+from stribeck.typing import Array
 
 STEP = 1e-4
 """Of differences, relative to a parameter [1]; what they differentiate is nearly linear."""

@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
-from stribeck.log import Array
 from stribeck.report.density import draw_density, robust_limits
 from stribeck.report.figure import COLOURS, draw_steps, new_axes
 from stribeck.report.joint_data import JointData
 from stribeck.report.text import number
+from stribeck.typing import Array
 
 MOST_POINTS = 1200
 """Points of a line over time: about three for each pixel of its width."""

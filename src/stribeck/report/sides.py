@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from stribeck.compare import Difference, compare_sides
 from stribeck.friction.law import FrictionLaw
-from stribeck.mirror import mirrored_pairs
 from stribeck.report.figure import COLOURS, inline_svg, new_axes
 from stribeck.report.joint_data import JointData, joint_data
 from stribeck.report.page import Section, render
 from stribeck.result import Evidence, Result
+from stribeck.result.compare import Difference, compare_sides
+from stribeck.result.mirror import mirrored_pairs
 
 LARGEST_CHANGE = 10.0
 """From left to right [1]; more says that the left is next to nothing."""

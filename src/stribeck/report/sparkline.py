@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from stribeck.friction.law import FrictionLaw
-from stribeck.log import Array
+from stribeck.typing import Array
 
 SIZE = (104.0, 30.0)
 """Width and height [SVG units, about a pixel each]."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from stribeck.log import Array
 from stribeck.report.figure import COLOURS, draw_steps, inline_svg, new_axes
 from stribeck.report.page import Section, render
+from stribeck.typing import Array
 
 COLUMNS = 600
 """Steps across the figure; a step is drawn as high as the share of its time that the support holds."""

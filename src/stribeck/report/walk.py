@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from stribeck.mirror import mirrored_pairs
 from stribeck.report.figure import inline_svg
 from stribeck.report.page import Section, render
 from stribeck.report.walk_figures import Window, from_above, strip
+from stribeck.result.mirror import mirrored_pairs
 from stribeck.walk import WalkPicture
 
 LONG = 4.0

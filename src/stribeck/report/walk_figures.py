@@ -12,8 +12,8 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from stribeck.log import Array
 from stribeck.report.figure import COLOURS, HEIGHT, WIDTH, new_axes
+from stribeck.typing import Array
 from stribeck.walk import SEEN_FROM, Footprint, Pose, WalkPicture
 
 LOWEST = 90.0

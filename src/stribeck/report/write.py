@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
+from stribeck.outputs import whole_or_not_at_all
 from stribeck.report.corrections import corrections
 from stribeck.report.figure import house_style
 from stribeck.report.heading import heading
@@ -19,7 +20,7 @@ from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import verdict_table
 from stribeck.report.walk import walk
 from stribeck.report.warnings import warnings
-from stribeck.result import Result, whole_or_not_at_all
+from stribeck.result import Result
 from stribeck.samples import Samples
 
 

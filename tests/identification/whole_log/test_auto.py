@@ -10,13 +10,14 @@ from typer.testing import CliRunner
 from stribeck import Robot, identify
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.report.joint_data import joint_data
 from stribeck.result import Result, read_result
 from stribeck.settings import Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.sensors import with_noise
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
 
 COULOMB = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
 AUTO = Settings(method="whole-log", corrections="none", law="auto")
@@ -169,8 +170,8 @@ def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> N
 
 
 def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> None:
-    from stribeck.cli import app
-    from stribeck.simulation.files import write_npz
+    from stribeck.cli.app import app
+    from stribeck_simulation.files import write_npz
 
     log, _ = plain_log(arm, 12.0, 8)
     write_npz(with_noise(log, position=5e-5, torque=0.1), tmp_path / "log.npz")

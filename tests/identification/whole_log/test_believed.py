@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.equations import Corrections
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
 from stribeck.identification.whole_log.curves import Curves
@@ -13,7 +12,8 @@ from stribeck.identification.whole_log.model import ZERO, ModelCorrections, mode
 from stribeck.identification.whole_log.nodes import make_nodes
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import Corrections
 
 JOINTS, SAMPLES, NOISE = 12, 2000, 0.1
 SLOPE, GAIN, SPEED = 40.0, 0.3, 0.15

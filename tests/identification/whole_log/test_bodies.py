@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck.identification.whole_log.bodies import CENTRE, MASS, bodies_of
-from stribeck.log import Array
-from stribeck.pseudo_inertia import pseudo_inertia
+from stribeck.inertial_parameters import pseudo_inertia
+from stribeck.typing import Array
 
 
 def some_parameters(count: int = 4) -> Array:

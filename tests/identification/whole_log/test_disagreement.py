@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from tests.identification.whole_log.test_believed import NOISE, SAMPLES, friction, moving
 
-from stribeck.equations import Corrections
 from stribeck.identification.whole_log.believed import solve_and_believe
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.disagreement import by_doubt, disagreement, doubt_of
 from stribeck.identification.whole_log.model import ZERO, ModelCorrections, model_corrections
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, merged
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import Corrections
 
 PARTS, ZEROS, UNSEEN, ERROR = 8, 40, 3, 0.2
 OFFSET = 4

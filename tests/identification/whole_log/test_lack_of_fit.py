@@ -8,11 +8,12 @@ import pytest
 from stribeck import Robot, identify
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.lack_of_fit import SENTENCES, Lack, lack_warnings
-from stribeck.log import Array, RobotLog
+from stribeck.log import RobotLog
 from stribeck.settings import Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.sensors import with_noise
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 SETTINGS = Settings(method="whole-log", corrections="none")

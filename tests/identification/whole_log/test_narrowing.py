@@ -13,9 +13,9 @@ from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.preparation import prepare
 from stribeck.settings import Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.sensors import with_noise
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 

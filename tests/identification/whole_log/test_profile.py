@@ -5,7 +5,6 @@ import pytest
 from scipy.linalg import block_diag
 from tests.identification.whole_log.test_repeated import VALUES, steps
 
-from stribeck.equations import Corrections
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.factors import with_factors
@@ -17,6 +16,7 @@ from stribeck.identification.whole_log.profile import joint_folds
 from stribeck.identification.whole_log.solve import solve
 from stribeck.identification.whole_log.statistic import Statistic, merged
 from stribeck.identification.whole_log.varying import VaryingCurves, rising, varying_curves
+from stribeck.weak_equations import Corrections
 
 NOTHING = model_corrections(Corrections(), np.zeros(0))
 PLAIN = frozenset({"viscous"})

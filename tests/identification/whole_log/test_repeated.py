@@ -7,7 +7,6 @@ import pytest
 from scipy.linalg import toeplitz
 from tests.identification.whole_log.test_whitening import some_equations
 
-from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import get_law
 from stribeck.identification.whole_log import repeated
 from stribeck.identification.whole_log.cosines import COSINES, repeated_columns
@@ -25,7 +24,8 @@ from stribeck.identification.whole_log.repeated import (
 )
 from stribeck.identification.whole_log.solve import solve
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import Corrections, WeakEquations
 
 INERTIA = np.array([[0.5, 0.1, 0.0], [0.1, 0.4, 0.2], [0.0, 0.2, 0.3]])  # of what turns with the root [kg m^2]
 VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])  # viscous, Coulomb, offset

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from tests.identification.whole_log.test_believed import NOISE, elsewhere, friction, moving
 
-from stribeck.equations import Corrections
 from stribeck.identification.whole_log.model import model_corrections
 from stribeck.identification.whole_log.restarts import with_restarts
 from stribeck.identification.whole_log.solve import solve
+from stribeck.weak_equations import Corrections
 
 
 def test_a_curve_that_lost_its_stribeck_effect_gets_it_back() -> None:

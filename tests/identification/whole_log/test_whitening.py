@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.errors import update_levels
 from stribeck.identification.whole_log.fading import driving, fading
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.whitening import make_whitener
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 
 def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquations:

@@ -9,7 +9,6 @@ import pytest
 from tests.arm import arm_log, write_arm
 
 from stribeck import Robot, identify
-from stribeck.equations import Corrections
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.levels import FIRST_MODEL
@@ -20,10 +19,11 @@ from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.preparation import prepare
 from stribeck.result import read_result
 from stribeck.settings import Settings
-from stribeck.simulation.biped import MODELS
-from stribeck.simulation.exact import exact_log
-from stribeck.simulation.run import POSTURES
-from stribeck.simulation.sensors import with_noise
+from stribeck.weak_equations import Corrections
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import POSTURES
+from stribeck_simulation.sensors.measure import with_noise
 
 TRUTH = {
     "viscous": 0.3,
@@ -282,8 +282,8 @@ def test_jitter_of_the_clock_is_not_taken_for_torque(arm: Robot, exact_arm_log: 
 def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
-    from stribeck.cli import app
-    from stribeck.simulation.files import write_npz
+    from stribeck.cli.app import app
+    from stribeck_simulation.files import write_npz
 
     robot_file = write_arm(tmp_path)
     log = with_noise(arm_log(Robot.from_file(robot_file), duration=12.0), position=1e-5, torque=0.05)

@@ -23,8 +23,8 @@ from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.restarts import with_restarts
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
-from stribeck.pseudo_inertia import SIZE
+from stribeck.inertial_parameters import SIZE
+from stribeck.typing import Array
 
 DOUBT = 0.03
 """How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.log import Array
-from stribeck.pseudo_inertia import SIZE, inertial_parameters, pseudo_inertia
+from stribeck.inertial_parameters import SIZE, inertial_parameters, pseudo_inertia
+from stribeck.typing import Array
 
 MASS, CENTRE, MOMENTS = 0.05, 7.5e-3, 0.12
 """How wrong a model is believed to be: mass [1], centre of mass [m], principal moments of inertia [1]."""

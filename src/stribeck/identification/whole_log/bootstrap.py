@@ -16,14 +16,14 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, derivatives
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.summing import sum_up
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 GROUPS = 48
 """Most that are drawn from [1], as many curvatures as fit in memory; neighbours in longer logs are drawn together."""

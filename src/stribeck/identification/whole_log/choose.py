@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction.terms import LADDER
-from stribeck.identification.selection import LEAST, Candidate, Kept, Objection, climb
 from stribeck.identification.whole_log.joint_descent import descend_joints
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.profile import JointFold, Quadratic, joint_folds
 from stribeck.identification.whole_log.repeated import spread_of_repeated
 from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.identification.whole_log.terms.selection import LEAST, Candidate, Kept, Objection, climb
 from stribeck.identification.whole_log.varying import VaryingCurves, neutral_value
-from stribeck.log import Array
 from stribeck.result import TermVerdict
+from stribeck.typing import Array
 
 FOLDS = 8
 """Parts of a log [1] that are held out one after another."""

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.fading import fading
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 COSINES = 4
 """Of each error and gait phase [1], the constant included."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from stribeck.friction import FrictionLaw, Parameter
-from stribeck.identification.descent import to_external, to_internal
+from stribeck.identification.curve_fit.descent import to_external, to_internal
 from stribeck.identification.whole_log.nodes import Nodes
-from stribeck.log import Array
+from stribeck.typing import Array
 
 WIDE = 100.0
 """How many times the joint's own torque or speed a parameter may be, before the log speaks [1]."""

@@ -6,9 +6,9 @@ import numpy as np
 
 from stribeck.identification.whole_log.bodies import CENTRE, MASS
 from stribeck.identification.whole_log.estimate import WholeLogFit
-from stribeck.log import Array
-from stribeck.pseudo_inertia import SIZE
+from stribeck.inertial_parameters import SIZE
 from stribeck.result import BodyCorrection, Corrections
+from stribeck.typing import Array
 
 
 def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...]) -> Corrections:

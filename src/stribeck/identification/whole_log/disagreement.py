@@ -23,7 +23,7 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, curvature, inverse_of, times_jacobian
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
+from stribeck.typing import Array
 
 LEAST_KNOWN = 0.5
 """Coordinates [1] that a log must settle for its parts to disagree about."""

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.fading import driving, fading
 from stribeck.identification.whole_log.levels import BINS, CALM, ErrorLevels, bin_of
 from stribeck.identification.whole_log.summing import WORKERS
 from stribeck.identification.whole_log.whitening import make_whitener
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 LARGEST_CHANGE = 30.0
 """Of a variance in one update [1]."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
 from stribeck.identification.whole_log.bootstrap import bootstrap_covariance
@@ -28,8 +27,9 @@ from stribeck.identification.whole_log.summing import sum_up, sum_up_folds
 from stribeck.identification.whole_log.suspects import find_suspects
 from stribeck.identification.whole_log.validation import left_over, validate
 from stribeck.identification.whole_log.varying import VaryingCurves
-from stribeck.log import Array
 from stribeck.result import TermVerdict, Validation
+from stribeck.typing import Array
+from stribeck.weak_equations import Corrections, WeakEquations
 
 LEAST_TRAINING = 4
 """Stretches [1] in all for each one that is held out for the validation."""

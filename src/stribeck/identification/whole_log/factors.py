@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.nodes import Nodes
 from stribeck.identification.whole_log.statistic import curve_windows, times_factors
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 LEAST_WARMING = 2.0
 """Range of temperature [K] below which it says nothing about friction."""

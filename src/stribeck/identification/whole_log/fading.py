@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from scipy.linalg import toeplitz
 
-from stribeck.log import Array
+from stribeck.typing import Array
 
 SETTLED = 16
 """Times [1] the reach of the correlation after which the rows of its Cholesky factor no longer change."""

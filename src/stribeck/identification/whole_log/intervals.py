@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.identification.covariance import intervals_95
-from stribeck.identification.descent import to_external, to_internal
+from stribeck.identification.curve_fit.covariance import intervals_95
+from stribeck.identification.curve_fit.descent import to_external, to_internal
+from stribeck.identification.curve_fit.problem import ARMATURE
 from stribeck.identification.joint_fit import AT_BOUND, JointFit
-from stribeck.identification.problem import ARMATURE
 from stribeck.identification.whole_log.choose import FOLDS
 from stribeck.identification.whole_log.estimate import WholeLogFit
 from stribeck.identification.whole_log.model import ROTOR

@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.profile import Quadratic
-from stribeck.log import Array
+from stribeck.typing import Array
 
 SETTLED = 1e-3
 """Decrease of chi^2 [1] that ends a descent; scores are told apart by units."""

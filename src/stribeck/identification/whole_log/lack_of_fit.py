@@ -28,7 +28,7 @@ from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, curvature, times_jacobian
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.suspects import COLUMNS, GAIN_COLUMN, KINDS, NO_TORQUE
-from stribeck.log import Array
+from stribeck.typing import Array
 
 SURPRISING = 8.0
 """Minus log10 of the probability [1] of a false alarm in one test by chance alone; errors of a model add to it."""

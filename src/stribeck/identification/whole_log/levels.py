@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations import WeakEquations
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 FIRST_MODEL, FIRST_LINEAR, FIRST_ANGULAR = 0.02, 0.01, 0.01
 """Levels before the log has been heard [N m], [m/s^2], [rad/s^2]: of a good model and a hard floor."""

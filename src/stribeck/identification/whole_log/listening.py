@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.equations import Corrections, WeakEquations
 from stribeck.friction import FrictionLaw
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.errors import update_levels
@@ -19,7 +18,8 @@ from stribeck.identification.whole_log.solve import Solution, solve
 from stribeck.identification.whole_log.statistic import Statistic, design
 from stribeck.identification.whole_log.summing import sum_up
 from stribeck.identification.whole_log.varying import rising, varying_curves
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import Corrections, WeakEquations
 
 STRETCHES = 8
 """About so many [1] are listened to."""

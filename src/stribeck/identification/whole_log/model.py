@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations import WRENCH_SIZE, Corrections
 from stribeck.identification.whole_log.bodies import Bodies, bodies_of
 from stribeck.identification.whole_log.cosines import COSINES
-from stribeck.log import Array
-from stribeck.pseudo_inertia import SIZE
+from stribeck.inertial_parameters import SIZE
+from stribeck.typing import Array
+from stribeck.weak_equations import WRENCH_SIZE, Corrections
 
 GAIN, ZERO, TILT = 0.01, 2e-3, 5e-3
 """How wrong sensors are believed to be: torque gains [1], encoder zeros [rad], orientation of the IMU [rad]."""

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from stribeck.equations import Corrections
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.nodes import Nodes
 from stribeck.identification.whole_log.solve import Solution
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import Corrections
 
 NEIGHBOURS = 100
 """Curves [1] of each joint that the sums must hold."""

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from stribeck.friction import FrictionLaw, Parameter
-from stribeck.log import Array
+from stribeck.typing import Array
 
 FINEST = 1.5e-3
 """Distance of the nodes around standstill, as a share of the top speed [1]."""

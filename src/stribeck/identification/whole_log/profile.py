@@ -19,7 +19,7 @@ from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, inverse_of
 from stribeck.identification.whole_log.statistic import Statistic
 from stribeck.identification.whole_log.varying import VaryingCurves
-from stribeck.log import Array
+from stribeck.typing import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.solve import Solution, derivatives, inverse_of
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
+from stribeck.typing import Array
 
 LEAST = 6e-4
 """Standard deviation [1], over the root mean square of the friction curves, that is always there: filters make it."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.identification.starts import shapes_of
+from stribeck.identification.curve_fit.starts import shapes_of
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.joint_descent import descend_joints, joint_costs
 from stribeck.identification.whole_log.model import ModelCorrections

@@ -11,7 +11,7 @@ from scipy.linalg import cho_factor, cho_solve
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.log import Array
+from stribeck.typing import Array
 
 SETTLED = 1e-7
 """Decrease of chi^2 [1] per unit of it that ends the descent."""

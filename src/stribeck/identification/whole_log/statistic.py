@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.cosines import repeated_columns
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.nodes import Nodes
 from stribeck.identification.whole_log.suspects import Suspects
 from stribeck.identification.whole_log.whitening import make_whitener
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 
 @dataclass(eq=False)

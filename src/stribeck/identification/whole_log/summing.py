@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from threading import Event, Lock
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.cosines import COSINES
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import ErrorLevels
@@ -14,6 +13,7 @@ from stribeck.identification.whole_log.model import ModelCorrections
 from stribeck.identification.whole_log.narrowing import Narrowing, all_functions
 from stribeck.identification.whole_log.statistic import Statistic, merged
 from stribeck.identification.whole_log.suspects import Suspects
+from stribeck.weak_equations import WeakEquations
 
 WORKERS = 2
 """Threads [1] that weigh equations: linear algebra lets other threads run."""

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.equations import WeakEquations
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7)}
 """What may be found, and its columns."""

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import block_diag
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.levels import ErrorLevels
 from stribeck.identification.whole_log.statistic import Statistic, curve_windows, design
-from stribeck.log import Array
 from stribeck.result import Validation
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 
 def validate(

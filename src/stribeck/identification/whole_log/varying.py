@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from stribeck.friction import Parameter
 from stribeck.friction.assembled import JUMP, Assembled
 from stribeck.friction.terms import LADDER, LOAD, SLOW
-from stribeck.identification.descent import to_internal
+from stribeck.identification.curve_fit.descent import to_internal
 from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.nodes import Nodes, grid_of, spanning
-from stribeck.log import Array
+from stribeck.typing import Array
 
 RISE_TOLERANCE = 0.012
 """What functions that are times a factor may miss of tanh(a v) [1], root mean square; factors change a part of it."""

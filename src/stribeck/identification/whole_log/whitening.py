@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dtrtri
 
-from stribeck.equations import WeakEquations
 from stribeck.identification.whole_log.fading import fading
 from stribeck.identification.whole_log.levels import ErrorLevels
-from stribeck.log import Array
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,307 @@
+"""The command line: parses, calls, prints.
+
+What is slow to import is imported where a command needs it, so that `--help` and `--version` answer at once.
+"""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from stribeck.cli import console
+from stribeck.errors import SettingsError, StribeckError, findings_kept
+from stribeck.outputs import Interrupted, anything_written, check_outputs, listen, staged_folder
+
+if TYPE_CHECKING:
+    from stribeck.result import Result
+    from stribeck.settings import Settings
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="npz, h5, csv, parquet, mcap, bag, rosbag2 folder.")]
+RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]
+SetOption = Annotated[
+    list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
+]
+LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
+FORMATS = ("mjcf", "urdf")
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
+RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from stribeck.version import __version__
+
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def stribeck(
+    version: Annotated[
+        bool, typer.Option("--version", "-V", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Joint friction of legged robots and arms, from the logs they already record."""
+
+
+@app.command()
+def identify(
+    logs: Logs,
+    robot: RobotOption,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
+    law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
+    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
+    settings: SetOption = [],  # noqa: B006
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
+    from stribeck.pipeline import identify as run
+    from stribeck.report import write_report
+    from stribeck.robot import Robot
+
+    machine = Robot.from_file(robot)
+    chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
+    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *_files_of(robot)], overwrite)
+    with staged_folder(output) as staging, progress_bar() as progress:
+        result = run(logs, machine, chosen, table=staging / TABLE, progress=progress)
+        progress("writing the report", 0.9)
+        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
+        write_report(result, staging / REPORT)
+    if json:
+        typer.echo(result.to_json(), nl=False)
+    else:
+        console.print_result(result)
+        console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+
+
+@app.command()
+def inspect(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    robot: RobotOption,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
+    settings: SetOption = [],  # noqa: B006
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
+    from stribeck.inspection import inspect_log
+    from stribeck.report.inspection import write_inspection
+    from stribeck.robot import Robot
+
+    machine = Robot.from_file(robot)
+    check_outputs([output] if output else [], [log, *_files_of(robot)], overwrite)
+    with progress_bar() as progress:
+        progress("inspecting", 0.1)
+        found = inspect_log(log, machine, with_settings(machine.settings, {}, settings))
+    if output is not None:
+        write_inspection(found, output)
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    else:
+        console.print_inspection(found)
+        console.print_paths([output] if output else [])
+
+
+@app.command()
+def export(
+    result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
+    robot: RobotOption,
+    to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(FORMATS)}.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write the robot's model with the inertias and the friction that were found."""
+    from stribeck.export import export as write_model
+    from stribeck.result import read_result
+    from stribeck.robot import Robot
+
+    found = read_result(_result_file(result))
+    machine = Robot.from_file(robot)
+    check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
+    with findings_kept([*machine.warnings, *found.warnings]):
+        lines = write_model(found, machine, output, to)
+    typer.echo("\n".join(lines))
+    console.print_paths([output])
+
+
+@app.command()
+def compare(
+    first: Annotated[Path, typer.Argument(metavar="A/result.json", help="A result.")],
+    second: Annotated[
+        Path | None, typer.Argument(metavar="[B/result.json]", help="Another one; without it, left against right of A.")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Show what changed between two results, or between left and right of one."""
+    from stribeck.result import read_result
+    from stribeck.result.compare import compare as compare_results
+    from stribeck.result.compare import compare_sides
+
+    a = read_result(_result_file(first))
+    found = compare_sides(a) if second is None else compare_results(a, read_result(_result_file(second)))
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    else:
+        console.print_comparison(found)
+
+
+@app.command()
+def simulate(
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What happens.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make a log of a simulated robot, with its truth beside it."""
+    _require_simulation()
+    from stribeck_simulation.files import truth_file, write_simulated
+    from stribeck_simulation.run import run_scenario
+    from stribeck_simulation.scenario import read_scenario
+
+    if output.suffix != ".npz":
+        raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
+    chosen = read_scenario(scenario)
+    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
+    with progress_bar() as progress:
+        found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
+    truth = write_simulated(found.log, found.truth, output)
+    console.print_paths([output, truth, Path(found.robot.path)])
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and what is found in it.")] = Path(
+        "demo"
+    ),
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
+    _require_simulation()
+    from stribeck.pipeline import identify as run
+    from stribeck.report import write_report
+    from stribeck.robot import Robot
+    from stribeck_simulation.demo import FILES, make_demo
+    from stribeck_simulation.truth import with_truth
+
+    check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
+    with staged_folder(output) as staging, progress_bar() as progress:
+        example = make_demo(staging, lambda share: progress("simulating a walk", share))
+        machine = Robot.from_file(example.robot_file)
+        result = run([example.log], machine, table=staging / TABLE, progress=progress)
+        result = _moved(result, str(staging), str(output))
+        progress("writing the report", 0.9)
+        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
+        write_report(with_truth(result, example.law, example.parameters, example.walk), staging / REPORT)
+    console.print_truth(result, example.parameters)
+    console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+
+
+def _require_simulation() -> None:
+    """Refuse to simulate without what the extra of that name installs."""
+    missing = [name for name in ("mujoco", "daqp") if find_spec(name) is None]
+    if missing:
+        raise SettingsError(f"simulation needs {' and '.join(missing)}: pip install 'stribeck[simulation]'")
+
+
+def _moved(result: Result, staging: str, output: str) -> Result:
+    """Return a result that knows its one log and its robot file where they end up."""
+    assert isinstance(result.log.path, str)
+    assert result.evidence is not None
+    provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
+    return replace(
+        result,
+        log=replace(result.log, path=result.log.path.replace(staging, output)),
+        evidence=replace(result.evidence, provenance=provenance),
+    )
+
+
+def with_settings(settings: Settings, options: dict[str, str | None], assignments: list[str]) -> Settings:
+    """Return the settings with options of the command line, and `key.key=value` assignments (TOML values), put in.
+
+    Raises
+    ------
+    SettingsError
+        If an assignment is malformed, or a key or value is not valid.
+    """
+    from pydantic import ValidationError
+
+    from stribeck.settings import Settings, describe, parse_toml
+
+    document: dict[str, Any] = settings.model_dump(exclude_unset=True)
+    document.update({key: value for key, value in options.items() if value is not None})
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals:
+            raise SettingsError(f"--set {assignment}: expected KEY=VALUE, e.g. filter.window=31")
+        try:
+            value = parse_toml(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            value = text
+        except ValueError as error:
+            raise SettingsError(f"--set {key}: {error}; expected a value of [identify]") from error
+        place = document
+        *tables, last = key.strip().split(".")
+        for table in tables:
+            place = place.setdefault(table, {})
+            if not isinstance(place, dict):
+                raise SettingsError(f"--set {assignment}: '{table}' is not a table of settings")
+        place[last] = value
+    try:
+        chosen = Settings.model_validate(document)
+    except ValidationError as error:
+        raise SettingsError(f"settings: {describe(error)}") from error
+    return chosen
+
+
+def _files_of(robot: Path) -> list[Path]:
+    """Return the robot file and the model that it names."""
+    from stribeck.robot import read_robot_file
+
+    return [robot, robot.parent / read_robot_file(robot).robot.model]
+
+
+def _result_file(path: Path) -> Path:
+    return path / RESULT if path.is_dir() else path
+
+
+@contextmanager
+def progress_bar() -> Iterator[Any]:
+    """Give a function to call with a stage and its share; it draws on stderr if that is a terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console.ERRORS, transient=True, disable=not console.ERRORS.is_terminal) as progress:
+        task = progress.add_task("starting", total=1.0)
+        yield lambda stage, share: progress.update(task, description=stage, completed=share)
+
+
+def main() -> None:
+    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3.
+
+    What was found before is printed above the sentence, a line each.
+    """
+    listen()
+    try:
+        app()
+    except StribeckError as error:
+        for finding in getattr(error, "__notes__", ()):
+            console.print_error(f"note: {finding}")
+        console.print_error(str(error))
+        sys.exit(error.exit_code)
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        console.print_error(f"{place}{error.strerror or error}")
+        sys.exit(2)
+    except Interrupted:
+        console.print_error(f"interrupted; {'everything' if anything_written() else 'nothing'} was written")
+        sys.exit(130)

@@ -1,0 +1,197 @@
+"""What the command line prints: tables on stdout, errors on stderr."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from stribeck.inspection import Inspection
+    from stribeck.result import ParameterEstimate, Result
+    from stribeck.result.compare import Comparison
+
+ERRORS = Console(stderr=True, emoji=False)
+STYLES = {"identified": "green", "weak": "yellow", "not excited": "dim"}
+PLAIN_WIDTH = 160
+"""Columns of a table that does not go to a terminal."""
+
+
+def _console() -> Console:
+    console = Console(highlight=False, emoji=False)
+    return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
+
+
+def print_error(message: str) -> None:
+    """Print one sentence on stderr, as it is."""
+    ERRORS.print(f"stribeck: {message}", markup=False, highlight=False, soft_wrap=True)
+
+
+def print_paths(paths: Sequence[Path]) -> None:
+    """Print the files that were written."""
+    for path in paths:
+        print(path)
+
+
+def number(value: float) -> str:
+    """Return a number with four significant digits."""
+    return f"{value:.4g}"
+
+
+def print_result(result: Result) -> None:
+    """Print the verdict table: a line a joint; one a parameter where joints have different ones."""
+    from stribeck.friction import AUTO
+
+    console = _console()
+    console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
+    for joint, found in result.joints.items():
+        if found.verdict != "identified":
+            console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
+    for warning in result.warnings:
+        console.print(f"warning: {warning}", markup=False)
+
+
+def _lines_of_parameters(result: Result) -> Table:
+    table = Table(title=escape(f"{result.robot}: friction, law '{result.law}', 95 % intervals"))
+    for heading in ("joint", "verdict", "parameter", "value", "RMS held out\n[N m]"):
+        table.add_column(escape(heading), justify="right" if heading[0] in "vR" and heading != "verdict" else "left")
+    for joint, found in result.joints.items():
+        named = [escape(f"{name} [{parameter.unit}]") for name, parameter in found.parameters.items()]
+        values = [_with_error(parameter) for parameter in found.parameters.values()]
+        rms = number(found.validation.rms) if found.validation else ""
+        verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
+        table.add_row(escape(joint), verdict, "\n".join(named), "\n".join(values), rms, end_section=True)
+    return table
+
+
+def _columns_of_parameters(result: Result) -> Table:
+    names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
+    table = Table(title=escape(f"{result.robot}: friction, law '{result.law}', 95 % intervals"))
+    table.add_column("joint")
+    table.add_column("verdict")
+    for name in names:
+        units = {j.parameters[name].unit for j in result.joints.values() if name in j.parameters}
+        table.add_column(escape(f"{name}\n[{', '.join(sorted(units))}]"), justify="right")
+    table.add_column(escape("RMS held out\n[N m]"), justify="right")
+    for joint, found in result.joints.items():
+        cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
+        rms = number(found.validation.rms) if found.validation else ""
+        table.add_row(escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]", *cells, rms)
+    return table
+
+
+def _with_error(found: ParameterEstimate) -> str:
+    low, high = found.interval_95
+    text = f"{number(found.value)} ± {(high - low) / 2:.2g}"
+    return f"[yellow]{text}?[/]" if found.verdict == "weak" else text
+
+
+def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
+    """Print the truth beside what was found, joint by joint and parameter by parameter, then how many agree."""
+    table = Table(title=escape(f"{result.robot}: truth and found, law '{result.law}'"))
+    for heading in ("joint", "parameter", "truth", "found", "95 % interval", "verdict"):
+        table.add_column(heading, justify="right" if heading in ("truth", "found", "95 % interval") else "left")
+    known = identified = held = 0
+    for joint, found in result.joints.items():
+        true = truth.get(joint, {})
+        compared = {name: value for name, value in found.parameters.items() if name in true}
+        if not compared:
+            said = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
+            table.add_row(
+                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(said)}[/]", end_section=True
+            )
+        for k, (name, value) in enumerate(compared.items()):
+            low, high = value.interval_95
+            known += 1
+            identified += value.verdict == "identified"
+            held += low <= true[name] <= high
+            table.add_row(
+                escape(joint) if k == 0 else "",
+                escape(f"{name} [{value.unit}]"),
+                number(true[name]),
+                number(value.value),
+                f"{number(low)} ... {number(high)}",
+                f"[{STYLES[value.verdict]}]{value.verdict}[/]",
+                end_section=k == len(compared) - 1,
+            )
+    console = _console()
+    console.print(table)
+    console.print(f"{known} parameters: {identified} identified, {held} with the truth in their 95 % interval")
+
+
+def print_inspection(found: Inspection) -> None:
+    """Print what a log holds: a few lines, then a line a joint, then what to act on."""
+    console = _console()
+    lines = [
+        f"{found.path}: {found.samples} samples, {found.duration:.2f} s at {found.rate:.6g} Hz, "
+        f"jitter {1e3 * found.jitter:.3g} ms",
+        f"channels: {', '.join(found.channels)}",
+        f"gaps: {len(found.gaps)}, repeated stamps: {found.duplicates}, "
+        f"rows with missing values: {sum(found.missing.values())}",
+        f"support from {found.support_source}: {_support_shares(found)}",
+        f"motion: {found.filter}",
+    ]
+    for line in lines:
+        console.print(line, markup=False)
+    table = Table(title=escape(f"{found.robot}: joints"))
+    table.add_column("joint")
+    for heading in (
+        "position [rad]",
+        "velocity [rad/s]",
+        "torque [N m]",
+        "correlation with model",
+        "torque delay [ms]",
+    ):
+        table.add_column(escape(heading), justify="right")
+    table.add_column("sign")
+    for name, joint in found.joints.items():
+        ranges = (joint.position_range, joint.velocity_range, joint.torque_range)
+        table.add_row(
+            escape(name),
+            *(f"{number(low)} ... {number(high)}" for low, high in ranges),
+            "" if joint.correlation is None else f"{joint.correlation:.2f}",
+            "" if joint.delay is None else f"{1e3 * joint.delay:+.2f}",
+            f"[red]{joint.sign}[/]" if joint.sign == "opposite" else joint.sign,
+        )
+    console.print(table)
+    for text in found.findings:
+        console.print(f"finding: {text}", markup=False)
+    for text in found.notes:
+        console.print(f"note: {text}", markup=False)
+
+
+def _support_shares(found: Inspection) -> str:
+    """Return how often and how long each set of feet stands, e.g. "left_foot 12 x, 9.6 s"."""
+    supports: dict[str, list[float]] = {}
+    for start, end, name, _ in found.phases:
+        supports.setdefault(name, []).append(end - start)
+    return ", ".join(f"{name} {len(spans)} x, {sum(spans):.2f} s" for name, spans in supports.items())
+
+
+def print_comparison(found: Comparison) -> None:
+    """Print the differences of two results: a line a parameter."""
+    table = Table(title=escape(f"{found.a} and {found.b}"))
+    table.add_column("joint")
+    table.add_column("parameter")
+    for heading in ("first", "second", "difference", "95 % interval"):
+        table.add_column(heading, justify="right")
+    table.add_column("agrees")
+    for row in found.rows:
+        low, high = row.interval_95
+        table.add_row(
+            escape(row.joint),
+            escape(f"{row.parameter} [{row.unit}]"),
+            number(row.a),
+            number(row.b),
+            number(row.difference),
+            f"{number(low)} ... {number(high)}",
+            ("yes" if row.agrees else "[red]no[/]") + (" (weak)" if row.weak else ""),
+        )
+    console = _console()
+    console.print(table)
+    for joint, reason in found.missing.items():
+        console.print(f"{joint}: {reason}", markup=False)

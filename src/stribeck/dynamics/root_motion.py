@@ -1,0 +1,102 @@
+"""How the root of the tree moves and is tilted: from standing feet, base orientation and the joints between them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.dynamics.rooted import RootMotion
+from stribeck.dynamics.state import State
+from stribeck.errors import LogError
+from stribeck.robot import Robot
+from stribeck.robot.kinematics import PointMotion, direction_in_root, point_motion
+from stribeck.robot.rooting import BASE_FRAME
+from stribeck.typing import Array
+
+ENOUGH_POINTS = 3
+"""Standing points that fix all six degrees of freedom of the base."""
+
+
+def gravity_in_root_link(quaternion: Array, gravity: Array) -> Array:
+    """Return gravity in the root link's coordinates, shape (T, 3), from its orientation xyzw, shape (T, 4)."""
+    vector, scalar = quaternion[:, :3], quaternion[:, 3:]
+    cross = np.cross(vector, np.broadcast_to(gravity, vector.shape))
+    return np.asarray(gravity - 2 * scalar * cross + 2 * np.cross(vector, cross))
+
+
+def standing_root(robot: Robot, contact: str, state: State) -> RootMotion:
+    """Return the root motion of the tree rooted at a standing surface: at rest, tilted as the IMU says, or flat.
+
+    Without an orientation in `state` the foot's own z axis points up.
+    """
+    if state.orientation is None:
+        return RootMotion(np.broadcast_to(robot.gravity, (len(state.position), 3)))
+    rooted = robot.rooted_at(contact)
+    gravity = gravity_in_root_link(state.orientation.quaternion, robot.gravity)
+    frame = rooted.model.getFrameId(BASE_FRAME)
+    return RootMotion(direction_in_root(rooted, frame, state.position, gravity))
+
+
+def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
+    """Return the motion of the root link of a robot on point feet that neither slip nor lift.
+
+    With p a standing point in root link coordinates and w the link's angular velocity, the point stays where it is:
+
+        v + w x p + p' = 0
+        A + w' x p + w x (w x p) + 2 w x p' + p'' = 0
+
+    Three points give v, w, A and w' by least squares; one or two leave a rotation that the base orientation gives.
+
+    Raises
+    ------
+    LogError
+        If there is no base orientation to give the tilt.
+    """
+    turn = state.orientation
+    if turn is None:
+        raise LogError(
+            f"log: {'+'.join(feet)} are point feet, which say nothing about the tilt of the base; "
+            "expected a channel base_orientation"
+        )
+    points = [_point(robot, foot, state) for foot in feet]
+    omega, alpha = turn.angular_velocity, turn.angular_acceleration
+    if len(points) >= ENOUGH_POINTS:
+        twist = _least_squares(points, [-point.velocity for point in points])
+        velocity, omega = twist[:, :3], twist[:, 3:]
+        change = _least_squares(points, [-_apparent_acceleration(point, omega) for point in points])
+        linear, alpha = change[:, :3], change[:, 3:]
+    else:
+        velocity = -np.mean([point.velocity + np.cross(omega, point.position) for point in points], axis=0)
+        linear = -np.mean(
+            [_apparent_acceleration(point, omega) + np.cross(alpha, point.position) for point in points], axis=0
+        )
+    return RootMotion(
+        gravity=gravity_in_root_link(turn.quaternion, robot.gravity),
+        velocity=np.hstack([velocity, omega]),
+        acceleration=np.hstack([linear - np.cross(omega, velocity), alpha]),
+    )
+
+
+def _point(robot: Robot, foot: str, state: State) -> PointMotion:
+    frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
+    return point_motion(robot.tree, frame, state.position, state.velocity, state.acceleration)
+
+
+def _apparent_acceleration(point: PointMotion, omega: Array) -> Array:
+    """Return a point's acceleration in a link that turns with omega, without the link's own, shape (T, 3)."""
+    centripetal = np.cross(omega, np.cross(omega, point.position))
+    return np.asarray(point.acceleration + 2 * np.cross(omega, point.velocity) + centripetal)
+
+
+def _least_squares(points: list[PointMotion], right: list[Array]) -> Array:
+    """Solve x + y x p = b over all points for (x, y), shape (T, 6)."""
+    matrix = np.zeros((len(points[0].position), 3 * len(points), 6))
+    for k, point in enumerate(points):
+        x, y, z = point.position.T
+        rows = matrix[:, 3 * k : 3 * k + 3]
+        rows[:, :, :3] = np.eye(3)
+        rows[:, 0, 4], rows[:, 0, 5] = z, -y
+        rows[:, 1, 3], rows[:, 1, 5] = -z, x
+        rows[:, 2, 3], rows[:, 2, 4] = y, -x
+    transposed = matrix.transpose(0, 2, 1)
+    vector = np.hstack(right)[:, :, None]
+    return np.asarray(np.linalg.solve(transposed @ matrix, transposed @ vector)[:, :, 0])

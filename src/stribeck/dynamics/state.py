@@ -1,0 +1,74 @@
+"""How the robot moves at some samples: joints, and the orientation of the root link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from stribeck.robot import Robot
+from stribeck.robot.kinematics import frame_pose
+from stribeck.robot.rooting import BASE_FRAME
+from stribeck.typing import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Orientation:
+    """Orientation of the root link and how it changes, in the link's own coordinates.
+
+    Attributes
+    ----------
+    quaternion
+        xyzw, root link to world, shape (T, 4).
+    angular_velocity, angular_acceleration
+        [rad/s], [rad/s^2], shape (T, 3).
+    """
+
+    quaternion: Array
+    angular_velocity: Array
+    angular_acceleration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Motion at T samples: joint position, velocity and acceleration, shape (T, n), and the root link's orientation."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    orientation: Orientation | None = None
+
+    def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> State:
+        """Return the state at these samples alone."""
+        turn = self.orientation
+        if turn is not None:
+            turn = Orientation(turn.quaternion[rows], turn.angular_velocity[rows], turn.angular_acceleration[rows])
+        return State(self.position[rows], self.velocity[rows], self.acceleration[rows], turn)
+
+
+def orientation_from_derivatives(quaternion: Array, rate: Array, change: Array) -> Orientation:
+    """Return orientation, angular velocity and acceleration from a quaternion and its two time derivatives.
+
+    With q the unit quaternion, the angular velocity is the vector part of `2 q* q'` and the angular acceleration
+    that of `2 q* q''`, both in the moving frame. Each array is (T, 4); the quaternion is normalised.
+    """
+    unit = quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
+    return Orientation(unit, 2 * _conjugate_product(unit, rate), 2 * _conjugate_product(unit, change))
+
+
+def _conjugate_product(a: Array, b: Array) -> Array:
+    """Return the vector part of a* b, shape (T, 3)."""
+    return np.asarray(a[:, 3:] * b[:, :3] - b[:, 3:] * a[:, :3] - np.cross(a[:, :3], b[:, :3]))
+
+
+def root_quaternions(robot: Robot, position: Array, base_orientation: Array) -> Array:
+    """Return the root link's quaternions from the base frame's, continuous in sign, shape (T, 4)."""
+    quaternions = base_orientation / np.linalg.norm(base_orientation, axis=1, keepdims=True)
+    if robot.base_frame != BASE_FRAME:
+        frame = robot.tree.model.getFrameId(robot.base_frame)
+        rotation, _ = frame_pose(robot.tree, frame, position)
+        quaternions = (Rotation.from_quat(quaternions) * Rotation.from_matrix(rotation).inv()).as_quat()
+    flips = np.where(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0, -1.0, 1.0)
+    return np.asarray(quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None])

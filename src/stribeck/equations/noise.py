@@ -1,0 +1,86 @@
+"""How noisy the channels of a log are, measured from the log itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+
+from stribeck.typing import Array
+
+ORDER = 6
+"""Of the differences [1]: smooth motion hardly shows in them, white noise shows thirtyfold."""
+
+MAD_TO_STANDARD_DEVIATION = 1.4826
+"""Standard deviation over median absolute deviation of a normal distribution [1]."""
+
+LISTEN = 60_000
+"""Rows [1] that are listened to."""
+
+POSITION_FLOOR, TORQUE_FLOOR = 1e-7, 1e-3
+"""[rad], [N m]: what rounding and clocks leave even of a perfect sensor.
+
+Noise that is not there would hide slow errors, such as those of a foot that rocks: they would count as too small.
+"""
+
+WRENCH_FLOOR = np.repeat([0.5, 0.05], 3)
+"""[N], [N m]: of feet, which also hang in the air without a wrench."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseLevels:
+    """Standard deviations of white noise of positions [rad] and torques [N m], shape (n,), and wrenches, (feet, 6)."""
+
+    position: Array
+    torque: Array
+    wrench: Array
+
+
+def measure_noise(
+    position: Array, torque: Array, segments: tuple[slice, ...], wrench: Array | None = None
+) -> NoiseLevels:
+    """Return the noise of positions and torques, shape (T, n), and wrenches, (T, feet, 6), by their sixth differences.
+
+    Their median absolute value is not moved by impacts. A coarse encoder that often repeats a reading has a median of
+    zero: its step over sqrt(12) is a lower bound.
+    """
+    if wrench is None:
+        wrench = np.zeros((len(position), 0, 6))
+    heard = _levels(wrench.reshape(len(wrench), 6 * wrench.shape[1]), segments).reshape(wrench.shape[1:])
+    return NoiseLevels(
+        np.maximum(_levels(position, segments), POSITION_FLOOR),
+        np.maximum(_levels(torque, segments), TORQUE_FLOOR),
+        np.maximum(heard, WRENCH_FLOOR),
+    )
+
+
+def listened_to(signal: Array, segments: tuple[slice, ...]) -> list[Array]:
+    """Return the first rows of a signal's segments, shape (T, n) -> (t, n) each, `LISTEN` together."""
+    parts, heard = [], 0
+    for segment in segments:
+        rows = slice(segment.start, min(segment.stop, segment.start + LISTEN - heard))
+        heard += max(0, rows.stop - rows.start)
+        parts.append(signal[rows.start : max(rows.start, rows.stop)])
+    return parts
+
+
+def _levels(signal: Array, segments: tuple[slice, ...]) -> Array:
+    parts = [part for part in listened_to(signal, segments) if len(part) > ORDER]
+    if not parts:
+        return np.zeros(signal.shape[1])
+    differences = np.abs(np.concatenate([np.diff(part, ORDER, axis=0) for part in parts]))
+    gain = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
+    white = MAD_TO_STANDARD_DEVIATION * np.median(differences, axis=0) / gain
+    return np.asarray(np.maximum(white, _resolution(parts) / np.sqrt(12)))
+
+
+def _resolution(parts: list[Array]) -> Array:
+    """Return the step of each channel's readings, 0 where a reading is hardly ever repeated, shape (n,)."""
+    changes = np.abs(np.concatenate([np.diff(part, axis=0) for part in parts]))
+    steps = np.zeros(changes.shape[1])
+    for k, column in enumerate(changes.T):
+        moved = column[column > 0]
+        if 0 < len(moved) < 0.9 * len(column):
+            steps[k] = np.percentile(moved, 1)
+    return steps

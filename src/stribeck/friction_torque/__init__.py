@@ -1,0 +1,1 @@
+"""Every sample's friction torque: worked out, thinned for the fit, and written as a table."""

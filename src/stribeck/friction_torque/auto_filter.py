@@ -1,0 +1,76 @@
+"""The filter that the log itself asks for: the spectrum of the model's own acceleration (7.1.2, Fig. 7.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.contact import SupportPhase
+from stribeck.dynamics.rooted import joint_inertia
+from stribeck.friction_torque.stream import Chunk, friction_torque
+from stribeck.log import RobotLog
+from stribeck.motion import CutoffChoice, choose_cutoff, make_filter
+from stribeck.robot import Robot
+from stribeck.settings import FilterSettings, Settings
+from stribeck.typing import Array
+
+SHORTEST = FilterSettings(kind="savitzky-golay", window=7)
+"""Filter of the motion that goes into the model's acceleration, which needs velocities but hardly accelerations."""
+LISTEN = 30_000
+"""Usable samples that are listened to."""
+MASSLESS = 1e-9
+"""A joint with less than this share of the largest joint inertia has no acceleration of its own."""
+
+
+def cutoff_from_log(
+    robot: Robot,
+    log: RobotLog,
+    segments: tuple[slice, ...],
+    phases: tuple[SupportPhase, ...],
+    period: float,
+    settings: Settings,
+) -> CutoffChoice:
+    """Choose the cutoff for a log; the arguments are those of `friction_torque`.
+
+    The model's acceleration is what the measured torque would do without friction (5.12), for the joints that a fit
+    uses: `a_est = a_msr + M^-1 R`. The noise of the measured acceleration cancels in it.
+
+    Raises
+    ------
+    LogError
+        If no stretch is long enough to have a spectrum.
+    """
+    motion_filter = make_filter(SHORTEST, period)
+    # The torque is kept raw and the velocity differentiated, whatever the log itself holds.
+    raw = {"filter": SHORTEST, "filter_torque": False, "averaged_law": False, "double_support": "skip"}
+    settings = settings.model_copy(update=raw)
+    accelerations: list[Array] = []
+    positions: list[Array] = []
+    heard = 0
+    for chunk in friction_torque(robot, log, segments, phases, motion_filter, period, settings):
+        for whole in chunk.runs():
+            run = slice(whole.start, min(whole.stop, whole.start + LISTEN - heard))
+            position = log.position[chunk.rows[run]]
+            accelerations.append(_model_acceleration(robot, chunk, run, position))
+            positions.append(position[:, robot.torque_controlled])
+            heard += run.stop - run.start
+            if heard >= LISTEN:
+                return choose_cutoff(accelerations, 1 / period, positions)
+    return choose_cutoff(accelerations, 1 / period, positions)
+
+
+def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array) -> Array:
+    """Return the model's acceleration over a run of one support, NaN where a fit may not use a joint, shape (t, k)."""
+    samples = chunk.samples
+    feet = samples.support_names[samples.support[run.start]].split("+")
+    surface = next((foot for foot in feet if foot in robot.contacts and robot.contacts[foot].kind == "surface"), None)
+    rooted = robot.rooted_at(surface) if surface else robot.tree
+    columns = np.flatnonzero(samples.usable[run].any(axis=0))
+    inertia = joint_inertia(rooted, position)
+    diagonal = np.einsum("tii->ti", inertia)
+    columns = columns[diagonal[0, robot.torque_controlled[columns]] > MASSLESS * diagonal[0].max()]
+    joints = robot.torque_controlled[columns]
+    acceleration = np.full((run.stop - run.start, len(samples.joint_names)), np.nan)
+    friction = samples.friction_torque[run][:, columns, None]
+    change = np.linalg.solve(inertia[:, joints[:, None], joints], friction)[:, :, 0]
+    acceleration[:, columns] = samples.acceleration[run][:, columns] + change
+    return acceleration

@@ -1,0 +1,321 @@
+"""The friction torque of every joint at every usable sample of a log, chunk by chunk (5.13).
+
+    R = tau - inverse_dynamics(q, v, a)
+
+On one standing surface the tree is rooted at that foot and every joint is known. On several, and on point feet, the
+wrenches on the feet are not known one by one: the joints between them are left open, and the limbs that swing are known
+all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.contact import SupportPhase
+from stribeck.dynamics.constrained import minimum_norm_friction_torque
+from stribeck.dynamics.root_motion import base_root, standing_root
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
+from stribeck.errors import LogError
+from stribeck.log import RobotLog
+from stribeck.motion import Filter, make_filter
+from stribeck.motion.averaging import average_nodes
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+from stribeck.settings import FilterSettings, Settings
+from stribeck.typing import Array
+
+CHUNK = 16_384
+"""Samples worked through at a time: some tens of megabytes for a humanoid."""
+ORIENTATION_FILTER = FilterSettings(kind="savitzky-golay", window=11)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Chunk:
+    """Friction torque of a stretch of a log.
+
+    Attributes
+    ----------
+    rows
+        Rows of the log, shape (N,), in order.
+    samples
+        The N samples, of the torque-controlled joints.
+    wrench
+        Ground reaction that the model predicts on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
+    guessed
+        Samples whose standing limbs have the minimum-norm guess of (6.1) instead of an estimate, shape (N,).
+    """
+
+    rows: NDArray[np.int64]
+    samples: Samples
+    wrench: Array
+    guessed: NDArray[np.bool_]
+
+    def runs(self) -> Iterator[slice]:
+        """Yield the samples that follow one another without a break on the same support."""
+        breaks = np.flatnonzero((np.diff(self.rows) > 1) | (np.diff(self.samples.support) != 0)) + 1
+        for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
+            yield slice(start, stop)
+
+
+def support_name(phase: SupportPhase) -> str:
+    """Return the name of a phase's support, e.g. "left_foot+right_foot"."""
+    return "+".join(phase.feet) if phase.feet else phase.kind
+
+
+def friction_torque(
+    robot: Robot,
+    log: RobotLog,
+    segments: tuple[slice, ...],
+    phases: tuple[SupportPhase, ...],
+    motion_filter: Filter,
+    period: float,
+    settings: Settings,
+    stride: int = 1,
+) -> Iterator[Chunk]:
+    """Yield the friction torque of a log, chunk by chunk.
+
+    Parameters
+    ----------
+    robot
+        The robot.
+    log
+        Evenly sampled within each segment.
+    segments
+        Rows that no filter may cross the ends of.
+    phases
+        Support phases; their trimmed rows are used.
+    motion_filter
+        Gives velocity and acceleration.
+    period
+        [s].
+    settings
+        `tilt`, `double_support`, `standing_legs`, `filter_torque`, `averaged_law` and `block` are used.
+    stride
+        One row of so many is worked out, counted in rows of the log.
+
+    Raises
+    ------
+    LogError
+        If the log lacks a channel that the settings or the contacts ask for.
+    SettingsError
+        If the law shall be averaged over the window of a filter that has none.
+    """
+    _require_channels(log, settings)
+    supports, support_of_row, block_of_row, calm = _label_rows(
+        phases, len(log.time), max(1, round(settings.block / period))
+    )
+    names = tuple(dict.fromkeys("+".join(support.feet) for support in supports))
+    name_of = np.array([names.index("+".join(support.feet)) for support in supports], dtype=np.int64)
+    guesses = [
+        k for k, each in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
+    ]
+    # A log with its own joint velocities comes without derivatives of the orientation.
+    own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
+    turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
+    known = robot.torque_controlled
+    swinging = np.array([_swinging(robot, support.feet)[known] for support in supports])
+    nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
+    reach = nodes.reach if nodes else 0
+    for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
+        kept = np.flatnonzero((support_of_row[stretch] >= 0) & (np.arange(stretch.start, stretch.stop) % stride == 0))
+        if len(kept) == 0:
+            continue
+        wide = slice(stretch.start - reach, stretch.stop + reach)
+        state, torque = _differentiate(robot, log, wide, motion_filter, turn_filter, settings)
+        jerk, snap = _bends(state, kept + reach, reach, period, known)
+        if len(kept) < len(torque):
+            state, torque = state.take(kept + reach), torque[kept + reach]
+        rows = kept + stretch.start
+        support = support_of_row[rows]
+        friction, usable, wrench = _by_support(robot, supports, support, state, torque, settings)
+        yield Chunk(
+            rows=rows,
+            wrench=wrench,
+            guessed=np.isin(support, guesses),
+            samples=Samples(
+                joint_names=tuple(robot.joint_names[c] for c in known),
+                period=period,
+                time=log.time[rows],
+                velocity=state.velocity[:, known],
+                acceleration=state.acceleration[:, known],
+                friction_torque=friction[:, known],
+                usable=usable[:, known] & (calm[rows, None] | swinging[support]),
+                block=block_of_row[rows],
+                support=name_of[support],
+                support_names=names,
+                prismatic=tuple(robot.prismatic[c] for c in known),
+                nodes=nodes,
+                jerk=jerk,
+                snap=snap,
+            ),
+        )
+
+
+class _Support(NamedTuple):
+    """Which feet stand, and which of them has stood longest: that one has come to rest."""
+
+    feet: tuple[str, ...]
+    rested: str
+
+
+def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
+    """Return the support of each phase."""
+    found: list[_Support] = []
+    for k, phase in enumerate(phases):
+        before = found[-1] if k and phases[k - 1].stop == phase.start else None
+        stayed = [foot for foot in phase.feet if before and foot in before.feet]
+        rested = before.rested if before and before.rested in stayed else next(iter([*stayed, *phase.feet]), "")
+        found.append(_Support(phase.feet, rested))
+    return tuple(found)
+
+
+def _label_rows(
+    phases: tuple[SupportPhase, ...], rows: int, longest: int
+) -> tuple[tuple[_Support, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the supports, each row's one, -1 where it is not used, the block it belongs to, and whether it is calm.
+
+    A block is a phase, or an equal part of one that lasts longer than `longest` rows.
+    """
+    used = [
+        (phase, support)
+        for phase, support in zip(phases, _supports(phases), strict=True)
+        if phase.kind != "flight" and phase.last > phase.first
+    ]
+    supports = tuple(dict.fromkeys(support for _, support in used))
+    support, block, calm = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
+    begun = 0
+    for phase, here in used:
+        length = phase.last - phase.first
+        parts = max(1, round(length / longest))
+        support[phase.first : phase.last] = supports.index(here)
+        block[phase.first : phase.last] = begun + np.arange(length) * parts // length
+        calm[phase.calm_first : phase.calm_last] = True
+        begun += parts
+    return supports, support, block, calm
+
+
+def _stretches(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
+    """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
+    for segment in segments:
+        for start in range(segment.start + margin, segment.stop - margin, CHUNK):
+            yield slice(start, min(start + CHUNK, segment.stop - margin))
+
+
+def _require_channels(log: RobotLog, settings: Settings) -> None:
+    if settings.tilt == "imu" and log.base_orientation is None:
+        raise LogError(
+            f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"
+        )
+    if settings.filter.kind == "log" and (log.velocity is None or log.acceleration is None):
+        missing = "velocity" if log.velocity is None else "acceleration"
+        raise LogError(
+            f"{log.path or 'log'}: filter kind is 'log' but there is no channel {missing}; choose another filter"
+        )
+
+
+def _differentiate(
+    robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, turn_filter: Filter, settings: Settings
+) -> tuple[State, Array]:
+    """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque."""
+    orientation = None
+    if log.base_orientation is not None and _uses_orientation(robot, log, settings):
+        wide = _widened(rows, turn_filter)
+        quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
+        orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
+    wide = _widened(rows, motion_filter)
+    if log.velocity is not None and log.acceleration is not None and settings.filter.kind == "log":
+        state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], orientation)
+    else:
+        state = State(*motion_filter.apply(log.position[wide]), orientation)
+    if settings.averaged_law:
+        return state, motion_filter.average(log.torque[wide])
+    return state, motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
+
+
+def _bends(
+    state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
+) -> tuple[Array | None, Array | None]:
+    """Return second and third derivative of the velocity, so that it is right `reach` rows before and after, (N, n)."""
+    if not reach:
+        return None, None
+    time = reach * period
+    before, now, after = (state.velocity[rows + shift][:, columns] for shift in (-reach, 0, reach))
+    jerk = (before - 2 * now + after) / time**2
+    snap = 6 * ((after - before) / (2 * time) - state.acceleration[rows][:, columns]) / time**2
+    return jerk, snap
+
+
+def _swinging(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+    """Return the joints of legs whose feet do not stand, shape (n,); there are none on a fixed base."""
+    legs = robot.standing(tuple(robot.contacts))
+    return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
+
+
+def _leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
+    """Return whether the joints of the standing limbs are not known: not on a fixed base or one standing surface."""
+    return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
+
+
+def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
+    return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
+
+
+def _widened(rows: slice, motion_filter: Filter) -> slice:
+    return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)
+
+
+def _by_support(
+    robot: Robot,
+    supports: tuple[_Support, ...],
+    support: NDArray[np.int64],
+    state: State,
+    torque: Array,
+    settings: Settings,
+) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Return friction torque (N, n), which of it a fit may use (N, n), and the standing foot's wrench (N, 6)."""
+    friction = np.full(torque.shape, np.nan)
+    usable = np.zeros(torque.shape, dtype=bool)
+    wrench = np.full((len(torque), 6), np.nan)
+    for k in np.unique(support):
+        rows: slice | NDArray[np.int64] = np.flatnonzero(support == k)
+        if len(rows) == len(torque):  # type: ignore[arg-type]
+            rows = slice(None)
+        part = state if isinstance(rows, slice) else state.take(rows)
+        found = _one_support(robot, supports[k], part, torque[rows], settings)
+        friction[rows], usable[rows], wrench[rows] = found
+    return friction, usable, wrench
+
+
+def _one_support(
+    robot: Robot, support: _Support, state: State, torque: Array, settings: Settings
+) -> tuple[Array, NDArray[np.bool_], Array | float]:
+    """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
+    if robot.base == "fixed":
+        _, needed = rooted_inverse_dynamics(robot.tree, state.position, state.velocity, state.acceleration)
+        return torque - needed, np.ones(torque.shape[1], dtype=bool), np.nan
+    feet = support.feet
+    standing = robot.standing(feet)
+    by_rest = sorted(feet, key=lambda foot: foot != support.rested)
+    surface = next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
+    if surface is not None:
+        rooted, root = robot.rooted_at(surface), standing_root(robot, surface, state)
+    else:
+        rooted, root = robot.tree, base_root(robot, feet, state)
+    wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
+    friction = torque - needed
+    if not _leaves_open(robot, feet):
+        return friction, np.full(standing.shape, True) if settings.standing_legs else ~standing, wrench
+    friction[:, standing] = np.nan
+    usable = ~standing
+    if settings.double_support != "skip":
+        guess = minimum_norm_friction_torque(robot, feet, state, torque)
+        friction[:, standing] = guess[:, standing]
+        usable = usable | (settings.double_support == "fit")
+    return friction, usable, np.nan

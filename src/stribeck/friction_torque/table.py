@@ -1,0 +1,72 @@
+"""friction_torque.parquet: every sample at the full rate, written as it is worked out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from stribeck.friction_torque.stream import Chunk
+
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+PRECISION = pa.float32()
+"""Of velocity and friction torque: seven digits, half the bytes."""
+
+
+@contextmanager
+def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
+    """Give a function that appends a chunk of the n-th log to the table.
+
+    Columns: `log`, `time` [s], `support`, `block`, `guessed`: the standing limbs have the minimum-norm guess of (6.1).
+    Then per joint `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the
+    sample. For a floating base `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing
+    foot, in its frame [N], [N m].
+    """
+    with ThreadPoolExecutor(1) as background:
+        writers: list[pq.ParquetWriter] = []
+        pending: list[Future[None]] = []
+
+        def write(log: int, chunk: Chunk) -> None:
+            table = _table(log, chunk)
+            if not writers:
+                writers.append(pq.ParquetWriter(path, table.schema, compression="lz4", use_dictionary=["support"]))
+            writers[0].write_table(table)
+
+        def append(log: int, chunk: Chunk) -> None:
+            """Write while the next chunk is worked out; one chunk waits at most."""
+            for earlier in pending:
+                earlier.result()
+            pending[:] = [background.submit(write, log, chunk)]
+
+        try:
+            yield append
+            for last in pending:
+                last.result()
+        finally:
+            background.shutdown()
+            for writer in writers:
+                writer.close()
+
+
+def _table(log: int, chunk: Chunk) -> pa.Table:
+    samples = chunk.samples
+    names = pa.array(samples.support_names, pa.string())
+    columns = {
+        "log": pa.array([log] * len(samples.time), pa.int32()),
+        "time": pa.array(samples.time),
+        "support": pa.DictionaryArray.from_arrays(pa.array(samples.support, pa.int32()), names).cast(pa.string()),
+        "block": pa.array(samples.block),
+        "guessed": pa.array(chunk.guessed),
+    }
+    for k, joint in enumerate(samples.joint_names):
+        columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(PRECISION)
+        columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(PRECISION)
+        columns[f"usable.{joint}"] = pa.array(samples.usable[:, k])
+    if chunk.wrench.size:
+        for k, axis in enumerate(WRENCH):
+            columns[f"ground_reaction.{axis}"] = pa.array(chunk.wrench[:, k]).cast(PRECISION)
+    return pa.table(columns)

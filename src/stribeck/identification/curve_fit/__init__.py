@@ -1,0 +1,1 @@
+"""Friction laws fitted joint by joint to samples of the friction torque."""

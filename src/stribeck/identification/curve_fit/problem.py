@@ -1,0 +1,146 @@
+"""The least squares problem of one joint: which samples, which parameters; built here, solved in `curve_fit`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.friction import FrictionLaw, Parameter
+from stribeck.identification.judgement.speed import top_speed
+from stribeck.samples import Samples
+from stribeck.settings import Settings
+from stribeck.typing import Array
+
+ARMATURE = Parameter(name="armature", symbol="Ia", unit="kg m^2")
+"""Rotor inertia that the model lacks: an extra torque, armature times acceleration."""
+
+
+STEADY = 0.2
+"""Change of the velocity over the filter's window, as a share of it [1], below which a law is straight enough."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FitProblem:
+    """N samples of one joint and the p parameters that shall explain them, (6.4).
+
+    Attributes
+    ----------
+    law
+        The friction law.
+    parameters
+        The law's, and the armature if it is fitted.
+    velocity, friction_torque
+        [rad/s] and [N m], shape (N,).
+    acceleration
+        [rad/s^2], shape (N,); None if no armature is fitted.
+    block
+        Step or second of each sample, shape (N,), ascending.
+    around, weights
+        Velocity [rad/s] at the K instants over which the filter has averaged the torque, shape (N, K), and the weight
+        of each, shape (K,); None if nothing is averaged.
+    """
+
+    law: FrictionLaw
+    parameters: tuple[Parameter, ...]
+    velocity: Array
+    friction_torque: Array
+    acceleration: Array | None
+    block: NDArray[np.int64]
+    around: Array | None = None
+    weights: Array | None = None
+
+    @property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """Which parameters are fitted by their logarithm, shape (p,)."""
+        return np.array([parameter.logarithmic for parameter in self.parameters])
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper bound of each parameter, shape (p, 2)."""
+        return np.array([(parameter.lower, parameter.upper) for parameter in self.parameters])
+
+    @cached_property
+    def turning(self) -> NDArray[np.int64]:
+        """Samples over whose window the velocity changes by a fair share of itself, where averaging shows."""
+        if self.around is None:
+            return np.empty(0, dtype=np.int64)
+        change = np.abs(self.around - self.velocity[:, None]).max(axis=1)
+        return np.flatnonzero(change > STEADY * np.abs(self.velocity))
+
+    def average(self, function: Callable[[Array], Array]) -> Array:
+        """Return a function of the velocity, shape (M,) -> (M, ...), as the filter averages it, shape (N, ...)."""
+        result = function(self.velocity)
+        if len(self.turning) and self.around is not None and self.weights is not None:
+            around = self.around[self.turning]
+            values = function(around.ravel()).reshape(*around.shape, -1)
+            result[self.turning] = np.einsum("nkp,k->np", values, self.weights).reshape(-1, *result.shape[1:])
+        return result
+
+    def predict(self, values: Array) -> Array:
+        """Return the torque [N m] of parameter values, shape (p,) -> (N,)."""
+        if self.acceleration is None:
+            return self.average(lambda velocity: self.law.torque(velocity, values))
+        friction = self.average(lambda velocity: self.law.torque(velocity, values[:-1]))
+        return np.asarray(friction + values[-1] * self.acceleration)
+
+    def jacobian(self, values: Array) -> Array:
+        """Return the derivatives of `predict`, shape (N, p)."""
+        if self.acceleration is None:
+            return self.average(lambda velocity: self.law.jacobian(velocity, values))
+        jacobian = self.average(lambda velocity: self.law.jacobian(velocity, values[:-1]))
+        return np.column_stack([jacobian, self.acceleration])
+
+    def basis(self, shape: Mapping[str, float]) -> Array:
+        """Return the law's basis for given nonlinear parameters, shape (N, k)."""
+        return self.average(lambda velocity: self.law.basis(velocity, shape))
+
+    def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
+        """Return the problem of these samples alone."""
+        return replace(
+            self,
+            velocity=self.velocity[rows],
+            friction_torque=self.friction_torque[rows],
+            acceleration=None if self.acceleration is None else self.acceleration[rows],
+            block=self.block[rows],
+            around=None if self.around is None else self.around[rows],
+        )
+
+
+def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Settings) -> FitProblem:
+    """Return the problem of all usable, finite samples of a joint, ordered by block.
+
+    A joint at rest holds any torque up to the Coulomb friction, and the sign of its velocity is noise: for laws that
+    jump at standstill, samples slower than `settings.rest` times the top speed are left out.
+    """
+    column = samples.joint_names.index(joint)
+    fits_armature = settings.fit_armature if isinstance(settings.fit_armature, bool) else joint in settings.fit_armature
+    velocity, torque = samples.velocity[:, column], samples.friction_torque[:, column]
+    keep = samples.usable[:, column] & np.isfinite(velocity) & np.isfinite(torque)
+    if fits_armature:
+        keep &= np.isfinite(samples.acceleration[:, column])
+    if law.jumps and keep.any():
+        keep &= np.abs(velocity) >= settings.rest * top_speed(velocity[keep])
+    rows = np.flatnonzero(keep)
+    rows = rows[np.argsort(samples.block[rows], kind="stable")]
+    return FitProblem(
+        law=law,
+        parameters=(*law.parameters, ARMATURE) if fits_armature else law.parameters,
+        velocity=np.ascontiguousarray(velocity[rows], dtype=np.float64),
+        friction_torque=np.ascontiguousarray(torque[rows], dtype=np.float64),
+        acceleration=np.ascontiguousarray(samples.acceleration[rows, column]) if fits_armature else None,
+        block=samples.block[rows],
+        around=samples.velocity_around(column, rows),
+        weights=None if samples.nodes is None else samples.nodes.weights,
+    )
+
+
+def hold_out(problem: FitProblem, every: int) -> tuple[FitProblem, FitProblem]:
+    """Return the training and the validation problem: every n-th of the joint's own blocks is kept from all fits."""
+    _, number = np.unique(problem.block, return_inverse=True)
+    validation = cast("NDArray[np.bool_]", number % every == every // 2)
+    return problem.take(~validation), problem.take(validation)

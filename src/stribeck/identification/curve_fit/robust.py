@@ -1,0 +1,43 @@
+"""Robust losses: the scale of the residuals and the weight that a loss gives them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from stribeck.typing import Array
+
+Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+
+MAD_TO_STANDARD_DEVIATION = 1.4826
+"""Standard deviation over median absolute deviation of a normal distribution [1]."""
+
+TINY = 1e-150
+"""Scale [N m] of residuals that are all zero: its square is still a number."""
+
+TUNING: dict[Loss, float] = {"linear": 1.0, "soft_l1": 1.345, "huber": 1.345, "cauchy": 2.385}
+"""Residual, in standard deviations [1], at which a loss bends: 95 % efficiency on normal noise (Huber, Cauchy)."""
+
+
+def robust_scale(residual: Array) -> float:
+    """Return the standard deviation [N m] of the residuals by their median absolute value, never zero."""
+    scale = MAD_TO_STANDARD_DEVIATION * float(np.median(np.abs(residual)))
+    return max(scale, TINY)
+
+
+def influence(ratio: Array, loss: Loss) -> tuple[Array, float]:
+    """Return the influence psi of residuals and its mean slope [1].
+
+    `ratio` is the residual over the loss's bend, shape (N,). SciPy minimises sum rho(z) / 2 with z = ratio^2, so
+    psi = ratio rho'(z); the mean slope is E[d psi / d ratio].
+    """
+    z = ratio**2
+    if loss == "linear":
+        return ratio, 1.0
+    if loss == "huber":
+        inside = z <= 1
+        return np.clip(ratio, -1.0, 1.0), float(np.mean(inside))
+    if loss == "soft_l1":
+        return ratio / np.sqrt(1 + z), float(np.mean((1 + z) ** -1.5))
+    return ratio / (1 + z), float(np.mean((1 - z) / (1 + z) ** 2))

@@ -1,0 +1,159 @@
+"""Which parameters are weak, and why, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.friction import unit_for
+from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.judgement.speed import top_speed
+from stribeck.typing import Array
+
+MOST, FEW = 0.9, 0.02
+"""Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
+
+CLEARED = 2.0
+"""Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
+
+BEYOND = ("viscous", "coulomb", "stribeck_gain")
+"""Parameters of what lies beyond the Stribeck velocity; below it they make up for each other."""
+
+RISING = 2.0
+"""Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Criteria:
+    """From when on the parameters of a method are weak.
+
+    Attributes
+    ----------
+    widest
+        Width of a 95 % interval over the value [1].
+    takes_law_for_exact
+        Whether the intervals leave out that the law may be wrong: what lies beyond a Stribeck velocity that the joint
+        does not clear is weak then.
+    lends_bends
+        Whether joints that are alike lend each other the bends of their curves.
+    """
+
+    widest: float = 1.0
+    takes_law_for_exact: bool = True
+    lends_bends: bool = False
+
+
+USUAL = Criteria()
+"""Of a fit of each joint by itself."""
+
+
+def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArray[np.bool_]:
+    """Return which parameters are weak, shape (p,), given the velocities of the joint's samples.
+
+    Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
+    is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
+    the joint does not clear, if the interval takes the law for exact, which decides there how the torque is shared out.
+    A bend that other joints lent is weak where the friction that it bends is not told from zero.
+    """
+    reference = np.abs(fit.values)
+    if {"offset", "coulomb"} <= set(fit.names):
+        offset, coulomb = fit.names.index("offset"), fit.names.index("coulomb")
+        reference[offset] = max(reference[offset], reference[coulomb])
+    low, high = fit.intervals.T
+    cut = [
+        above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
+        for parameter, below, above in zip(fit.parameters, low, high, strict=True)
+    ]
+    weak = np.asarray(fit.at_bound | cut | (high - low > criteria.widest * reference))
+    if criteria.takes_law_for_exact and not _clears(fit, weak, velocity):
+        weak |= np.isin(fit.names, BEYOND)
+    if criteria.lends_bends:
+        weak |= np.isin(fit.names, _lent(fit))
+    return weak
+
+
+def _lent(fit: JointFit) -> list[str]:
+    """Return the bends of friction that is not told from zero: other joints know them, this one does not."""
+    zero = {name for name, low in zip(fit.names, fit.intervals[:, 0], strict=True) if low <= 0}
+    jumps = {each.name for each in fit.parameters if each.name == "load" or (each.unit == "N m" and each.lower == 0)}
+    if jumps <= zero:
+        return [each.name for each in fit.parameters if each.starts or each.name == "stribeck_gain"]
+    return ["stribeck_velocity", "exponent"] if "stribeck_gain" in zero else []
+
+
+def why_strong(criteria: Criteria) -> str:
+    """Return what the intervals of a joint without weak parameters have in common."""
+    least = criteria.widest
+    return f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
+
+
+def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
+    """Return whether a joint moves clearly faster than its Stribeck velocity; so does one that has no known one."""
+    if "stribeck_velocity" not in fit.names or weak[fit.names.index("stribeck_velocity")]:
+        return True
+    return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
+
+
+def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
+    """Return one sentence on the weak parameters of a joint, "" if there are none."""
+    if not weak.any():
+        return ""
+    resisting = _resisting(fit)
+    without = all(fit.intervals[index, 0] <= 0.0 for index in resisting)
+    named = [_describe(fit, index, prismatic) for index in (resisting if without else np.flatnonzero(weak).tolist())]
+    causes = [] if without else _causes(fit, weak, velocity, prismatic)  # which are of the shape of friction
+    if not causes:
+        causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
+    return f"{'no friction is told from zero: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
+
+
+def _resisting(fit: JointFit) -> list[int]:
+    """Return which parameters are torques that resist motion: no offset, no inertia, no scale."""
+    return [k for k, each in enumerate(fit.parameters) if each.unit in ("N m", "N m s/rad") and each.lower == 0.0]
+
+
+def _describe(fit: JointFit, index: int, prismatic: bool) -> str:
+    parameter, (low, high) = fit.parameters[index], fit.intervals[index]
+    unit = unit_for(parameter, prismatic)
+    suffix = "" if unit == "1" else f" {unit}"
+    if fit.at_bound[index]:
+        value = fit.values[index]
+        bound = min(parameter.lower, parameter.upper, key=lambda end: abs(value - end))
+        return f"{parameter.name} at its bound, {bound:.3g}{suffix}"
+    return f"{parameter.name} {fit.values[index]:.3g} ({low:.3g} to {high:.3g}{suffix})"
+
+
+def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:
+    values = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    open_ = {name for name, is_open in zip(fit.names, weak, strict=True) if is_open}
+    unit = "m/s" if prismatic else "rad/s"
+    causes = []
+    if "stribeck_velocity" in values and open_ & {"viscous", "coulomb", "stribeck_gain", "stribeck_velocity"}:
+        causes += _stribeck_causes(fit, values, open_, velocity, unit)
+    if "slope" in open_:
+        limit = RISING / values["slope"]
+        share = float(np.mean(np.abs(velocity) < limit))
+        causes.append(f"{share:.1%} of the samples are slower than {limit:.2g} {unit}, where the slope shows")
+    if "viscous" in open_ and not causes:
+        torque = values["viscous"] * top_speed(velocity)
+        force = "N" if prismatic else "N m"
+        causes.append(f"viscous friction is {torque:.2g} {force} at top speed, the residual {fit.rms:.2g} {force}")
+    return causes
+
+
+def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], velocity: Array, unit: str) -> list[str]:
+    speed = values["stribeck_velocity"]
+    slower = float(np.mean(np.abs(velocity) < speed))
+    causes = []
+    found = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
+    if found and slower >= MOST:
+        causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+    elif found and slower <= FEW:
+        causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+    elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
+        causes.append(f"its top speed, {top:.2g} {unit}, does not clear the Stribeck velocity, {speed:.2g} {unit}")
+    if "stribeck_gain" in open_ and fit.intervals[fit.names.index("stribeck_gain"), 0] <= 0:
+        causes.append("there may be no Stribeck effect at all, and the law coulomb-viscous has no such parameters")
+    return causes

@@ -1,0 +1,1 @@
+"""Which terms a joint's friction has."""

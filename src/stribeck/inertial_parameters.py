@@ -1,0 +1,53 @@
+"""A body's ten inertial parameters, and the 4 x 4 matrix that is positive definite for every body that can exist.
+
+The parameters are Pinocchio's: mass m [kg], first moments m c [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz [kg m^2] about
+the origin. With Sigma = tr(I)/2 - I the pseudo-inertia is (Wensing, Kim, Slotine 2018)
+
+    P = [ Sigma    m c ]
+        [ (m c)^T  m   ]
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.typing import Array
+
+SIZE = 10
+"""Inertial parameters of a body."""
+
+_ENTRIES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+"""Rows and columns of I in the order of the parameters."""
+
+
+def pseudo_inertia(parameters: Array) -> Array:
+    """Return the pseudo-inertia, shape (..., 4, 4), of parameters, shape (..., 10); it is linear in them."""
+    matrix = np.zeros((*parameters.shape[:-1], 4, 4))
+    half_trace = 0.5 * (parameters[..., 4] + parameters[..., 6] + parameters[..., 9])
+    for k, (i, j) in enumerate(_ENTRIES):
+        matrix[..., i, j] = matrix[..., j, i] = -parameters[..., 4 + k]
+    for i in range(3):
+        matrix[..., i, i] += half_trace
+    matrix[..., :3, 3] = matrix[..., 3, :3] = parameters[..., 1:4]
+    matrix[..., 3, 3] = parameters[..., 0]
+    return matrix
+
+
+def inertial_parameters(matrix: Array) -> Array:
+    """Return the parameters, shape (..., 10), of a pseudo-inertia, shape (..., 4, 4)."""
+    parameters = np.empty((*matrix.shape[:-2], SIZE))
+    trace = matrix[..., 0, 0] + matrix[..., 1, 1] + matrix[..., 2, 2]
+    parameters[..., 0] = matrix[..., 3, 3]
+    parameters[..., 1:4] = matrix[..., :3, 3]
+    for k, (i, j) in enumerate(_ENTRIES):
+        parameters[..., 4 + k] = (trace if i == j else 0.0) - matrix[..., i, j]
+    return parameters
+
+
+def carried(homogeneous: Array) -> Array:
+    """Return the matrix, shape (10, 10), that turns parameters in one frame into those in another.
+
+    `homogeneous` is the pose of the first frame in the second, shape (4, 4): P becomes H P H^T.
+    """
+    basis = pseudo_inertia(np.eye(SIZE))
+    return inertial_parameters(homogeneous @ basis @ homogeneous.T).T

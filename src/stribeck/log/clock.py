@@ -1,0 +1,105 @@
+"""A log's clock: its period, how regular it is, and what is done where it is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.errors import LogError
+from stribeck.log import RobotLog
+from stribeck.log.resampling import on_uniform_clock
+from stribeck.typing import Array
+
+RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged
+TOLERANCE = 0.01  # periods; steps that are off by less are uniform
+DRIFT = 0.001  # relative; how far the mean step of a segment may be from that of the log
+ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the line through the stamps a little
+
+
+def refuse_backward_time(time: Array, path: str) -> None:
+    """Raise a LogError if time runs backwards anywhere."""
+    rows = np.flatnonzero(np.isfinite(time))
+    back = np.flatnonzero(np.diff(time[rows]) < 0)
+    if back.size:
+        before, after = rows[back[0]], rows[back[0] + 1]
+        raise LogError(
+            f"{path or 'log'}: time runs backwards in row {after}, from {time[before]:.9g} s to {time[after]:.9g} s; "
+            "expected stamps that rise (split the log there, or sort it)"
+        )
+
+
+def typical_step(time: Array, where: str) -> float:
+    """Return the median step [s] between different stamps, refused where it cannot be one of a robot's log."""
+    steps = np.diff(time)
+    steps = steps[steps > 0]
+    if not steps.size:
+        raise LogError(f"{where}: all stamps are {time[0]:.9g} s; expected time that rises")
+    step = float(np.median(steps))
+    if not RATES[0] <= 1 / step <= RATES[1]:
+        factors = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "s": 1.0}
+        cures = [unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
+        cure = (
+            f'; [log.time] unit = "{cures[0]}" would make it {1 / (step * factors[cures[0]]):.6g} Hz' if cures else ""
+        )
+        raise LogError(
+            f"{where}: the step of 'time' is {step:.6g} s, a rate of {1 / step:.6g} Hz; "
+            f"expected {RATES[0]:g} Hz to {RATES[1]:g} Hz{cure}"
+        )
+    return step
+
+
+def mean_step(time: Array, segments: tuple[slice, ...]) -> float:
+    """Return the step [s] of the least-squares line through the stamps, one slope for all segments."""
+    covariance, variance = 0.0, 0.0
+    for part in segments:
+        row = _centred_rows(part)
+        covariance += float(row @ (time[part] - time[part.start]))
+        variance += float(row @ row)
+    return covariance / variance
+
+
+def _centred_rows(part: slice) -> Array:
+    rows = np.arange(part.stop - part.start, dtype=np.float64)
+    centred: Array = rows - rows.mean()
+    return centred
+
+
+def even(
+    log: RobotLog, segments: tuple[slice, ...], period: float, jitter: float
+) -> tuple[RobotLog, tuple[slice, ...], list[str]]:
+    """Return the log on a uniform clock in each segment: as it is, restamped, or interpolated."""
+    if jitter <= TOLERANCE * period and not _drifts(log.time, segments, period):
+        return log, segments, []
+    grain = _resolution(log.time)
+    time = np.concatenate([np.mean(log.time[part]) + period * _centred_rows(part) for part in segments])
+    if np.abs(time - log.time).max() <= ROUNDING * grain < ROUNDING * period:
+        note = f"Stamps are rounded to {1e3 * grain:.4g} ms: evenly spaced stamps take their place."
+        return replace(log, time=time), segments, [note]
+    even, parts = on_uniform_clock(log, segments, period)
+    note = (
+        f"Steps of the stamps differ from the period by up to {1e3 * jitter:.4g} ms: the log is interpolated to "
+        f"{1 / period:.6g} Hz, from {len(log.time)} to {len(even.time)} rows."
+    )
+    return even, parts, [note]
+
+
+def _drifts(time: Array, segments: tuple[slice, ...], period: float) -> bool:
+    """Return whether some segment has another rate than the log, beyond what jitter of its two ends explains."""
+    for part in segments:
+        steps = part.stop - part.start - 1
+        error = abs(float(time[part.stop - 1] - time[part.start]) / period - steps)
+        if error > max(DRIFT * steps, 2 * TOLERANCE):
+            return True
+    return False
+
+
+def _resolution(time: Array) -> float:
+    """Return the step that stamps seem rounded to [s]: of single precision, or of decimals."""
+    grains = [float(np.spacing(np.float32(np.abs(time).max())))] if np.all(time == time.astype(np.float32)) else []
+    for decimals in range(2, 7):
+        scaled = time * 10.0**decimals
+        if np.abs(scaled - np.round(scaled)).max() < 1e-3:
+            grains.append(10.0**-decimals)
+            break
+    return max(grains, default=0.0)

@@ -1,0 +1,93 @@
+"""Values between samples, each kind of signal in its own way; nothing is extrapolated beyond the end samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from stribeck.log.storage import BLOCK_ROWS, allocate
+from stribeck.typing import Array
+
+MARGIN = 64  # samples; a sample's influence on a cubic spline falls to a quarter from one to the next
+
+
+def linear(query: Array, time: Array, values: Array) -> Array:
+    """Return straight-line values at `query`, shape (Q, ...), for `values` of shape (T, ...) at increasing `time`."""
+    result = allocate((len(query), *values.shape[1:]))
+    columns, wanted = values.reshape(len(time), -1), result.reshape(len(query), -1)
+    for index in range(columns.shape[1]):
+        wanted[:, index] = np.interp(query, time, columns[:, index])
+    return result
+
+
+def cubic(query: Array, time: Array, values: Array) -> Array:
+    """Return cubic-spline values at rising `query`, shape (Q, n), of `values`, shape (T, n), at strictly rising `time`.
+
+    Long signals are worked through in blocks whose splines reach `MARGIN` samples further than they are used.
+    """
+    result = allocate((len(query), values.shape[1]))
+    if len(time) == 1:
+        result[:] = values
+        return result
+    inside = np.clip(query, time[0], time[-1])
+    for start in range(0, len(query), BLOCK_ROWS):
+        block = inside[start : start + BLOCK_ROWS]
+        first, last = np.searchsorted(time, block[[0, -1]])
+        near = slice(max(0, int(first) - MARGIN), int(last) + MARGIN)
+        result[start : start + BLOCK_ROWS] = CubicSpline(time[near], values[near])(block)
+    return result
+
+
+def previous(query: Array, time: Array, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the last value at or before each `query`; before the first sample, the first value."""
+    held: NDArray[np.generic] = values[np.maximum(np.searchsorted(time, query, side="right") - 1, 0)]
+    return held
+
+
+def slerp(query: Array, time: Array, quaternions: Array) -> Array:
+    """Return unit quaternions on the shortest great arc between samples, shape (Q, 4), signs of samples being free."""
+    result = allocate((len(query), 4))
+    if len(time) == 1:
+        result[:] = quaternions
+        return result
+    for start in range(0, len(query), BLOCK_ROWS):
+        rows = slice(start, start + BLOCK_ROWS)
+        left, share = _bracket(query[rows], time)
+        result[rows] = _on_arc(quaternions[left], quaternions[left + 1], share)
+    return result
+
+
+def _on_arc(a: Array, b: Array, share: Array) -> Array:
+    """Return sin((1 - u) x) / sin(x) a + sin(u x) / sin(x) b, where x is the angle between a and b, or -b if nearer."""
+    cosine = np.einsum("ij,ij->i", a, b)
+    b = b * np.where(cosine < 0, -1.0, 1.0)[:, None]
+    angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
+    small = np.sin(angle) < 1e-6  # sin(u x) / sin(x) tends to u
+    sine = np.where(small, 1.0, np.sin(angle))
+    weight_a = np.where(small, 1 - share, np.sin((1 - share) * angle) / sine)
+    weight_b = np.where(small, share, np.sin(share * angle) / sine)
+    blend = weight_a[:, None] * a + weight_b[:, None] * b
+    with np.errstate(invalid="ignore"):
+        unit: Array = blend / np.linalg.norm(blend, axis=1, keepdims=True)
+    return unit
+
+
+def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
+    """Return which queries lie outside the samples, or strictly between two that are further apart than `longest`."""
+    if len(time) == 1:
+        elsewhere: NDArray[np.bool_] = query != time[0]
+        return elsewhere
+    left, share = _bracket(query, time)
+    on_sample = (share == 0) | (share == 1)
+    outside = (query < time[0]) | (query > time[-1])
+    unknown: NDArray[np.bool_] = outside | (~on_sample & (time[left + 1] - time[left] > longest))
+    return unknown
+
+
+def _bracket(query: Array, time: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the index of the sample before each query and the share of the way to the next one, in 0...1."""
+    left = np.clip(np.searchsorted(time, query, side="right") - 1, 0, len(time) - 2)
+    step = time[left + 1] - time[left]
+    share = np.divide(query - time[left], step, out=np.zeros(len(query)), where=step > 0)
+    return left, np.clip(share, 0.0, 1.0)

@@ -1,0 +1,77 @@
+"""Which columns of a log belong to which foot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from stribeck.errors import LogError
+from stribeck.log.readers.source import FOOT_CHANNELS, WRENCH, Source, listed
+from stribeck.settings import LogTable
+
+if TYPE_CHECKING:
+    from stribeck.robot import Robot
+
+
+def foot_columns(
+    labels: dict[str, tuple[str, ...]], source: Source, table: LogTable, robot: Robot | None, notes: list[str]
+) -> tuple[tuple[str, ...], dict[str, list[int]]]:
+    """Return the feet that every foot channel of the log covers, and their columns."""
+    places: dict[str, dict[str, int]] = {}
+    for name in FOOT_CHANNELS:
+        if name in labels:
+            renamed = [_renamed_foot(label, table, tuple(robot.contacts) if robot else ()) for label in labels[name]]
+            places[name] = places_of(renamed, name, source.path)
+    if not places:
+        return (), {}
+    found = {
+        name: {foot.rsplit(".", 1)[0] if name == "foot_wrench" else foot: None for foot in feet}
+        for name, feet in places.items()
+    }
+    known = tuple(robot.contacts) if robot else tuple(dict.fromkeys(foot for feet in found.values() for foot in feet))
+    strangers = [foot for foot in dict.fromkeys(f for feet in found.values() for f in feet) if foot not in known]
+    if strangers and robot:
+        notes.append(f"Feet {listed(strangers)} of the log are not contacts of the robot and are ignored.")
+    found = {name: feet for name, feet in found.items() if any(foot in feet for foot in known)}
+    feet = tuple(foot for foot in known if found and all(foot in feet for feet in found.values()))
+    if not feet:
+        return (), {}
+    columns: dict[str, list[int]] = {}
+    for name in found:
+        wanted = widened(feet, len(WRENCH) if name == "foot_wrench" else 1)
+        absent = [label for label in wanted if label not in places[name]]
+        if absent:
+            raise LogError(f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot")
+        columns[name] = [places[name][label] for label in wanted]
+    return feet, columns
+
+
+def _renamed_foot(label: str, table: LogTable, contacts: Sequence[str]) -> str:
+    """Return the contact's name for the log's: of the foot alone, or of a wrench column `<foot>.<axis>`.
+
+    A topic that no setting names is of the contact whose name it contains, the longest if there are several.
+    """
+    foot, dot, axis = label.rpartition(".")
+    if axis not in WRENCH:
+        foot, dot, axis = label, "", ""
+    name = table.foot_names.get(foot, foot)
+    if name.startswith("/"):
+        name = max((contact for contact in contacts if contact in name), key=len, default=name)
+    return f"{name}{dot}{axis}"
+
+
+def widened(names: Sequence[str], width: int) -> tuple[str, ...]:
+    """Return names of columns: the names themselves, or six of each where `width` is that of a wrench."""
+    return tuple(names) if width == 1 else tuple(f"{name}.{axis}" for name in names for axis in WRENCH)
+
+
+def places_of(names: Sequence[str], channel: str, path: str) -> dict[str, int]:
+    """Return which column has which name, refused where two have the same."""
+    places = {name: place for place, name in enumerate(names)}
+    if len(places) < len(names):
+        twice = sorted({name for name in names if list(names).count(name) > 1})
+        raise LogError(
+            f"{path}: '{channel}' has more than one column for {listed(twice)}; expected one a name; "
+            f"[log.{channel}] name can choose"
+        )
+    return places

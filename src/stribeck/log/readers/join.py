@@ -1,0 +1,154 @@
+"""Streams of different rates brought to one clock: that of the joint states."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from stribeck.errors import LogError
+from stribeck.log.interpolation import bridges, linear, previous, slerp
+from stribeck.log.readers.source import VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
+from stribeck.log.readers.topics import NANO, Stream
+from stribeck.settings import LogTable
+from stribeck.typing import Array
+
+Part = tuple[Stream, int]
+"""A stream, and the column of it that holds a joint, a foot or a component."""
+
+LONGEST = 3.0
+"""Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
+
+
+def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable) -> Source:
+    """Return the source of some streams; they are interpolated when it is known which of them are wanted.
+
+    Raises
+    ------
+    LogError
+        If two topics offer the same thing and `[log] <channel>.name` does not say which to take.
+    """
+    joints = [stream for stream in streams if stream.kind == "joints"]
+    if not joints:
+        raise LogError(
+            f"{path}: holds no messages of type sensor_msgs/JointState, and expected is a topic of them; found "
+            f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
+        )
+    parts: dict[str, dict[str, Part]] = {}
+    for channel in ("position", "velocity", "torque"):
+        chosen = _asked(joints, channel, table.position.name, table, path)
+        parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path)
+    imus = [stream for stream in streams if stream.kind == "imu"]
+    for channel, axes in VECTOR_CHANNELS.items():
+        chosen = _asked(imus, channel, table.base_orientation.name, table, path)
+        parts[channel] = _by_label([(s, axes) for s in chosen if channel in s.values], channel, path)
+    for channel, kind, axes in (("foot_wrench", "wrench", WRENCH), ("contact", "flag", ("",))):
+        chosen = _asked([s for s in streams if s.kind == kind], channel, None, table, path)
+        named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
+        parts[channel] = _by_label(named, channel, path)
+    taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
+    idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
+    return Source(
+        path=path,
+        channels={"time": Channel(1)}
+        | {name: Channel(len(columns), tuple(columns)) for name, columns in parts.items() if columns},
+        load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path),
+        others=(*idle, *others),
+        time_unit="ns",
+    )
+
+
+def _asked(
+    streams: list[Stream], channel: str, leader: str | list[str] | None, table: LogTable, path: str
+) -> list[Stream]:
+    """Return the streams of the topics that `[log]` names for a channel or for the channel that leads its message."""
+    asked = getattr(table, channel).name or leader
+    if asked is None:
+        return streams
+    topics = {asked} if isinstance(asked, str) else set(asked)
+    missing = sorted(topics - {stream.topic for stream in streams})
+    if missing:
+        raise LogError(
+            f"{path}: [log.{channel}] name asks for topic {listed(missing)}; the log has "
+            f"{listed([stream.topic for stream in streams])} of the type that holds it"
+        )
+    return [stream for stream in streams if stream.topic in topics]
+
+
+def _by_label(streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str) -> dict[str, Part]:
+    """Return where each label is found; a label of two topics is taken from `joint_states` or refused."""
+    offers: dict[str, list[Part]] = {}
+    for stream, labels in streams:
+        for column, label in enumerate(labels):
+            offers.setdefault(label, []).append((stream, column))
+    parts = {}
+    for label, found in offers.items():
+        topics = list(dict.fromkeys(stream.topic for stream, _ in found))
+        usual = [topic for topic in topics if topic.rsplit("/", 1)[-1] == "joint_states"]
+        if len(topics) > 1 and len(usual) != 1:
+            raise LogError(
+                f"{path}: topics {listed(topics)} all hold {channel} of '{label}'; say which to take as "
+                f'[log.{channel}] name = "{topics[0]}"'
+            )
+        of_topic = [part for part in found if part[0].topic == (usual or topics)[0]]
+        parts[label] = max(of_topic, key=lambda part: len(part[0].stamps))
+    return parts
+
+
+def _load(parts: Mapping[str, list[Part]], table: LogTable, path: str, wanted: Mapping[str, Sequence[int]]) -> Loaded:
+    """Interpolate the wanted columns to the clock of the joint states, over the time that all of them cover."""
+    used = {
+        name: [parts[name][i] if i >= 0 else None for i in columns]
+        for name, columns in wanted.items()
+        if name != "time"
+    }
+    positions = Counter(id(part[0]) for part in used["position"] if part)
+    streams = list({id(part[0]): part[0] for columns in used.values() for part in columns if part}.values())
+    clock = max(streams, key=lambda stream: (positions[id(stream)], len(stream.stamps)))
+    first = max(int(stream.stamps.min()) for stream in streams)
+    last = min(int(stream.stamps.max()) for stream in streams if stream.kind != "flag")  # a flag holds until the next
+    rows = np.flatnonzero((clock.stamps >= first) & (clock.stamps <= last))
+    if len(rows) < 2:
+        topics = listed([stream.topic for stream in streams])
+        raise LogError(f"{path}: topics {topics} have no time in common; expected streams of one recording")
+    stamps = clock.stamps[rows[0] : rows[-1] + 1]
+    notes = [f"The clock is that of '{clock.topic}'."] if len(streams) > 1 else []
+    if len(stamps) < len(clock.stamps):
+        notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
+    on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
+    for stream in streams:
+        if stream.recorder_time:
+            notes.append(f"'{stream.topic}' has messages without a stamp: the recorder's time is taken.")
+        if stream is not clock:
+            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
+            notes.append(how)
+    arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
+    for name, columns in used.items():
+        arrays[name] = np.stack(
+            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns], axis=1
+        )
+    return Loaded(arrays, tuple(notes))
+
+
+def _on_clock(
+    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable
+) -> tuple[dict[str, Array], str]:
+    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done."""
+    order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
+    time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
+    period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    longest = max(table.max_gap or 0.0, LONGEST * period)
+    pauses = bridges(query, time, longest) if stream.kind != "flag" else np.zeros(len(query), dtype=bool)
+    result = {}
+    for name, values in stream.values.items():
+        ordered = values[order]
+        if name == "contact":
+            result[name] = np.asarray(previous(query, time, ordered), dtype=np.float64)
+        else:
+            result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
+            result[name][pauses] = np.nan
+    how = "held at its last value" if stream.kind == "flag" else "interpolated"
+    rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
+    return result, f"'{stream.topic}' is {how}{rate} to that clock."

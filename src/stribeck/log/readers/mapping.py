@@ -1,0 +1,159 @@
+"""The `[log]` tables: from a log's own units, signs, orders and delays to the contract's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import LogError, SettingsError
+from stribeck.log.clock import refuse_backward_time
+from stribeck.log.interpolation import bridges, linear, previous, slerp
+from stribeck.log.readers.source import CHANNELS, listed
+from stribeck.settings import ChannelTable, LogTable, PerJoint
+from stribeck.typing import Array
+
+TURN = 2 * np.pi  # [rad]
+ANGLE = {"rad": 1.0, "deg": TURN / 360, "turn": TURN, "m": 1.0, "mm": 1e-3}
+SPEED = {"rad/s": 1.0, "deg/s": TURN / 360, "rpm": TURN / 60, "turn/s": TURN, "m/s": 1.0, "mm/s": 1e-3}
+RATE_OF_SPEED = {"rad/s^2": 1.0, "deg/s^2": TURN / 360, "m/s^2": 1.0, "mm/s^2": 1e-3}
+EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+UNITS: dict[str, dict[str, float]] = {
+    "time": TIME,
+    "position": ANGLE,
+    "velocity": SPEED,
+    "acceleration": RATE_OF_SPEED,
+    "torque": EFFORT,
+    "temperature": {"degC": 1.0},
+    "base_orientation": {},
+    "angular_velocity": {unit: SPEED[unit] for unit in ("rad/s", "deg/s", "rpm")},
+    "linear_acceleration": {"m/s^2": 1.0, "g": 9.80665},  # standard gravity
+    "contact": {},
+    "foot_wrench": EFFORT,
+}
+"""Units that each channel may be logged in, as factors to SI."""
+
+EPOCH = 1e8  # [s]; three years: stamps beyond it count from 1970, which costs float64 its microseconds
+
+
+def check_table(table: LogTable, where: str) -> None:
+    """Refuse settings of `[log]` that mean nothing for their channel.
+
+    Raises
+    ------
+    SettingsError
+        Naming the file, the key, and what would be valid.
+    """
+    for name in CHANNELS:
+        settings: ChannelTable = getattr(table, name)
+        if settings.unit is not None and settings.unit not in UNITS[name]:
+            raise SettingsError(
+                f"{where}: [log.{name}] unit is '{settings.unit}'; valid are {listed(list(UNITS[name]), 10)}"
+            )
+        if settings.unwrap and name != "position":
+            raise SettingsError(f"{where}: [log.{name}] unwrap is set; only position can be unwrapped")
+        if settings.order is not None and name != "base_orientation":
+            raise SettingsError(f"{where}: [log.{name}] order is set; only base_orientation has an order")
+        if name == "time" and (settings.delay or isinstance(settings.scale, (list, dict))):
+            raise SettingsError(f"{where}: [log.time] has a delay or a scale by joint; give each channel its own delay")
+
+
+def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | None) -> tuple[Array, list[str]]:
+    """Return time [s], shape (T,), from stamps in the log's unit; long counts start anew from their first stamp."""
+    factor = TIME[unit or settings.unit or "s"] * float(np.asarray(settings.scale))
+    offset = float(np.asarray(settings.offset))
+    values = stamps.reshape(-1)
+    if not values.size:
+        return np.zeros(0), []
+    first = values[0] if values.dtype.kind in "iu" else np.float64(next(iter(values[np.isfinite(values)]), 0.0))
+    if abs(float(first) * factor) < EPOCH:
+        time = values.astype(np.float64, copy=False)
+        return (time if factor == 1 and offset == 0 else time * factor + offset), []
+    exact = np.int64 if values.dtype.kind in "iu" else np.float64
+    since = values.astype(exact) - exact(first)
+    note = f"Time counts from the log's first stamp, {float(first) * factor:.6f} s."
+    return since.astype(np.float64) * factor + offset, [note]
+
+
+def convert(
+    channel: str, values: Array, labels: Sequence[str], columns: Sequence[int], settings: ChannelTable, where: str
+) -> None:
+    """Bring a loaded channel to SI units, signs and orders, in place.
+
+    Parameters
+    ----------
+    values
+        Shape (T, k).
+    labels
+        The log's names of all columns of this channel, which settings refer to.
+    columns
+        Which of them `values` are, k numbers.
+    """
+    unit = UNITS[channel][settings.unit] if settings.unit else 1.0
+    factor = unit * _per_column(settings.scale, 1.0, channel, "scale", labels, where)[list(columns)]
+    offset = _per_column(settings.offset, 0.0, channel, "offset", labels, where)[list(columns)]
+    if np.any(factor != 1):
+        values *= factor
+    if np.any(offset != 0):
+        values += offset
+    if settings.order == "wxyz":
+        values[:] = values[:, [1, 2, 3, 0]]
+    if settings.unwrap:
+        for column in values.T:
+            known = np.isfinite(column)
+            column[known] = np.unwrap(column[known])
+
+
+def _per_column(
+    setting: PerJoint, default: float, channel: str, key: str, labels: Sequence[str], where: str
+) -> NDArray[np.float64]:
+    """Return a value a column; one more at the end serves column -1, which the log does not have."""
+    place = f"{where}: [log.{channel}] {key}"
+    if isinstance(setting, dict):
+        unknown = [name for name in setting if name not in labels]
+        if unknown:
+            raise SettingsError(f"{place} names {listed(unknown)}; the log's columns are {listed(labels, 40)}")
+        return np.array([setting.get(name, default) for name in labels] + [default])
+    if isinstance(setting, list):
+        if len(setting) != len(labels):
+            raise SettingsError(f"{place} lists {len(setting)} values; the log has {len(labels)} columns there")
+        return np.array([*setting, default])
+    return np.array([setting] * len(labels) + [default])
+
+
+def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str) -> tuple[slice, list[str]]:
+    """Take delays out, in place of the delayed channels: their value at t is what the log holds at t + delay.
+
+    Values between samples further apart than 1.5 periods (or `[log] max_gap`) become NaN, since nothing is known there.
+
+    Returns
+    -------
+    slice, notes
+        The rows where every delayed channel is known, and what was done.
+    """
+    delays = {name: getattr(table, name).delay for name in channels}
+    delays = {name: delay for name, delay in delays.items() if delay != 0}
+    if not delays:
+        return slice(None), []
+    refuse_backward_time(time, path)
+    known = np.isfinite(time)
+    clock = time[known]
+    if len(clock) < 2:
+        raise LogError(f"{path}: has {len(clock)} samples; a delay needs at least two")
+    longest = table.max_gap or 1.5 * float(np.median(np.diff(clock)))
+    for name, delay in delays.items():
+        query, source = time + delay, channels[name][known]
+        if name == "contact":
+            channels[name] = np.asarray(previous(query, clock, source), dtype=np.float64)
+            continue
+        moved = slerp(query, clock, source) if name == "base_orientation" else linear(query, clock, source)
+        moved[bridges(query, clock, longest)] = np.nan
+        channels[name] = moved
+    start, stop = clock[0] - min(0.0, *delays.values()), clock[-1] - max(0.0, *delays.values())
+    rows = np.flatnonzero(known & (time >= start) & (time <= stop))
+    if not rows.size:
+        raise LogError(f"{path}: lasts {clock[-1] - clock[0]:.6g} s, less than the delays {delays} of [log]")
+    text = ", ".join(f"{name} by {1e3 * delay:g} ms" for name, delay in delays.items())
+    return slice(int(rows[0]), int(rows[-1]) + 1), [f"Delays taken out by interpolation: {text}."]

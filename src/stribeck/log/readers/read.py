@@ -1,0 +1,207 @@
+"""From a file to a RobotLog."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import LogError
+from stribeck.log import RobotLog
+from stribeck.log.readers.hdf5 import open_hdf5
+from stribeck.log.readers.mapping import advance, check_table, convert, seconds
+from stribeck.log.readers.mcap import open_mcap
+from stribeck.log.readers.npz import open_npz
+from stribeck.log.readers.rosbag import open_rosbag
+from stribeck.log.readers.selection import Selection, select
+from stribeck.log.readers.source import Arrays, Source, foreign, listed
+from stribeck.log.readers.table import open_csv, open_parquet
+from stribeck.log.storage import allocate
+from stribeck.settings import LogTable
+from stribeck.typing import Array, TorqueSource
+
+if TYPE_CHECKING:
+    from stribeck.robot import Robot
+
+FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
+    ".npz": open_npz,
+    ".h5": open_hdf5,
+    ".hdf5": open_hdf5,
+    ".csv": open_csv,
+    ".parquet": open_parquet,
+    ".mcap": open_mcap,
+    ".bag": open_rosbag,
+}
+"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml."""
+
+
+@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` cuts out what comes of it
+def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
+    """Read a log.
+
+    Parameters
+    ----------
+    path
+        A `.npz`, `.h5`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
+    robot
+        Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
+
+    Returns
+    -------
+    RobotLog
+        In SI units; `notes` says what was done to the data and what was ignored. Time may still be irregular, and
+        values missing (NaN): `stribeck.log.sampling.regularise` sees to that.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read, or lacks joints that the robot has.
+    SettingsError
+        If `[log]` asks for what makes no sense.
+
+    Examples
+    --------
+    >>> log = read_log("log.npz", robot)
+    >>> log
+    RobotLog(12000 samples in 12 s of log.npz, 3 joints: shoulder, elbow, slide; position, torque, velocity, ...)
+    >>> log.torque.shape
+    (12000, 3)
+    """
+    path = Path(path)
+    table = robot.log_table if robot else LogTable()
+    where = (robot.path if robot else "") or "robot file"
+    check_table(table, where)
+    source = _opener(path)(path, table)
+    selection = select(source, table, robot)
+    with foreign(source.path, "a log"):
+        loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
+    time, time_notes = _time(source, loaded.arrays, table)
+    channels = _channels(source, selection, loaded.arrays, len(time))
+    for name, values in channels.items():
+        labels = selection.labels.get(name, selection.joint_names)
+        convert(name, values, labels, selection.columns[name], getattr(table, name), where)
+    notes = [*selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
+    rows, delay_notes = advance(channels, time, table, source.path)
+    contact, contact_notes = _flags(channels.pop("contact", None), source.path)
+    torque_source, torque_notes = _torque_source(source, robot)
+    shape = (-1, len(selection.foot_names), 6)
+    wrench = channels.pop("foot_wrench").reshape(shape)[rows] if "foot_wrench" in channels else None
+    return RobotLog(
+        time=time[rows],
+        joint_names=selection.joint_names,
+        foot_names=selection.foot_names,
+        contact=None if contact is None else contact[rows],
+        foot_wrench=wrench,
+        **{name: values[rows] for name, values in channels.items()},
+        torque_source=torque_source,
+        notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
+        path=str(path),
+    )
+
+
+def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
+    """Return the reader of a file's format, by its suffix."""
+    with foreign(str(path), "a log"):
+        size = path.stat().st_size if path.exists() else None
+        files = sorted(path.iterdir()) if path.is_dir() else [path]
+        strange = next((file for file in files if file.exists() and not (file.is_file() or file.is_dir())), None)
+    if size is None:
+        raise LogError(f"{path}: no such file; expected a log")
+    if strange:  # reading one may take forever
+        raise LogError(f"{strange}: is a pipe, a device or a socket; expected a log file, or a rosbag2 folder")
+    if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return open_rosbag
+        raise LogError(f"{path}: is a folder without metadata.yaml; expected a log file, or a rosbag2 folder")
+    if path.suffix.lower() not in FORMATS:
+        raise LogError(
+            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)} or a rosbag2 folder"
+        )
+    if size == 0:
+        raise LogError(f"{path}: is empty; expected a log")
+    return FORMATS[path.suffix.lower()]
+
+
+def _time(source: Source, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
+    """Return time [s] from the log's stamps, or from `[log] rate`."""
+    if "time" in loaded:
+        if loaded["time"].shape[1] != 1:
+            raise LogError(f"{source.path}: 'time' has {loaded['time'].shape[1]} columns; expected one")
+        time, notes = seconds(loaded.pop("time"), table.time, source.time_unit)
+    elif table.rate is not None:
+        time = np.arange(len(loaded["position"])) / table.rate
+        notes = [f"The log has no time: stamps made from [log] rate = {table.rate:g} Hz."]
+    else:
+        raise LogError(
+            f"{source.path}: holds no time; expected 'time', its name as [log.time] name, or [log] rate in Hz "
+            f"(found {listed([*source.channels, *source.others])})"
+        )
+    if len(time) < 2:
+        raise LogError(f"{source.path}: has {len(time)} samples; expected at least two")
+    return time, notes
+
+
+def _channels(source: Source, selection: Selection, loaded: Arrays, samples: int) -> dict[str, Array]:
+    """Return the loaded channels, all of one length, and zeros for one that is wanted and not there."""
+    channels = {}
+    for name, columns in selection.columns.items():
+        if name == "time":
+            continue
+        values = np.asarray(loaded.pop(name) if name in loaded else allocate((samples, len(columns))), dtype=np.float64)
+        if len(values) != samples:
+            raise LogError(f"{source.path}: '{name}' has {len(values)} rows, 'time' has {samples}; expected as many")
+        channels[name] = values
+    return channels
+
+
+def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:
+    """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
+    if "temperature" in channels:
+        channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
+    notes = []
+    for joint in robot.position_controlled if robot else ():
+        torque = channels["torque"][:, selection.joint_names.index(joint)]
+        unknown = ~np.isfinite(torque)
+        if unknown.any():
+            torque[unknown] = 0.0
+            notes.append(
+                f"Torque of position-controlled '{joint}' is missing in {unknown.sum()} rows: zero is put there."
+            )
+    return notes
+
+
+def _flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, list[str]]:
+    """Return contact flags as booleans; a missing flag keeps the value before it."""
+    if contact is None:
+        return None, []
+    unknown = ~np.isfinite(contact)
+    notes = []
+    if unknown.any():
+        notes.append(f"{unknown.sum()} missing contact flags take the value before them.")
+        rows = np.where(unknown, 0, np.arange(len(contact))[:, None])
+        contact = np.nan_to_num(np.take_along_axis(contact, np.maximum.accumulate(rows, axis=0), axis=0))
+    strange = contact[(contact != 0) & (contact != 1)]
+    if strange.size:
+        raise LogError(
+            f"{path}: 'contact' holds {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench')"
+        )
+    return contact > 0.5, notes
+
+
+def _torque_source(source: Source, robot: Robot | None) -> tuple[TorqueSource, list[str]]:
+    """Return where torques come from: as the robot file says, or else the log."""
+    valid: tuple[TorqueSource, ...] = get_args(TorqueSource)
+    said = source.torque_source
+    if said is not None and said not in valid:
+        raise LogError(f"{source.path}: 'torque_source' is '{said}'; expected one of {listed(valid)}")
+    of_log = next((one for one in valid if one == said), valid[0])
+    if robot is None:
+        return of_log, []
+    if said is not None and of_log != robot.torque_source:
+        return robot.torque_source, [
+            f"The log says its torques are '{of_log}', the robot file '{robot.torque_source}': the robot file holds."
+        ]
+    return robot.torque_source, []

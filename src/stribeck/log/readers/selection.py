@@ -1,0 +1,186 @@
+"""Which columns of a log belong to which joint and foot."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stribeck.errors import LogError
+from stribeck.log.readers.feet import foot_columns, places_of, widened
+from stribeck.log.readers.source import FOOT_CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH, Channel, Source, listed
+from stribeck.settings import LogTable
+
+if TYPE_CHECKING:
+    from stribeck.robot import Robot
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Columns to load of each channel, what they are, and what was decided on the way.
+
+    Attributes
+    ----------
+    joint_names, foot_names
+        In the order of the columns.
+    columns
+        {channel: column numbers in the file}; -1 where the file has no column for a joint.
+    labels
+        {channel: the log's names of all of its columns, wanted or not}, for settings that name them.
+    notes
+        Sentences for RobotLog.notes.
+    """
+
+    joint_names: tuple[str, ...]
+    foot_names: tuple[str, ...]
+    columns: dict[str, list[int]]
+    labels: dict[str, tuple[str, ...]]
+    notes: tuple[str, ...]
+
+
+def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
+    """Return which columns of a source to load: by name where it has names, else in the order that is agreed.
+
+    Raises
+    ------
+    LogError
+        If a joint of the robot, or the order of nameless columns, cannot be found in the log.
+    """
+    if "position" not in source.channels:
+        raise LogError(
+            f"{source.path}: holds no joint positions; expected {_expected('position')}, or its name as [log.position] "
+            f"name (found {listed(_holdings(source))})"
+        )
+    notes: list[str] = []
+    labels = {
+        name: _labels(name, channel, source, table, robot, notes)
+        for name, channel in source.channels.items()
+        if not (robot and name in FOOT_CHANNELS and not robot.contacts)  # an arm has no use for feet
+    }
+    at = {
+        name: places_of([table.joint_names.get(label, label) for label in labels[name]], name, source.path)
+        for name in JOINT_CHANNELS
+        if name in labels
+    }
+    joints = robot.joint_names if robot else tuple(at["position"])
+    columns = {"time": [0]} if "time" in source.channels else {}
+    for name, places in at.items():
+        chosen = _joint_columns(name, places, joints, source, robot, notes)
+        if chosen is not None:
+            columns[name] = chosen
+    if "torque" not in columns:
+        columns |= _no_torque(source, joints, robot)
+    for name in VECTOR_CHANNELS:
+        if name in labels:
+            columns[name] = _vector_columns(name, labels[name], source.path)
+    feet, of_feet = foot_columns(labels, source, table, robot, notes)
+    notes += [f"'{name}' is ignored: the robot has no contacts." for name in source.channels if name not in labels]
+    notes += _ignored(source, at, joints)
+    return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
+
+
+def _labels(
+    name: str, channel: Channel, source: Source, table: LogTable, robot: Robot | None, notes: list[str]
+) -> tuple[str, ...]:
+    """Return a name for every column of a channel: the log's own, the agreed order's, or the robot's."""
+    if name == "time":
+        return ("time",)
+    if name in VECTOR_CHANNELS:
+        return channel.labels or VECTOR_CHANNELS[name][: channel.columns]
+    feet = name in FOOT_CHANNELS
+    width = len(WRENCH) if name == "foot_wrench" else 1
+    setting = "foot_order" if feet else "joint_order"
+    agreed = tuple(getattr(table, setting))
+    own = () if robot is None else tuple(robot.contacts) if feet else robot.joint_names
+    asked = getattr(table, name).name
+    strange = isinstance(asked, list) and not {table.joint_names.get(one, one) for one in asked} & set(own)
+    if channel.labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
+        names = channel.labels
+    elif agreed:
+        names = widened(agreed, width)
+    elif len(own) * width == channel.columns:
+        names = widened(own, width)
+        notes.append(
+            f"The columns of '{name}' have no known names: taken in the order of the robot file ({listed(own)})."
+        )
+    elif robot is None:
+        names = widened(tuple(f"{'foot' if feet else 'joint'}_{i + 1}" for i in range(channel.columns // width)), width)
+    else:
+        raise LogError(
+            f"{source.path}: '{name}' has {channel.columns} columns without names, the robot has {len(own) * width}; "
+            f"give their names as [log] {setting}, or as an array '{setting.replace('_order', '_names')}' in the log"
+        )
+    if len(names) != channel.columns:
+        raise LogError(
+            f"{source.path}: '{name}' has {channel.columns} columns, and there are {len(names)} names for them "
+            f"({listed(names)}); expected one name a column"
+        )
+    return names
+
+
+def _joint_columns(
+    channel: str, places: dict[str, int], joints: Sequence[str], source: Source, robot: Robot | None, notes: list[str]
+) -> list[int] | None:
+    """Return a column a joint, or None where an optional channel does not cover the robot."""
+    missing = [joint for joint in joints if joint not in places]
+    needed = channel == "position" or channel == "torque"
+    if channel == "torque" and robot is not None:
+        missing_torque = [joint for joint in missing if joint not in robot.position_controlled]
+        filled = [joint for joint in missing if joint in robot.position_controlled]
+        if filled and not missing_torque:
+            notes.append(f"No torque of the position-controlled joints {listed(filled)}: zero is put in its place.")
+        missing = missing_torque
+    if missing and needed:
+        raise LogError(_missing_joint(channel, missing, places, source, robot))
+    if missing and channel != "temperature":
+        notes.append(f"'{channel}' is left out: the log has none of {listed(missing)}.")
+        return None
+    return [places.get(joint, -1) for joint in joints]
+
+
+def _missing_joint(
+    channel: str, missing: list[str], places: dict[str, int], source: Source, robot: Robot | None
+) -> str:
+    close = difflib.get_close_matches(missing[0], list(places), n=3, cutoff=0.3)
+    found = f"the closest names there are {listed(close)}" if close else f"it holds {listed(list(places))}"
+    where = robot.path if robot and robot.path else "the robot file"
+    cure = f'in {where}, name it as [log] joint_names = {{ "<name in the log>" = "{missing[0]}" }}'
+    if channel == "position":
+        cure += f", or lock a joint that the log leaves out as [robot] locked = {{ {missing[0]} = 0.0 }}"
+    else:
+        cure += f', or list a joint without torque as [robot] position_controlled = ["{missing[0]}"]'
+    return f"{source.path}: no {channel} of joint {listed(missing)} in the log; {found}; {cure}"
+
+
+def _no_torque(source: Source, joints: Sequence[str], robot: Robot | None) -> dict[str, list[int]]:
+    """Return a torque channel of zeros where every joint is position-controlled; otherwise torque is needed."""
+    if robot is not None and set(joints) <= set(robot.position_controlled):
+        return {"torque": [-1] * len(joints)}
+    raise LogError(
+        f"{source.path}: holds no joint torques; expected {_expected('torque')}, or its name as [log.torque] name "
+        f"(found {listed(_holdings(source))})"
+    )
+
+
+def _expected(channel: str) -> str:
+    return f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+
+
+def _holdings(source: Source) -> list[str]:
+    return [*source.channels, *source.others]
+
+
+def _vector_columns(channel: str, labels: tuple[str, ...], path: str) -> list[int]:
+    axes = VECTOR_CHANNELS[channel]
+    if sorted(labels) == sorted(axes):
+        return [labels.index(axis) for axis in axes]
+    raise LogError(f"{path}: '{channel}' has columns {listed(labels)}; expected {listed(axes)}")
+
+
+def _ignored(source: Source, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:
+    strangers = list(dict.fromkeys(joint for places in at.values() for joint in places if joint not in joints))
+    notes = [f"Joints {listed(strangers)} of the log are not joints of the robot and are ignored."] if strangers else []
+    if source.others:
+        notes.append(f"Ignored, as nothing here reads it: {listed(source.others)}.")
+    return notes

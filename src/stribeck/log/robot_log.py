@@ -1,0 +1,117 @@
+"""What happened: the robot's recorded signals, in SI units, in the robot's own joint order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import LogError
+from stribeck.typing import Array, TorqueSource
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RobotLog:
+    """A log of T samples of n joints; SI units and radians; anything optional may be None.
+
+    Attributes
+    ----------
+    time
+        [s], shape (T,), strictly increasing.
+    joint_names
+        n names, in the order of the columns.
+    position, torque
+        [rad] or [m], and [N m] or [N], shape (T, n).
+    velocity, acceleration
+        As the log holds them, shape (T, n).
+    base_orientation
+        Unit quaternion xyzw, base to world, shape (T, 4).
+    angular_velocity, linear_acceleration
+        Of the IMU, in its own frame, [rad/s] and [m/s^2], shape (T, 3).
+    foot_names
+        Names of the columns of `contact` and `foot_wrench`.
+    contact
+        Whether a foot stands, shape (T, feet), bool.
+    foot_wrench
+        Force [N] and moment [N m] of the ground on the foot, in the contact frame, shape (T, feet, 6).
+    temperature
+        [deg C], shape (T, n).
+    torque_source
+        Where the torque comes from.
+    notes
+        What the reader did to the data, a sentence each.
+    path
+        The file it was read from, empty for a log made in memory.
+
+    Raises
+    ------
+    LogError
+        If the shapes do not agree.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.arange(0.0, 1.0, 0.01)
+    >>> sine = np.sin(time)[:, None]
+    >>> RobotLog(time=time, joint_names=("elbow",), position=sine, torque=-9.81 * sine)
+    RobotLog(100 samples in 0.99 s, 1 joint: elbow; position, torque)
+    """
+
+    time: Array
+    joint_names: tuple[str, ...]
+    position: Array
+    torque: Array
+    velocity: Array | None = None
+    acceleration: Array | None = None
+    base_orientation: Array | None = None
+    angular_velocity: Array | None = None
+    linear_acceleration: Array | None = None
+    foot_names: tuple[str, ...] = ()
+    contact: NDArray[np.bool_] | None = None
+    foot_wrench: Array | None = None
+    temperature: Array | None = None
+    torque_source: TorqueSource = "link_side_sensor"
+    notes: tuple[str, ...] = ()
+    path: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse channels whose shapes do not agree."""
+        samples, joints, feet = len(self.time), len(self.joint_names), len(self.foot_names)
+        shapes = {
+            "time": (samples,),
+            "position": (samples, joints),
+            "torque": (samples, joints),
+            "velocity": (samples, joints),
+            "acceleration": (samples, joints),
+            "temperature": (samples, joints),
+            "base_orientation": (samples, 4),
+            "angular_velocity": (samples, 3),
+            "linear_acceleration": (samples, 3),
+            "contact": (samples, feet),
+            "foot_wrench": (samples, feet, 6),
+        }
+        for name, shape in shapes.items():
+            channel = getattr(self, name)
+            if channel is not None and channel.shape != shape:
+                raise LogError(
+                    f"{self.path or 'log'}: channel '{name}' has shape {channel.shape}, "
+                    f"expected {shape} ({samples} samples, {joints} joints, {feet} feet)"
+                )
+
+    def __repr__(self) -> str:
+        seconds = float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
+        names = ", ".join([*self.joint_names[:3], *["..."] * (len(self.joint_names) > 3)])
+        joints = f"{len(self.joint_names)} joint{'s' * (len(self.joint_names) != 1)}"
+        held = ", ".join(name for name in self.channels() if name != "time")
+        place = f" of {self.path}" * bool(self.path)
+        return f"RobotLog({len(self.time)} samples in {seconds:.4g} s{place}, {joints}: {names}; {held})"
+
+    def channels(self) -> dict[str, NDArray[np.generic]]:
+        """Return the sampled channels that this log has, by name; the first axis of each is time."""
+        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
+
+    def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
+        """Return the log of these rows alone."""
+        return replace(self, **{name: array[rows] for name, array in self.channels().items()})  # type: ignore[arg-type]

@@ -1,0 +1,135 @@
+"""From a log as it was recorded to segments of uniformly sampled, complete rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from stribeck.errors import LogError, findings_kept
+from stribeck.log import RobotLog
+from stribeck.log.clock import even, mean_step, refuse_backward_time, typical_step
+from stribeck.log.completeness import complete_rows, counts, cut, repeats, without_empty_channels
+from stribeck.log.plausibility import check_plausible
+from stribeck.settings import LogTable
+from stribeck.typing import Array
+
+FEWEST = 16  # rows; less than that supports no filter
+STEP = 1.5  # periods; a longer step lacks a sample
+LEAST_SHARE = 0.02  # of the rows; where less is left, the log is not what it seems
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """How a log was sampled, and what was done about it.
+
+    Attributes
+    ----------
+    rate, period
+        Of the returned log [Hz], [s].
+    jitter
+        Largest deviation of a step from the period, in the log as it was recorded [s].
+    gaps
+        (last row before, first row after) each gap [s].
+    duplicates
+        Rows left out because their stamp repeats the one before.
+    missing
+        Rows left out because of a missing value, by column: {"position.<joint>": rows, ...}.
+    segments
+        Rows of the returned log between gaps, in order; together they are all rows. Nothing may be filtered or
+        differentiated across them.
+    notes
+        A sentence each about what was done.
+    """
+
+    rate: float
+    period: float
+    jitter: float
+    gaps: tuple[tuple[float, float], ...]
+    duplicates: int
+    missing: dict[str, int]
+    segments: tuple[slice, ...]
+    notes: tuple[str, ...]
+
+
+@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; what comes of it is cut out
+def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
+    """Return a log whose segments are uniformly sampled and complete; a log that is already so comes back uncopied.
+
+    Repeated stamps and rows with missing values are cut out, gaps split the log, and stamps that jitter are replaced
+    by a uniform clock: positions and velocities by cubic splines, orientations on great arcs, contact flags by the
+    value before, the rest on straight lines.
+
+    Parameters
+    ----------
+    log_table
+        `max_gap` is the longest step [s] that is still interpolated; 1.5 periods if it is not set.
+
+    Raises
+    ------
+    LogError
+        If time runs backwards, its unit cannot be seconds, hardly a row is complete, or values cannot be meant
+        (`stribeck.log.plausibility`).
+    """
+    where = log.path or "log"
+    refuse_backward_time(log.time, log.path)
+    log, missing, duplicates, notes = _complete(log, where)
+    step = typical_step(log.time, where)
+    longest = log_table.max_gap or STEP * step
+    segments, gaps = _split(log.time, longest)
+    if max(part.stop - part.start for part in segments) < FEWEST:
+        raise LogError(
+            f"{where}: no stretch of {FEWEST} rows is without a step longer than {longest:.6g} s (the typical one is "
+            f"{step:.6g} s); allow longer steps with [log] max_gap"
+        )
+    if gaps:
+        notes.append(f"{len(gaps)} gaps longer than {longest:.4g} s split the log; nothing is filtered across them.")
+    with findings_kept(notes):
+        notes += check_plausible(log)
+    period = mean_step(log.time, _split(log.time, STEP * step)[0])  # also where longer steps are interpolated
+    jitter = max(float(np.abs(np.diff(log.time[part]) - period).max(initial=0)) for part in segments)
+    log, segments, how = even(_unit_orientation(log), segments, period, jitter)
+    return log, Sampling(
+        rate=1 / period,
+        period=period,
+        jitter=jitter,
+        gaps=gaps,
+        duplicates=duplicates,
+        missing=missing,
+        segments=segments,
+        notes=(*notes, *how),
+    )
+
+
+def _complete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, int], int, list[str]]:
+    """Return the log of complete rows with different stamps, what the others lacked, and how many stamps repeat."""
+    log, notes = without_empty_channels(log)
+    keep, missing = complete_rows(log)
+    complete = int(keep.sum())
+    if complete < max(FEWEST, LEAST_SHARE * len(keep)):
+        raise LogError(f"{where}: {complete} of {len(keep)} rows are complete; missing values are in {counts(missing)}")
+    if missing:
+        notes.append(f"{len(keep) - complete} rows with missing values are cut out: {counts(missing)}.")
+    again = repeats(log.time, keep, typical_step(log.time[keep], where))
+    keep[again] = False
+    if len(again):
+        notes.append(f"{len(again)} rows whose stamp repeats the one before are cut out.")
+    return cut(log, keep), missing, len(again), notes
+
+
+def _split(time: Array, longest: float) -> tuple[tuple[slice, ...], tuple[tuple[float, float], ...]]:
+    """Return the segments between steps longer than `longest` [s], and those steps."""
+    ends = np.flatnonzero(np.diff(time) > longest) + 1
+    edges = [0, *ends.tolist(), len(time)]
+    segments = tuple(slice(start, stop) for start, stop in pairwise(edges))
+    return segments, tuple((float(time[end - 1]), float(time[end])) for end in ends)
+
+
+def _unit_orientation(log: RobotLog) -> RobotLog:
+    if log.base_orientation is None:
+        return log
+    norm = np.linalg.norm(log.base_orientation, axis=1, keepdims=True)
+    if np.abs(norm - 1).max() < 1e-9:
+        return log
+    return replace(log, base_orientation=log.base_orientation / norm)

@@ -1,0 +1,123 @@
+"""Compares what Pinocchio read from an MJCF file with what MuJoCo reads from it.
+
+A file of its own, since MuJoCo is slow to import and only these robots need it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from warnings import catch_warnings, simplefilter
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from stribeck.errors import RobotFileError
+from stribeck.robot.model_check import RELATIVE_TOLERANCE, check_inertias, require_same_joints, require_same_mass
+from stribeck.robot.rooting import is_floating
+
+
+@contextmanager
+def _quiet_mujoco() -> Iterator[None]:
+    """Keep MuJoCo's warnings from becoming Python's, and from a MUJOCO_LOG.TXT in the working folder.
+
+    What they are about, masses too small to simulate and NaN in the file, is found and said by the checks here.
+    """
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        with catch_warnings():
+            simplefilter("ignore", UserWarning)
+            yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+@_quiet_mujoco()
+def check_mjcf(path: Path, model: pin.Model) -> list[str]:
+    """Compile the file with MuJoCo, compare joints, mass and inertia matrix, and return warnings.
+
+    Raises
+    ------
+    RobotFileError
+        If MuJoCo cannot compile the file, or the two read different robots from it.
+    """
+    compiled = _compile_mjcf(path)
+    hinges = [
+        joint
+        for joint in range(compiled.njnt)
+        if int(compiled.jnt_type[joint]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+    ]
+    names = [compiled.joint(joint).name for joint in hinges]
+    if not all(names):
+        raise RobotFileError(f"{path}: {names.count('')} joint(s) have no name; give every <joint> a name")
+    require_same_joints(path, set(names), model)
+    require_same_mass(path, float(compiled.body_mass.sum()), model)
+    theirs = [int(compiled.jnt_dofadr[joint]) for joint in hinges]
+    ours = [int(model.joints[model.getJointId(name)].idx_v) for name in names]
+    if is_floating(model):  # both have a free joint first; upright, world and body coordinates are the same
+        theirs, ours = [*range(6), *theirs], [*range(6), *ours]
+    difference = _inertia_difference(compiled, model, hinges, names, theirs, ours)
+    if not difference <= RELATIVE_TOLERANCE:
+        raise RobotFileError(
+            f"{path}: Pinocchio's joint-space inertia matrix differs from MuJoCo's by {difference:.2g} relative; "
+            "simplify the model (<compiler> without eulerseq, balanceinertia and boundinertia) or use its URDF"
+        )
+    warnings = check_inertias(path.name, model)
+    if compiled.neq:
+        warnings.append(f"{path.name}: {compiled.neq} equality constraint(s) are left out: the tree alone is modelled")
+    return warnings
+
+
+def _compile_mjcf(path: Path) -> mujoco.MjModel:
+    """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia."""
+    try:
+        return mujoco.MjSpec.from_file(str(path)).compile()
+    except ValueError:
+        pass
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        for geom in list(spec.geoms):
+            if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):
+                spec.delete(geom)
+        for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
+            spec.delete(asset)
+        return spec.compile()
+    except ValueError as error:
+        raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
+
+
+def _inertia_difference(
+    compiled: mujoco.MjModel,
+    model: pin.Model,
+    hinges: list[int],
+    names: list[str],
+    theirs: list[int],
+    ours: list[int],
+) -> float:
+    """Return the largest relative difference of the two joint-space inertia matrices at a few configurations."""
+    data, mujoco_data = model.createData(), mujoco.MjData(compiled)
+    generator = np.random.default_rng(0)
+    worst = 0.0
+    for _ in range(3):
+        configuration = pin.neutral(model)
+        mujoco_data.qpos[:] = compiled.qpos0
+        if is_floating(model):
+            mujoco_data.qpos[3:7] = 1, 0, 0, 0
+        for joint, name in zip(hinges, names, strict=True):
+            value = generator.uniform(-1.0, 1.0)
+            joint_model = model.joints[model.getJointId(name)]
+            entry = [value] if joint_model.nq == 1 else [np.cos(value), np.sin(value)]
+            configuration[joint_model.idx_q : joint_model.idx_q + joint_model.nq] = entry
+            mujoco_data.qpos[compiled.jnt_qposadr[joint]] = value
+        mujoco.mj_forward(compiled, mujoco_data)
+        full = np.zeros((compiled.nv, compiled.nv))
+        mujoco.mj_fullM(compiled, mujoco_data, full)
+        reference = full[np.ix_(theirs, theirs)]
+        matrix = pin.crba(model, data, configuration)
+        matrix = np.triu(matrix) + np.triu(matrix, 1).T
+        difference = np.abs(matrix[np.ix_(ours, ours)] - reference).max(initial=0.0)
+        worst = float(np.maximum(worst, difference / np.abs(reference).max(initial=1e-12)))
+    return worst

@@ -1,0 +1,155 @@
+"""Reads a model file (URDF, MJCF or SDF) into Pinocchio, checked, with locked joints removed."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.errors import RobotFileError
+from stribeck.robot.model_check import check_finite, check_sdf, check_urdf, check_urdf_links
+from stribeck.robot.rooting import FLOATING, is_floating
+from stribeck.robot.sdf import build_from_sdf
+from stribeck.typing import Array
+
+MARK = " (body)"
+"""Behind the names of frames while they could be taken for joints'."""
+
+
+def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
+    """Return the model of a file and warnings about it.
+
+    Parameters
+    ----------
+    path
+        A .urdf, .xml or .mjcf (MuJoCo), or .sdf file.
+    base
+        Whether the root moves freely. A root fixed in a floating model stays where the file puts it.
+
+    Raises
+    ------
+    RobotFileError
+        If the file cannot be read, or Pinocchio reads another robot from it than it describes.
+    """
+    kind = kind_of(path)
+    root = pin.JointModelFreeFlyer() if base == "floating" else None
+    try:
+        if kind == "urdf":
+            check_urdf_links(path)
+            model = pin.buildModelFromUrdf(str(path), root) if root else pin.buildModelFromUrdf(str(path))
+            check_finite(path, model)
+            notes = check_urdf(path, model)
+        elif kind == "sdf":
+            model, notes = build_from_sdf(path, root)
+            check_finite(path, model)
+            notes += check_sdf(model)
+        else:
+            try:
+                from stribeck.robot.mjcf_check import check_mjcf
+            except ModuleNotFoundError as error:
+                raise RobotFileError(f"{path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
+            model = pin.buildModelFromMJCF(str(path))
+            check_finite(path, model)
+            notes = check_mjcf(path, model)
+            if root and not is_floating(model):
+                model = _mjcf_with_root(path, root)
+        if base == "fixed" and is_floating(model):
+            model = _without_joints(model, [1], pin.neutral(model))
+    except (ValueError, RuntimeError, IndexError) as error:
+        detail = " ".join(str(error).split())[:200]
+        raise RobotFileError(f"{path}: Pinocchio cannot read this {kind.upper()} model: {detail}") from error
+    return model, notes
+
+
+def _mjcf_with_root(path: Path, root: pin.JointModelFreeFlyer) -> pin.Model:
+    """Return the model of an MJCF file whose root is fixed there, under a free flyer."""
+    with warnings.catch_warnings():  # Pinocchio deprecates its tuple of model and constraints, and has no other call
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return pin.buildModelFromMJCF(str(path), root, "root_joint")[0]
+
+
+def kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:
+    """Return which format a model file has, by its root element.
+
+    Raises
+    ------
+    RobotFileError
+        If there is no such file, or it is none of these.
+    """
+    if not path.is_file():
+        raise RobotFileError(f"{path}: no such model file; [robot] model is taken relative to the robot file")
+    try:
+        tag = ElementTree.parse(path).getroot().tag
+    except (ElementTree.ParseError, UnicodeDecodeError, ValueError) as error:
+        raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF, MJCF or SDF model") from error
+    kinds: dict[str, Literal["urdf", "mjcf", "sdf"]] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
+    if tag not in kinds:
+        raise RobotFileError(
+            f"{path}: the root element is <{tag}>; expected <robot> (URDF), <mujoco> (MJCF) or <sdf> (SDF)"
+        )
+    return kinds[tag]
+
+
+def lock_joints(model: pin.Model, locked: Mapping[str, float], where: str) -> pin.Model:
+    """Return the model with these joints fixed at the given positions [rad or m].
+
+    Raises
+    ------
+    RobotFileError
+        If the model has no such joint.
+    """
+    configuration = pin.neutral(model)
+    joints = []
+    for name, value in locked.items():
+        joint = require_joint(model, name, f"{where}: [robot] locked")
+        joints.append(joint)
+        joint_model = model.joints[joint]
+        if joint_model.nq == 1:
+            configuration[joint_model.idx_q] = value
+        elif joint_model.nq == 2:  # an unbounded joint is stored as cosine and sine
+            configuration[joint_model.idx_q : joint_model.idx_q + 2] = np.cos(value), np.sin(value)
+    return _without_joints(model, joints, configuration) if joints else model
+
+
+def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -> pin.Model:
+    """Return the model with joints fixed; a body may be called as a joint is, and keeps its name.
+
+    Pinocchio looks frames up by their names alone, and would not know which of the two is meant.
+    """
+    marked = pin.Model(model)
+    taken = {frame.name for frame in model.frames if frame.type == pin.FrameType.JOINT}
+    for frame in marked.frames:
+        if frame.type != pin.FrameType.JOINT and frame.name in taken:
+            frame.name += MARK
+    reduced = pin.buildReducedModel(marked, joints, configuration)
+    bodies = {frame.name.removesuffix(MARK) for frame in reduced.frames if frame.name.endswith(MARK)}
+    for frame in reduced.frames:
+        if frame.type == pin.FrameType.FIXED_JOINT and frame.name in bodies:
+            frame.name += " (joint)"
+        frame.name = frame.name.removesuffix(MARK)
+    return reduced
+
+
+def joint_names(model: pin.Model) -> list[str]:
+    """Return the names of the joints beside the root, in the model's order."""
+    return [
+        str(name)
+        for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True)
+        if joint.shortname() not in FLOATING
+    ]
+
+
+def require_joint(model: pin.Model, name: str, where: str) -> int:
+    """Return the index of a joint, or say which joints there are."""
+    if name not in joint_names(model):
+        raise RobotFileError(f"{where} names joint '{name}', which the model does not have; it has {_listing(model)}")
+    return int(model.getJointId(name))
+
+
+def _listing(model: pin.Model) -> str:
+    return ", ".join(joint_names(model)) or "no joints"

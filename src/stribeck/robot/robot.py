@@ -1,0 +1,311 @@
+"""What it is: the robot's model, the roles of its joints, its contacts, and how its logs differ from the contract."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from stribeck.errors import RobotFileError
+from stribeck.robot.kinematics import frame_pose
+from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
+from stribeck.settings import LogTable, RobotFile, Settings, describe, parse_toml
+from stribeck.typing import Array, TorqueSource
+
+ENDLESS = 4 * np.pi
+"""A limit beyond this [rad or m] is none."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A frame that can stand on the ground: a `surface` holds six degrees of freedom, a `point` three."""
+
+    name: str
+    frame: str
+    kind: Literal["surface", "point"] = "surface"
+
+    @property
+    def size(self) -> int:
+        """Number of constraints."""
+        return 6 if self.kind == "surface" else 3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Robot:
+    """A robot: its tree of one-degree-of-freedom joints and what is known about them.
+
+    Attributes
+    ----------
+    name
+        For people.
+    tree
+        The tree under its own root: a free flyer at the base, or fixed.
+    joint_names
+        The n joints, in the order of all (T, n) arrays.
+    position_controlled
+        Joints whose torque is not measured and whose motion is taken as given (5.3), (5.4c).
+    contacts
+        By name; empty for a fixed base.
+    base_frame
+        The frame whose orientation a log's `base_orientation` is.
+    gravity
+        In the world, or in the frame of a fixed base [m/s^2], shape (3,).
+    torque_source, log_table, settings
+        As the robot file says.
+    warnings
+        What is odd about the model.
+    path
+        The robot file, or the model where there is none.
+    model_path
+        The model file.
+
+    Examples
+    --------
+    >>> robot = Robot.from_file("robot.toml")
+    >>> robot
+    Robot('arm', fixed base, 3 joints, 6 kg)
+    >>> robot.joint_names
+    ('shoulder', 'elbow', 'slide')
+    """
+
+    name: str
+    tree: RootedModel
+    joint_names: tuple[str, ...]
+    position_controlled: tuple[str, ...] = ()
+    contacts: dict[str, Contact] = field(default_factory=dict)
+    base_frame: str = BASE_FRAME
+    gravity: Array
+    torque_source: TorqueSource = "link_side_sensor"
+    log_table: LogTable = field(default_factory=LogTable)
+    settings: Settings = field(default_factory=Settings)
+    warnings: tuple[str, ...] = ()
+    path: str = ""
+    model_path: str = ""
+
+    def __repr__(self) -> str:
+        feet = f", contacts {', '.join(self.contacts)}" if self.contacts else ""
+        return f"Robot({self.name!r}, {self.base} base, {len(self.joint_names)} joints, {self.mass:.3g} kg{feet})"
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> Robot:
+        """Read a robot file (robot.toml) and the model it names.
+
+        Raises
+        ------
+        RobotFileError
+            If the file or the model cannot be used; the message says where and what would be valid.
+
+        Examples
+        --------
+        >>> Robot.from_file("robot.toml").mass
+        6.0
+        """
+        return from_robot_file(read_robot_file(Path(path)), Path(path))
+
+    @classmethod
+    def from_model(
+        cls,
+        path: str | Path,
+        *,
+        base: Literal["floating", "fixed"] = "floating",
+        contacts: Mapping[str, str | Mapping[str, str]] | None = None,
+        torque_source: TorqueSource = "link_side_sensor",
+        position_controlled: Sequence[str] = (),
+        gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    ) -> Robot:
+        """Read a URDF, MJCF or SDF model, without a robot file; `from_urdf` is another name of this.
+
+        Parameters
+        ----------
+        path
+            The model file.
+        base
+            Whether the base moves freely.
+        contacts
+            Of a floating base: name of each foot -> its frame in the model, a surface; or, as in a robot file, a
+            mapping `{"frame": ..., "kind": "point"}`.
+        torque_source
+            Where the torques of its logs come from: "link_side_sensor", "motor_current" or "command".
+        position_controlled
+            Joints whose torque is not measured and whose motion is taken as given.
+        gravity
+            In the world, or in the frame of a fixed base [m/s^2], shape (3,).
+
+        Raises
+        ------
+        RobotFileError
+            If the model cannot be used, or does not have these joints or frames.
+
+        Examples
+        --------
+        >>> Robot.from_urdf("arm.urdf", base="fixed")
+        Robot('arm', fixed base, 3 joints, 6 kg)
+        >>> Robot.from_model("arm.urdf", contacts={"hand": {"frame": "hand", "kind": "point"}})
+        Robot('arm', floating base, 3 joints, 6 kg, contacts hand)
+        """
+        feet = {
+            name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
+        }
+        table = {
+            "model": Path(path).name,
+            "base": base,
+            "torque_source": torque_source,
+            "position_controlled": list(position_controlled),
+            "gravity": list(gravity),
+        }
+        return from_robot_file(_validated({"robot": table, "contacts": feet}, Path(path)), Path(path))
+
+    from_urdf = from_model
+
+    @property
+    def base(self) -> Literal["floating", "fixed"]:
+        """Whether the base moves freely."""
+        return "floating" if self.tree.floating else "fixed"
+
+    @cached_property
+    def mass(self) -> float:
+        """Total mass of the model, a fixed base included [kg]."""
+        return float(sum(inertia.mass for inertia in self.tree.model.inertias))
+
+    @cached_property
+    def armature(self) -> Array:
+        """Reflected rotor inertia that the dynamics include [kg m^2], shape (n,)."""
+        return np.asarray(self.tree.model.armature)[self.tree.root_size :].copy()
+
+    @cached_property
+    def position_limits(self) -> tuple[Array, Array]:
+        """Lowest and highest position of each joint [rad] or [m], shape (n,) each; infinite where unlimited."""
+        model, columns = self.tree.model, self.tree.columns
+        low, high = np.empty((2, len(columns)))
+        low[columns] = model.lowerPositionLimit[model.nq - len(columns) :]
+        high[columns] = model.upperPositionLimit[model.nq - len(columns) :]
+        endless = (low < -ENDLESS) | (high > ENDLESS) | (high <= low)
+        return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
+
+    @cached_property
+    def prismatic(self) -> tuple[bool, ...]:
+        """Whether each joint is prismatic."""
+        return tuple(axis.prismatic for axis in self.tree.axes)
+
+    @cached_property
+    def torque_controlled(self) -> NDArray[np.int64]:
+        """Columns of the joints whose torque is measured (the selection S_tc of (5.3))."""
+        return np.array([k for k, name in enumerate(self.joint_names) if name not in self.position_controlled])
+
+    @cached_property
+    def _rooted(self) -> dict[str, RootedModel]:
+        return {}
+
+    def rooted_at(self, contact: str) -> RootedModel:
+        """Return the tree re-rooted at a contact's frame; it is built once."""
+        if contact not in self._rooted:
+            self._rooted[contact] = root_at(self.tree.model, self.contacts[contact].frame)
+        return self._rooted[contact]
+
+    def standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+        """Return which joints lie between the base and a standing foot, shape (n,)."""
+        mask = np.zeros(len(self.joint_names), dtype=bool)
+        for foot in feet:
+            frame = self.tree.model.frames[self.tree.model.getFrameId(self.contacts[foot].frame)]
+            for joint in self.tree.path_to_root(int(frame.parentJoint)):
+                mask[self.tree.column(joint)] = True
+        return mask
+
+    def foot_pose(self, contact: str, position: Array) -> tuple[Array, Array]:
+        """Return rotation (T, 3, 3) and translation (T, 3) [m] of a contact's frame in the base frame."""
+        frame = self.tree.model.getFrameId(self.contacts[contact].frame)
+        return frame_pose(self.tree, frame, position)
+
+
+def read_robot_file(path: Path) -> RobotFile:
+    """Parse and validate a robot file.
+
+    Raises
+    ------
+    RobotFileError
+        If it is missing, is not TOML, or has a wrong key or value.
+    """
+    try:
+        document = parse_toml(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RobotFileError(f"{path}: cannot be read ({error.strerror}); expected a robot file (TOML)") from error
+    except ValueError as error:
+        raise RobotFileError(f"{path}: is not TOML: {error}") from error
+    return _validated(document, path)
+
+
+def _validated(document: dict[str, Any], path: Path) -> RobotFile:
+    """Return the content of a robot file, or say which key is wrong."""
+    try:
+        return RobotFile.model_validate(document)
+    except ValidationError as error:
+        raise RobotFileError(f"{path}: {describe(error)}") from error
+
+
+def from_robot_file(file: RobotFile, path: Path) -> Robot:
+    """Build the robot that a validated robot file describes; `path` says what the model is relative to.
+
+    Raises
+    ------
+    RobotFileError
+        If the model cannot be read, or the file names joints or frames that it does not have.
+    """
+    table = file.robot
+    model, warnings = load_model(path.parent / table.model, table.base)
+    model = lock_joints(model, table.locked, str(path))
+    for name in table.position_controlled:
+        require_joint(model, name, f"{path}: [robot] position_controlled")
+    armature = np.array(model.armature)
+    for name, value in table.armature.items():
+        armature[model.joints[require_joint(model, name, f"{path}: [robot] armature")].idx_v] = value
+    model.armature = armature
+    if not joint_names(model):
+        raise RobotFileError(f"{path}: the model has no joint left; expected at least one revolute or prismatic joint")
+    if table.base == "fixed" and file.contacts:
+        raise RobotFileError(
+            f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
+        )
+    frames = {str(frame.name) for frame in model.frames}
+    contacts = {name: Contact(name, value.frame, value.kind) for name, value in file.contacts.items()}
+    wanted = {f"[contacts.{contact.name}] frame": contact.frame for contact in contacts.values()}
+    if table.base_frame:
+        wanted["[robot] base_frame"] = table.base_frame
+    for key, frame in wanted.items():
+        if frame not in frames:
+            there = ", ".join(sorted(frames - {"universe"}))
+            raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {there}")
+    gravity = np.array(table.gravity)
+    model.gravity.linear = gravity
+    try:
+        tree = root_at(model)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: {error}") from error
+    names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
+    order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
+    if table.torque_source == "link_side_sensor" and np.any(tree.model.armature):
+        warnings.append(
+            "the dynamics include an armature although torque_source is 'link_side_sensor': a torque sensor behind the "
+            "gear does not feel the rotor; set [robot] armature to 0 for those joints if the model's is the rotor's"
+        )
+    return Robot(
+        name=table.name or str(model.name),
+        tree=tree,
+        joint_names=tuple(names[k] for k in order),
+        position_controlled=tuple(table.position_controlled),
+        contacts=contacts,
+        base_frame=table.base_frame or BASE_FRAME,
+        gravity=gravity,
+        torque_source=table.torque_source,
+        log_table=file.log,
+        settings=file.identify,
+        warnings=tuple(warnings),
+        path=str(path),
+        model_path=str(path.parent / table.model),
+    )

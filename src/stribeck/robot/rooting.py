@@ -1,0 +1,199 @@
+"""The kinematic tree re-rooted at another body, with one-degree-of-freedom joints only.
+
+Standing on one foot, a robot is a fixed-base tree whose root is that foot. A joint between the old root and the foot is
+passed the other way: with X its placement in its parent and S its axis, the pose of the parent in the child is
+`(X exp(S q))^-1 = exp(-S q) X^-1`: the same joint about -S. Position, velocity and torque keep their signs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from stribeck.errors import RobotFileError
+from stribeck.typing import Array
+
+ROOT_JOINT = "root_joint"
+BASE_FRAME = "stribeck_base"
+"""Name of a frame that every rooted tree has: the robot's own root link."""
+FLOATING = {"JointModelFreeFlyer"}
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A joint's axis in its own frame: revolute about it or prismatic along it."""
+
+    direction: Array  # unit vector, shape (3,)
+    prismatic: bool
+
+
+@dataclass(frozen=True, eq=False)
+class RootedModel:
+    """A tree of one-degree-of-freedom joints under a free or fixed root, and where its joints stand in the robot.
+
+    Attributes
+    ----------
+    model
+        Its first joint is a free flyer at the root frame if `floating`; every other joint has one degree of freedom.
+    columns
+        Robot joint of each of the model's joints, in the model's order, shape (n,).
+    floating
+        Whether the root is free: configuration and velocity then start with 7 and 6 root entries.
+    axes
+        Of each of the model's joints, in the model's order.
+    bodies
+        Where the bodies of the tree that was re-rooted are: by its joint, the joint here and the pose in its frame.
+    """
+
+    model: pin.Model
+    columns: NDArray[np.int64]
+    floating: bool
+    axes: tuple[Axis, ...]
+    bodies: dict[int, tuple[int, pin.SE3]]
+
+    @property
+    def root_size(self) -> int:
+        """Number of velocity entries of the root, 6 or 0."""
+        return 6 if self.floating else 0
+
+    def path_to_root(self, joint: int) -> list[int]:
+        """Return the one-degree-of-freedom joints from `joint` up to the root, nearest first."""
+        first = 2 if self.floating else 1
+        path = []
+        while joint >= first:
+            path.append(joint)
+            joint = int(self.model.parents[joint])
+        return path
+
+    def axis(self, joint: int) -> Axis:
+        """Return the axis of a joint of the model."""
+        return self.axes[joint - (2 if self.floating else 1)]
+
+    def column(self, joint: int) -> int:
+        """Return the robot's joint column of a joint of the model."""
+        return int(self.columns[joint - (2 if self.floating else 1)])
+
+
+def is_floating(model: pin.Model) -> bool:
+    """Return whether the model's first joint is a free flyer."""
+    return model.njoints > 1 and model.joints[1].shortname() in FLOATING
+
+
+def joint_axis(model: pin.Model, joint: int) -> Axis:
+    """Return the axis of a joint with one degree of freedom.
+
+    Raises
+    ------
+    RobotFileError
+        If the joint has more degrees of freedom, is a screw, or has no direction.
+    """
+    joint_model = model.joints[joint]
+    kind = joint_model.shortname()
+    if joint_model.nv == 1:
+        data = joint_model.createData()
+        joint_model.calc(data, pin.neutral(model))
+        subspace = np.asarray(data.S).reshape(6)
+        if not 0 < np.abs(subspace).max() < np.inf:
+            raise RobotFileError(
+                f"joint '{model.names[joint]}' has no direction; expected an axis of three finite numbers, not all zero"
+            )
+        linear, angular = subspace[:3], subspace[3:]
+        if not np.any(linear):
+            return Axis(angular / np.linalg.norm(angular), prismatic=False)
+        if not np.any(angular):
+            return Axis(linear / np.linalg.norm(linear), prismatic=True)
+    raise RobotFileError(
+        f"joint '{model.names[joint]}' is a {kind.removeprefix('JointModel')}, which stribeck does not model; "
+        "expected a revolute, continuous or prismatic joint, or lock it with [robot] locked"
+    )
+
+
+def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
+    """Return the tree of `model` rooted at a frame, or at its own root with every joint made plain.
+
+    Parameters
+    ----------
+    model
+        Fixed or floating; its joints, beside a free flyer, have one degree of freedom.
+    frame_name
+        A frame of a floating model. Its body becomes the root, and the root's coordinates are those of the frame.
+
+    Raises
+    ------
+    RobotFileError
+        If a joint has more than one degree of freedom.
+    """
+    floating = is_floating(model)
+    base = 1 if floating else 0
+    root_body, in_root = base, pin.SE3.Identity()
+    if frame_name is not None:
+        frame = model.frames[model.getFrameId(frame_name)]
+        root_body, in_root = int(frame.parentJoint), frame.placement.inverse()
+
+    rooted = pin.Model()
+    rooted.name = model.name
+    rooted.gravity = model.gravity
+    new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), ROOT_JOINT) if floating else 0
+    placed = {root_body: (new_root, in_root)}  # old body -> new joint, and the old body's pose in its frame
+    columns, axes, armature = [], [], [0.0] * (6 if floating else 0)
+    limits: list[tuple[float, float]] = []
+
+    # Depth first, as Pinocchio's recursions need: the joints of a subtree follow one another.
+    pending = _edges(model, root_body, base)
+    while pending:
+        body, joint = pending.pop()
+        child = joint if joint != body else int(model.parents[joint])
+        if child in placed:
+            continue
+        parent, pose = placed[body]
+        axis = joint_axis(model, joint)
+        forward = child == joint
+        placement = pose * model.jointPlacements[joint] if forward else pose
+        direction = axis.direction if forward else -axis.direction
+        kind = pin.JointModelPrismaticUnaligned if axis.prismatic else pin.JointModelRevoluteUnaligned
+        new = rooted.addJoint(parent, kind(direction), placement, model.names[joint])
+        placed[child] = (new, pin.SE3.Identity() if forward else model.jointPlacements[joint].inverse())
+        columns.append(joint - base - 1)
+        axes.append(Axis(direction, axis.prismatic))
+        armature.append(float(model.armature[model.joints[joint].idx_v]))
+        limits.append(_limits(model, joint))
+        pending += _edges(model, child, base)
+
+    _carry_bodies(model, rooted, placed, base)
+    rooted.armature = np.array(armature)
+    lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
+    first = rooted.nq - len(limits)
+    lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
+    rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
+    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
+
+
+def _carry_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[int, pin.SE3]], base: int) -> None:
+    """Give the new joints the bodies and frames of the old ones; `placed` says where each old body is."""
+    for body, (joint, pose) in placed.items():
+        rooted.appendBodyToJoint(joint, model.inertias[body], pose)
+    for frame in model.frames[1:]:
+        joint, pose = placed[int(frame.parentJoint)]
+        if frame.type != pin.FrameType.JOINT:
+            rooted.addFrame(pin.Frame(frame.name, joint, 0, pose * frame.placement, frame.type), False)
+    if not rooted.existFrame(BASE_FRAME):
+        joint, pose = placed[base]
+        rooted.addFrame(pin.Frame(BASE_FRAME, joint, 0, pose, pin.FrameType.OP_FRAME), False)
+
+
+def _limits(model: pin.Model, joint: int) -> tuple[float, float]:
+    """Return the lowest and highest position of a joint [rad or m], infinite for a continuous one."""
+    joint_model = model.joints[joint]
+    if joint_model.nq != 1:  # stored as cosine and sine
+        return -np.inf, np.inf
+    return float(model.lowerPositionLimit[joint_model.idx_q]), float(model.upperPositionLimit[joint_model.idx_q])
+
+
+def _edges(model: pin.Model, body: int, base: int) -> list[tuple[int, int]]:
+    """Return (body, joint) for the joints to a body's neighbours: its own and its children's, last first."""
+    own = [body] if body > base else []
+    children = [child for child in range(base + 1, model.njoints) if int(model.parents[child]) == body]
+    return [(body, joint) for joint in reversed(own + children)]

@@ -1,9 +1,0 @@
-"""A humanoid like DLR's TORO: the table it is described by, and the model file that is made of it."""
-
-from stribeck.simulation.toro.model import MODEL_FILE as MODEL_FILE
-from stribeck.simulation.toro.model import ROBOT_FILE as ROBOT_FILE
-from stribeck.simulation.toro.model import toro_mjcf as toro_mjcf
-from stribeck.simulation.toro.table import FOOT_SIZE as FOOT_SIZE
-from stribeck.simulation.toro.table import SOLE as SOLE
-from stribeck.simulation.toro.table import standing_posture as standing_posture
-from stribeck.simulation.toro.table import toro_links as toro_links

@@ -1,5 +1,0 @@
-"""Writes the model file anew."""
-
-from stribeck.simulation.toro.model import MODEL_FILE, toro_mjcf
-
-MODEL_FILE.write_text(toro_mjcf(), encoding="utf-8")

@@ -1,0 +1,169 @@
+"""The weak form of the equation of motion over a stretch of a log, as the whole-log fit takes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.typing import Array
+
+WRENCH_SIZE = 7
+"""Numbers that correct a wrench sensor [1]: its zeros, then its gain."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Corrections:
+    """What the columns of `WeakEquations.columns` correct, in this order.
+
+    Attributes
+    ----------
+    bodies
+        Names of the bodies whose inertial parameters are corrected, ten columns each.
+    inertial_parameters
+        What the model says of them, shape (bodies, 10).
+    gains
+        Number of torque sensors whose gain is corrected [1].
+    zeros
+        Number of encoders whose zero is corrected [rad].
+    tilts
+        Number of axes of the root link about which its orientation is corrected [rad].
+    wrenches
+        Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
+    rotors
+        Which of the n joints have a rotor inertia that the model lacks [kg m^2].
+    independent, sums
+        Columns of base parameters, shape (b,), and those of all inertial parameters as sums of them, shape
+        (b, 10 bodies).
+    """
+
+    bodies: tuple[str, ...] = ()
+    inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
+    gains: int = 0
+    zeros: int = 0
+    tilts: int = 0
+    wrenches: int = 0
+    rotors: tuple[int, ...] = ()
+    independent: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    sums: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        sensors = self.gains + self.zeros + self.tilts + WRENCH_SIZE * self.wrenches
+        return self.inertial_parameters.size + sensors + len(self.rotors)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WeakEquations:
+    """K windows of one stretch of one support, m equations each, of the friction of n joints.
+
+    With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k what the contacts leave observable,
+
+        P_k^T W_k[r] = P_k^T W_k[R(v)] + (columns times corrections of the model) + error
+
+    Both sides pass the same window, so that smoothing costs no accuracy. The error's covariance between windows k and
+    l = k + j is
+
+        rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
+            + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
+
+    The levels of the last two terms are not known beforehand: how much the root accelerates that is taken to stand, or
+    is tilted otherwise than measured, and what is wrong with the model. Nor is by how much the first term is larger
+    than the encoders' noise makes it.
+
+    Attributes
+    ----------
+    time
+        Of the windows' centres [s], shape (K,).
+    since, until
+        Time from the last change of the contacts, and to the next one [s], shape (K,); infinite where there is none.
+    gait
+        Number of the gait phase: steps on the same feet in the same log share it; -1 where there are no steps.
+    residual
+        Left side [N m], shape (K, m).
+    velocity
+        At the full rate [rad/s], shape (T, n).
+    taps, step
+        Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
+        `k step ... k step + L - 1` of `velocity`.
+    projection
+        P_k^T, shape (K, m, n); None where every joint has an equation of its own.
+    standing
+        Which of the joints lie between the base and a standing foot, shape (n,).
+    encoder_response
+        G_k: what an error of a joint's acceleration does to the left side [kg m^2], shape (K, m, encoders).
+    root_response
+        B_k: what an acceleration of the root does to it [kg], [kg m], shape (K, m, 6); (K, m, 0) for a fixed base.
+    encoder_noise, torque_noise
+        Standard deviations [rad], shape (encoders,), and [N m], shape (n,).
+    acceleration_overlap, torque_overlap
+        rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to the last
+        that they reach.
+    columns
+        Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
+    torque
+        Measured, through the window [N m], shape (K, n).
+    elapsed
+        Time since the log began [s], shape (K,).
+    temperature
+        [deg C], shape (K, n); None if the log has none.
+    factors
+        What friction is proportional to beside functions of velocity, shape (K, n, f); None if it is not.
+    wrench_noise
+        Standard deviations of the first rows where these are of the wrench on the standing foot, which knows no
+        friction [N], [N m], shape (6,); (0,) where they are not.
+    """
+
+    time: Array
+    since: Array
+    until: Array
+    gait: int
+    residual: Array
+    velocity: Array
+    taps: Array
+    step: int
+    projection: Array | None
+    standing: NDArray[np.bool_]
+    encoder_response: Array
+    root_response: Array
+    encoder_noise: Array
+    torque_noise: Array
+    acceleration_overlap: Array
+    torque_overlap: Array
+    columns: Array | None
+    torque: Array
+    elapsed: Array
+    temperature: Array | None = None
+    factors: Array | None = None
+    wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def lags(self) -> int:
+        """How many windows further errors reach [1]."""
+        return len(self.torque_overlap) - 1
+
+    @property
+    def weights(self) -> Array:
+        """P_k^T, or the identity, shape (K, m, n)."""
+        if self.projection is not None:
+            return self.projection
+        joints = self.velocity.shape[1]
+        return np.broadcast_to(np.eye(joints), (len(self.residual), joints, joints))
+
+    def windows(self, signal: Array) -> Array:
+        """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
+        return through_windows(signal, self.taps, self.step)[: len(self.time)]
+
+    @property
+    def sensors(self) -> Array:
+        """What the noise of torque sensors, and of a wrench sensor, does to the left side, shape (K, m, n or n + 6)."""
+        torque = self.weights * self.torque_noise
+        wrench = np.eye(self.residual.shape[1], len(self.wrench_noise)) * self.wrench_noise
+        return np.concatenate([torque, np.broadcast_to(wrench, (len(torque), *wrench.shape))], axis=2)
+
+
+def through_windows(signal: Array, taps: Array, step: int) -> Array:
+    """Return the windows of a signal, one every `step` rows, shape (T, n) -> (K, n); T is a window or more."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(signal, len(taps), axis=0)[::step] @ taps)

@@ -1,0 +1,64 @@
+"""The demonstration: a humanoid with known friction walks in the contact simulator, and its sensors are logged."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from stribeck.friction import FrictionLaw, get_law
+from stribeck.robot import Robot
+from stribeck.walk import WalkPicture
+from stribeck_simulation.files import write_simulated
+from stribeck_simulation.friction.parameters import Parameters
+from stribeck_simulation.mujoco.model import compile_body
+from stribeck_simulation.pictures.pictures import walk_picture
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.toro import MODEL_FILE, ROBOT_FILE
+from stribeck_simulation.run import run_scenario
+from stribeck_simulation.scenario import read_scenario
+
+SCENARIO = MODELS / "demo.toml"
+"""What happens in it."""
+FILES = ("scenario.toml", "robot.toml", MODEL_FILE.name, "log.npz", "log.truth.npz")
+"""What it consists of."""
+
+
+@dataclass(frozen=True, eq=False)
+class Demo:
+    """The files of a demonstration, its true friction law and parameters by joint and name, and what it looks like."""
+
+    robot_file: Path
+    log: Path
+    law: FrictionLaw
+    parameters: Parameters
+    walk: WalkPicture
+
+
+def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, *, scenario: Path = SCENARIO) -> Demo:
+    """Let the humanoid walk, and write all that belongs to its log into an existing folder.
+
+    Parameters
+    ----------
+    folder
+        Where to; gets `FILES`.
+    progress
+        Told the share of the simulation that is done, now and then.
+    scenario
+        Of the packaged humanoid in the contact simulator.
+    """
+    for source, name in ((scenario, "scenario.toml"), (ROBOT_FILE, "robot.toml"), (MODEL_FILE, MODEL_FILE.name)):
+        shutil.copyfile(source, folder / name)
+    chosen = read_scenario(folder / "scenario.toml")
+    found = run_scenario(chosen, folder, progress)
+    write_simulated(found.log, found.truth, folder / "log.npz")
+    robot = Robot.from_file(folder / "robot.toml")
+    assert found.truth.base_position is not None  # the base floats
+    return Demo(
+        robot_file=folder / "robot.toml",
+        log=folder / "log.npz",
+        law=get_law(chosen.friction.law),
+        parameters=found.truth.parameters,
+        walk=walk_picture(robot, found.log, found.truth.base_position, compile_body(robot).soles, rendered=True),
+    )

@@ -1,0 +1,57 @@
+"""Writes simulated logs as files that `stribeck.read_log` reads without any setting, and their truth beside them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.log import RobotLog
+from stribeck.outputs import whole_or_not_at_all
+from stribeck_simulation.prescribed.exact import Truth
+
+
+def write_npz(log: RobotLog, path: Path) -> None:
+    """Write a log as NumPy arrays under the contract's names, whole or not at all."""
+    names = {"joint_names": np.array(log.joint_names)}
+    if log.foot_names:
+        names["foot_names"] = np.array(log.foot_names)
+    with whole_or_not_at_all(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, allow_pickle=False, **names, **log.channels())
+
+
+def truth_file(log: Path) -> Path:
+    """Return where the truth of a simulated log is."""
+    return log.with_name(f"{log.stem}.truth.npz")
+
+
+def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
+    """Write a log to `path` and its truth beside it, both or neither, and return where the truth is.
+
+    The truth's arrays have the names of `Truth`; `parameters` is JSON text, by joint and name.
+    """
+    beside = truth_file(path)
+    arrays = {
+        field.name: value for field in fields(truth) if isinstance(value := getattr(truth, field.name), np.ndarray)
+    }
+    with whole_or_not_at_all(beside) as temporary:
+        with temporary.open("wb") as file:
+            np.savez(
+                file,
+                allow_pickle=False,
+                time=log.time,
+                joint_names=np.array(log.joint_names),
+                parameters=np.array(json.dumps(truth.parameters)),
+                **arrays,
+            )
+        write_npz(log, path)
+    return beside
+
+
+def read_truth(log: Path) -> Truth:
+    """Return the truth that `write_simulated` put beside a log."""
+    with np.load(truth_file(log), allow_pickle=False) as file:
+        arrays = {field.name: file[field.name] for field in fields(Truth) if field.name in file.files}
+        return Truth(**arrays | {"parameters": json.loads(str(file["parameters"]))})

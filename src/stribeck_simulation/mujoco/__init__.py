@@ -1,0 +1,1 @@
+"""Forward dynamics with contacts, by MuJoCo."""

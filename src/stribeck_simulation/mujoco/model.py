@@ -1,0 +1,175 @@
+"""The robot as MuJoCo sees it: its own model file, box soles, and hard ground."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import SettingsError
+from stribeck.robot import Robot, read_robot_file
+from stribeck.typing import Array
+from stribeck_simulation.robots.sole import Sole, sole_under
+
+PHYSICS_STEP = 0.00025
+"""[s]"""
+SOLE_THICKNESS = 0.02
+"""[m]"""
+GROUND_FRICTION = 0.9
+STIFFNESS = (0.001, 1.0)
+"""`solref`: time constant [s] and damping ratio of a contact. MuJoCo's own softness lets the stance foot rock."""
+IMPEDANCE = (0.99, 0.999, 0.0005, 0.5, 2.0)
+"""`solimp` of a contact."""
+FRICTION_IMPEDANCE_RATIO = 10.0
+"""`impratio`: keeps standing feet from creeping."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A compiled robot on the ground, and where the joints of its rooted tree are in it.
+
+    Attributes
+    ----------
+    model
+        MuJoCo's; the free joint's entries are the first of `qpos` and `qvel`.
+    position_index, velocity_index
+        Entries of the tree's joints in `qpos` and `qvel`, in the tree's order, shape (n,).
+    torque_limit
+        Largest torque of each joint in the tree's order [N m], infinite where the model states none, shape (n,).
+    soles
+        By contact.
+    feet
+        MuJoCo body of each contact, shape (feet,).
+    contact_poses
+        Rotation and translation of each contact's frame in its MuJoCo body.
+    """
+
+    model: mujoco.MjModel
+    position_index: NDArray[np.int64]
+    velocity_index: NDArray[np.int64]
+    torque_limit: Array
+    soles: dict[str, Sole]
+    feet: NDArray[np.int64]
+    contact_poses: list[tuple[Array, Array]]
+
+
+def compile_body(robot: Robot, soles: Mapping[str, Sole] | None = None, step: float = PHYSICS_STEP) -> Body:
+    """Compile a floating robot with box soles on flat ground, without its other shapes, damping and friction.
+
+    Parameters
+    ----------
+    robot
+        Read from a robot file.
+    soles
+        Of contacts whose foot has no simple shape in the model; they go before what the model says.
+    step
+        Of the integration [s].
+
+    Raises
+    ------
+    SettingsError
+        If the robot's joints are not the model file's, or a foot has no sole.
+    """
+    spec = _read(robot)
+    _set_physics(spec, step)
+    bare = spec.compile()
+    position_index, velocity_index = _joint_entries(robot, bare)
+    limit = _torque_limit(bare)[velocity_index]
+    known, feet, poses = dict(soles or {}), [], []
+    for name, contact in robot.contacts.items():
+        rotation, translation, body = _contact_pose(robot, bare, contact.frame)
+        if name not in known:
+            known[name] = sole_under(bare, body, rotation, translation, f"{robot.path}: contact '{name}'")
+        feet.append(body)
+        poses.append((rotation, translation))
+    for geom in spec.geoms:  # they stay: a body's inertia may come from them
+        geom.contype = geom.conaffinity = 0
+    for name, body, (rotation, translation) in zip(robot.contacts, feet, poses, strict=True):
+        _add_sole(spec, str(bare.body(body).name), known[name], rotation, translation)
+    ground = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0, 0, 1), contype=2, conaffinity=1)
+    _set_contact(ground)
+    model = spec.compile()
+    model.dof_frictionloss[:] = model.dof_damping[:] = 0.0  # the only friction is what the simulator adds
+    model.jnt_stiffness[:] = 0.0
+    model.dof_armature[velocity_index] = robot.tree.model.armature[6:]
+    return Body(model, position_index, velocity_index, limit, known, np.array(feet), poses)
+
+
+def _read(robot: Robot) -> mujoco.MjSpec:
+    """Read the model file; meshes are left out, and a URDF's root gets a free joint before it is fused to the world."""
+    path = Path(robot.path).parent / read_robot_file(Path(robot.path)).robot.model
+    spec = mujoco.MjSpec.from_file(str(path))
+    spec.compiler.fusestatic = False
+    for geom in list(spec.geoms):
+        if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):
+            spec.delete(geom)
+    for asset in [*spec.meshes, *spec.hfields]:
+        spec.delete(asset)
+    root = spec.worldbody.first_body()
+    if not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in root.joints):
+        root.add_freejoint()
+    return spec
+
+
+def _set_physics(spec: mujoco.MjSpec, step: float) -> None:
+    spec.option.timestep = step
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = FRICTION_IMPEDANCE_RATIO
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one robot is one island
+
+
+def _joint_entries(robot: Robot, model: mujoco.MjModel) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    names = [str(name) for name in list(robot.tree.model.names)[2:]]
+    hinges = {str(model.joint(joint).name) for joint in range(model.njnt) if model.jnt_type[joint] >= 2}
+    if set(names) != hinges:
+        raise SettingsError(
+            f"{robot.path}: the contact simulator needs every joint of the model; "
+            f"the robot file locks {', '.join(sorted(hinges - set(names)))}"
+        )
+    joints = [model.joint(name).id for name in names]
+    return model.jnt_qposadr[joints].astype(np.int64), model.jnt_dofadr[joints].astype(np.int64)
+
+
+def _torque_limit(model: mujoco.MjModel) -> Array:
+    """Return the largest torque of each degree of freedom, shape (nv,)."""
+    limit = np.full(model.nv, np.inf)
+    for joint in range(model.njnt):
+        if model.jnt_actfrclimited[joint]:
+            limit[model.jnt_dofadr[joint]] = np.abs(model.jnt_actfrcrange[joint]).min()
+    return limit
+
+
+def _contact_pose(robot: Robot, model: mujoco.MjModel, frame: str) -> tuple[Array, Array, int]:
+    """Return the pose of a contact's frame in the MuJoCo body that its joint moves, and that body."""
+    tree = robot.tree.model
+    placed = tree.frames[tree.getFrameId(frame)]
+    joint = model.joint(str(tree.names[placed.parentJoint]))
+    return np.array(placed.placement.rotation), np.array(placed.placement.translation), int(joint.bodyid[0])
+
+
+def _add_sole(spec: mujoco.MjSpec, body: str, sole: Sole, rotation: Array, translation: Array) -> None:
+    centre = np.add(sole.centre, (0, 0, SOLE_THICKNESS / 2))
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    geom = spec.body(body).add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=(sole.half_length, sole.half_width, SOLE_THICKNESS / 2),
+        pos=translation + rotation @ centre,
+        quat=quaternion,
+        contype=1,
+        conaffinity=2,
+        mass=0.0,
+    )
+    _set_contact(geom)
+
+
+def _set_contact(geom: mujoco.MjsGeom) -> None:
+    geom.condim, geom.priority = 3, 2
+    geom.friction[0] = GROUND_FRICTION
+    geom.solref[:2] = STIFFNESS
+    geom.solimp[:] = IMPEDANCE

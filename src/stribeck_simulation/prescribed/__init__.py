@@ -1,0 +1,1 @@
+"""Logs of robots whose motion is prescribed: torques by inverse dynamics."""

@@ -1,0 +1,156 @@
+"""Exact logs: a prescribed smooth motion, and the torques that inverse dynamics and a known friction law give it.
+
+Nothing is integrated and nothing differentiated, so the log is exact to rounding: what an estimator gets wrong on it is
+the estimator's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stribeck.friction import FrictionLaw
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.typing import Array
+from stribeck_simulation.friction.parameters import Parameters, parameter_table
+from stribeck_simulation.prescribed.gait import Gait, in_the_air, load_share, plan_swings
+from stribeck_simulation.prescribed.ground import ground_reactions, inverse_dynamics, spatial_motion
+from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
+from stribeck_simulation.prescribed.motion import Motion, random_motion
+from stribeck_simulation.prescribed.tipping import keep_from_tipping
+from stribeck_simulation.prescribed.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Truth:
+    """What a log does not say.
+
+    Attributes
+    ----------
+    friction_torque
+        R(v), positive for positive velocity [N m], shape (T, n); zero for joints without parameters.
+    parameters
+        Of the friction law, by joint and name.
+    base_position, base_orientation
+        Of the root link in the world [m], shape (T, 3), and as quaternion xyzw, shape (T, 4); None for a fixed base,
+        like the next two.
+    base_velocity, base_acceleration
+        Of the root link in its own coordinates, linear then angular, and its time derivative there, shape (T, 6).
+    foot_wrench
+        Exact one of the ground on each foot, in its contact frame [N], [N m], shape (T, feet, 6); None without feet.
+    """
+
+    friction_torque: Array
+    parameters: dict[str, dict[str, float]]
+    base_position: Array | None = None
+    base_orientation: Array | None = None
+    base_velocity: Array | None = None
+    base_acceleration: Array | None = None
+    foot_wrench: Array | None = None
+
+
+def exact_log(
+    robot: Robot,
+    law: FrictionLaw,
+    parameters: Parameters,
+    *,
+    duration: float,
+    rate: float = 1000.0,
+    seed: int = 0,
+    gait: Gait = "walk",
+    posture: Mapping[str, float] | None = None,
+) -> tuple[RobotLog, Truth]:
+    """Return the log of a smooth random motion with exact velocity, acceleration and torque, and its truth.
+
+    Parameters
+    ----------
+    robot
+        Fixed, or floating on feet that are each the end of a limb with as many joints as the contact has constraints.
+    law
+        Friction law.
+    parameters
+        Of the law, by joint and name; joints that are left out have no friction.
+    duration, rate
+        [s], [Hz].
+    seed
+        Of the random motion.
+    gait
+        Of a floating robot; ignored for a fixed one. The feet swing and come back to where they stood.
+    posture
+        Joint positions [rad or m] to move about; joints left out keep near zero, off their limits.
+
+    Raises
+    ------
+    SettingsError
+        If a joint or parameter is unknown or missing, or the robot cannot stand in the posture.
+    """
+    time = np.arange(round(duration * rate)) / rate
+    generator = np.random.default_rng(seed)
+    swings = plan_swings(gait, tuple(robot.contacts), duration) if robot.base == "floating" else ()
+    motion = random_motion(robot, posture or {}, swings, generator)
+    base = None
+    if motion.sway is not None:
+        shift = keep_from_tipping(motion, motion.sway).at(time) if gait == "trot" and swings else None
+        base = motion.sway.at(time, shift)
+    joints = motion.joints_at(time, base)
+    friction = _friction_torque(robot, law, parameters, joints.velocity)
+    wrench, torque = inverse_dynamics(robot, joints, base)
+    known = {joint: dict(named) for joint, named in parameters.items()}
+    log = RobotLog(
+        time=time,
+        joint_names=robot.joint_names,
+        position=joints.position,
+        velocity=joints.velocity,
+        acceleration=joints.acceleration,
+        torque=torque + friction,
+        torque_source=robot.torque_source,
+    )
+    if base is None:
+        return log, Truth(friction_torque=friction, parameters=known)
+    velocity, acceleration = spatial_motion(base)
+    truth = Truth(
+        friction_torque=friction,
+        parameters=known,
+        base_position=base.position,
+        base_orientation=Rotation.from_matrix(base.rotation).as_quat(),
+        base_velocity=velocity,
+        base_acceleration=acceleration,
+    )
+    return _on_feet(log, motion, joints, base, wrench), truth
+
+
+def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, velocity: Array) -> Array:
+    """Return R(v) of all joints [N m], shape (T, n); zero for joints without parameters."""
+    columns, values = parameter_table(robot.joint_names, law.name, law.parameters, parameters)
+    friction = np.zeros_like(velocity)
+    for k, column in enumerate(columns):
+        friction[:, column] = law.torque(velocity[:, column], values[:, k])
+    return friction
+
+
+def _on_feet(log: RobotLog, motion: Motion, joints: Trajectory, base: BodyMotion, wrench: Array) -> RobotLog:
+    """Return the log of a robot that the ground carries: less torque, and the channels of base and feet."""
+    names = tuple(leg.contact.name for leg in motion.legs)
+    share = np.column_stack([load_share(motion.swings, name, log.time) for name in names])
+    standing = ~np.column_stack([in_the_air(motion.swings, name, log.time) for name in names])
+    reactions, effect = ground_reactions(motion.legs, joints, base, wrench, share, standing)
+    return replace(
+        log,
+        torque=log.torque - effect,
+        base_orientation=_base_orientation(motion.robot, joints, base),
+        foot_names=names,
+        contact=standing,
+        foot_wrench=reactions,
+    )
+
+
+def _base_orientation(robot: Robot, joints: Trajectory, base: BodyMotion) -> Array:
+    """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""
+    limb = limb_to(robot, robot.base_frame)
+    signals = (signal[:, limb.columns] for signal in (joints.position, joints.velocity, joints.acceleration))
+    frame, _ = end_motion(limb, base, *signals)
+    return np.asarray(Rotation.from_matrix(frame.rotation).as_quat())

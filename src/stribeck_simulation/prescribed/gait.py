@@ -1,0 +1,84 @@
+"""Which feet swing when: alternating steps, a trot, or standing still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import SettingsError
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.trajectory import Trajectory, bell, smooth_step
+
+Gait = Literal["walk", "trot", "stand"]
+
+SWING_TIME = 0.9
+"""Time that a foot is in the air in each step [s]."""
+TROT_SWING_TIME = 0.4
+"""The same in a trot, where the robot tips over the two feet it stands on [s]."""
+STAND_TIME = 0.2
+"""Time between two steps that all feet stand [s]."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """These feet are in the air from `start` to `end` [s]."""
+
+    start: float
+    end: float
+    feet: tuple[str, ...]
+
+
+def plan_swings(gait: Gait, feet: tuple[str, ...], duration: float) -> tuple[Swing, ...]:
+    """Return the swings of a gait within `duration` [s]; all feet stand before, between and after them.
+
+    A walk swings one foot after the other, in their order; a trot the outer and the inner pair of four feet in turn.
+
+    Raises
+    ------
+    SettingsError
+        If a trot is asked of a robot without four feet.
+    """
+    if gait == "stand":
+        return ()
+    if gait == "trot" and len(feet) != 4:
+        raise SettingsError(f"gait: 'trot' needs four contacts, the robot has {len(feet)}; expected 'walk' or 'stand'")
+    groups = [(feet[0], feet[3]), (feet[1], feet[2])] if gait == "trot" else [(foot,) for foot in feet]
+    time = TROT_SWING_TIME if gait == "trot" else SWING_TIME
+    swings: list[Swing] = []
+    start = STAND_TIME
+    while start + time + STAND_TIME <= duration:
+        swings.append(Swing(start, start + time, groups[len(swings) % len(groups)]))
+        start += time + STAND_TIME
+    return tuple(swings)
+
+
+def in_the_air(swings: tuple[Swing, ...], foot: str, time: Array) -> NDArray[np.bool_]:
+    """Return whether a foot is in the air at these times, shape (T,)."""
+    flying = np.zeros(len(time), dtype=bool)
+    for swing in swings:
+        if foot in swing.feet:
+            flying |= (time >= swing.start) & (time < swing.end)
+    return flying
+
+
+def swing_window(swings: tuple[Swing, ...], foot: str, time: Array) -> Trajectory:
+    """Return how much a foot's limb swings, 0 while the foot stands, up to 1, shape (T, 1)."""
+    total = Trajectory(*np.zeros((3, len(time))))
+    for swing in swings:
+        if foot in swing.feet:
+            total = total + bell(time, swing.start, swing.end)
+    return Trajectory(total.position[:, None], total.velocity[:, None], total.acceleration[:, None])
+
+
+def load_share(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
+    """Return how willingly a foot carries load, shape (T,): 0 in the air, 1 well before and after."""
+    share = np.ones(len(time))
+    for swing in swings:
+        if foot in swing.feet:
+            before = smooth_step(time, swing.start - STAND_TIME, swing.start)
+            after = smooth_step(time, swing.end, swing.end + STAND_TIME)
+            share *= 1 - before + after
+    return share

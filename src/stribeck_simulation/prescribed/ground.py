@@ -1,0 +1,137 @@
+"""Ground reactions that carry a floating robot through a prescribed motion, and the joint torques that are left."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from stribeck.robot import Robot
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.limb import BodyMotion, end_motion
+from stribeck_simulation.prescribed.posture import Leg
+from stribeck_simulation.prescribed.trajectory import Trajectory
+
+LEVER = 0.1
+"""A moment on a foot is as dear as a force at this lever [m]."""
+LEAST_SHARE = 1e-6
+"""Share of load of a standing foot at the least, so that the feet can always carry the base."""
+SINGULAR = 1e-11
+"""Relative size below which a direction counts as one that the standing feet cannot carry."""
+
+
+def inverse_dynamics(robot: Robot, joints: Trajectory, base: BodyMotion | None) -> tuple[Array, Array]:
+    """Return the torques that a motion needs, by one recursion from the root link with gravity in the world.
+
+    Returns
+    -------
+    wrench
+        Force and moment on the root link at its origin, in the world's coordinates, shape (T, 6); zero if fixed.
+    torque
+        Without friction and ground reactions [N m], shape (T, n).
+    """
+    model = pin.Model(robot.tree.model)
+    model.gravity.linear = robot.gravity
+    columns, samples = robot.tree.columns, len(joints.position)
+    configuration, rates, changes = (
+        joints.position[:, columns],
+        joints.velocity[:, columns],
+        joints.acceleration[:, columns],
+    )
+    if base is not None:
+        quaternion = Rotation.from_matrix(base.rotation).as_quat()
+        velocity, acceleration = spatial_motion(base)
+        configuration = np.hstack([base.position, quaternion, configuration])
+        rates, changes = np.hstack([velocity, rates]), np.hstack([acceleration, changes])
+    threads = os.cpu_count() or 1
+    effort = np.empty((samples, model.nv))
+    pool = pin.ModelPool(model, threads)
+    contiguous = (np.ascontiguousarray(array) for array in (configuration, rates, changes))
+    pin.rneaInParallel(threads, pool, *(array.T for array in contiguous), effort.T)
+    torque = np.empty((samples, len(columns)))
+    torque[:, columns] = effort[:, robot.tree.root_size :]
+    wrench = np.zeros((samples, 6))
+    if base is not None:
+        wrench[:, :3] = _turn(base.rotation, effort[:, :3])
+        wrench[:, 3:] = _turn(base.rotation, effort[:, 3:6])
+    return wrench, torque
+
+
+def spatial_motion(base: BodyMotion) -> tuple[Array, Array]:
+    """Return the base's velocity and its derivative in the moving base, linear then angular, shape (T, 6) each."""
+    back = base.rotation.transpose(0, 2, 1)
+    velocity = np.hstack([_turn(back, base.velocity[:, :3]), _turn(back, base.velocity[:, 3:])])
+    acceleration = np.hstack([_turn(back, base.acceleration[:, :3]), _turn(back, base.acceleration[:, 3:])])
+    acceleration[:, :3] -= np.cross(velocity[:, 3:], velocity[:, :3])
+    return velocity, acceleration
+
+
+def ground_reactions(
+    legs: tuple[Leg, ...],
+    joints: Trajectory,
+    base: BodyMotion,
+    wrench: Array,
+    share: Array,
+    standing: NDArray[np.bool_],
+) -> tuple[Array, Array]:
+    """Share the wrench that the base needs among the standing feet, and return what it does to the joints.
+
+    Of all ground reactions W that carry the base, `A W = wrench`, the smallest in the norm `W^T D^-1 W`, with D the
+    feet's shares of load: `W = D A^T (A D A^T)^+ wrench`.
+
+    Parameters
+    ----------
+    legs
+        The feet.
+    joints, base
+        Motion at T samples.
+    wrench
+        On the root link at its origin, in the world's coordinates, shape (T, 6).
+    share
+        How willingly each foot carries load, shape (T, feet).
+    standing
+        Which feet stand, shape (T, feet).
+
+    Returns
+    -------
+    reactions
+        Force and moment of the ground on each foot, in the contact frame, shape (T, feet, 6).
+    effect
+        `J^T W` at the joints [N m], shape (T, n).
+    """
+    samples = len(wrench)
+    ends, jacobians = [], []
+    maps, weights = np.zeros((samples, 6, 6 * len(legs))), np.zeros((samples, 6 * len(legs)))
+    for k, leg in enumerate(legs):
+        position, velocity, acceleration = (
+            signal[:, leg.limb.columns] for signal in (joints.position, joints.velocity, joints.acceleration)
+        )
+        end, jacobian = end_motion(leg.limb, base, position, velocity, acceleration)
+        ends.append(end)
+        jacobians.append(jacobian)
+        arm = end.position - base.position
+        block = maps[:, :, 6 * k : 6 * k + 6]
+        block[:] = np.eye(6)
+        block[:, 3:, :3] = np.cross(arm[:, None, :], np.eye(3)).transpose(0, 2, 1)
+        size = leg.contact.size
+        load = np.where(standing[:, k], np.maximum(share[:, k], LEAST_SHARE), 0.0)
+        weights[:, 6 * k : 6 * k + size] = load[:, None] * np.array([1.0] * 3 + [LEVER**2] * 3)[:size]
+    spread = weights[:, :, None] * maps.transpose(0, 2, 1)
+    multipliers = np.linalg.pinv(maps @ spread, rcond=SINGULAR, hermitian=True) @ wrench[:, :, None]
+    carried = (spread @ multipliers)[:, :, 0].reshape(samples, len(legs), 6)
+    effect = np.zeros_like(joints.position)
+    reactions = np.empty_like(carried)
+    for k, leg in enumerate(legs):
+        effect[:, leg.limb.columns] += np.einsum("tik,ti->tk", jacobians[k], carried[:, k])
+        back = ends[k].rotation.transpose(0, 2, 1)
+        reactions[:, k, :3] = _turn(back, carried[:, k, :3])
+        reactions[:, k, 3:] = _turn(back, carried[:, k, 3:])
+    return reactions, effect
+
+
+def _turn(rotation: Array, vectors: Array) -> Array:
+    """Rotate vectors, shape (T, 3), sample by sample."""
+    return np.asarray((rotation @ vectors[:, :, None])[:, :, 0])

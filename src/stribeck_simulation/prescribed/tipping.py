@@ -1,0 +1,140 @@
+"""Keeps the dynamics of a trot possible: on two point feet, no ground reaction turns the robot about their line.
+
+How far the base stands beside the line is then no longer free: it follows the equation of an inverted pendulum, "the
+moment about the line is zero". Each swing is solved as a boundary value problem, by collocation at Chebyshev points;
+while all feet stand, the base comes back smoothly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+from scipy.interpolate import BPoly
+
+from stribeck.errors import SettingsError
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.base_sway import BaseSway
+from stribeck_simulation.prescribed.gait import STAND_TIME, Swing
+from stribeck_simulation.prescribed.ground import inverse_dynamics
+from stribeck_simulation.prescribed.motion import Motion
+from stribeck_simulation.prescribed.trajectory import Trajectory
+
+NODES = 48
+"""Collocation points of each swing."""
+MAX_ITERATIONS = 20
+BALANCED = 1e-12
+"""Newton ends when the displacement changes by less [m]."""
+STEP = 1e-4
+"""Of the difference quotients [m], and in m/s and m/s^2: the moment is smooth, and Newton forgives their error."""
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A swing, and the line through the two feet that stand: a point, its direction, and its horizontal normal."""
+
+    swing: Swing
+    point: Array
+    direction: Array
+    normal: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """Displacement of the base beside the line of each swing, as polynomials of time."""
+
+    lines: list[Line]
+    pieces: list[tuple[BPoly, Chebyshev, BPoly]]
+
+    def at(self, time: Array) -> Trajectory:
+        """Return the displacement in the world at these times [s], shape (T, 3)."""
+        total = np.zeros((3, len(time), 3))
+        for line, (before, during, after) in zip(self.lines, self.pieces, strict=True):
+            start, end = line.swing.start, line.swing.end
+            spans = ((start - STAND_TIME, start), (start, end), (end, end + STAND_TIME))
+            pieces: tuple[BPoly | Chebyshev, ...] = (before, during, after)
+            for piece, (first, last) in zip(pieces, spans, strict=True):
+                rows = (time >= first) & (time < last)
+                for order, signal in enumerate(total):
+                    curve = piece if order == 0 else _derivative(piece, order)
+                    signal[rows] += np.outer(curve(time[rows]), line.normal)
+        return Trajectory(*total)
+
+
+def _derivative(piece: BPoly | Chebyshev, order: int) -> BPoly | Chebyshev:
+    return piece.derivative(order) if isinstance(piece, BPoly) else piece.deriv(order)
+
+
+def keep_from_tipping(motion: Motion, sway: BaseSway) -> Shift:
+    """Return the displacement of the base with which a trot needs no moment about the line of its standing feet.
+
+    Raises
+    ------
+    SettingsError
+        If there is none near the motion.
+    """
+    lines = [_line(motion, swing) for swing in motion.swings]
+    times, first, second = zip(*(_collocation(line.swing) for line in lines), strict=True)
+    time, D, DD = np.array(times), np.array(first), np.array(second)
+    phi = np.zeros_like(time)
+    for _ in range(MAX_ITERATIONS):
+        derivatives = np.array([phi, *(np.einsum("sij,sj->si", matrix, phi) for matrix in (D, DD))])
+        moment = _moment(motion, sway, lines, time, derivatives)
+        slopes = []
+        for order in range(3):
+            moved = derivatives.copy()
+            moved[order] += STEP
+            slopes.append((_moment(motion, sway, lines, time, moved) - moment)[:, :, None] / STEP)
+        system = slopes[0] * np.eye(NODES) + slopes[1] * D + slopes[2] * DD
+        for end in (0, -1):  # beside the line by nothing when the swing begins and ends
+            system[:, end] = np.eye(NODES)[end]
+            moment[:, end] = 0.0
+        change = -np.linalg.solve(system, moment[:, :, None])[:, :, 0]
+        phi = phi + change
+        if np.abs(change).max() < BALANCED:
+            return Shift(
+                lines, [_pieces(line.swing, nodes, row) for line, nodes, row in zip(lines, time, phi, strict=True)]
+            )
+    raise SettingsError(
+        "gait: no balanced trot is near this posture; give a posture with the feet about under the hips"
+    )
+
+
+def _line(motion: Motion, swing: Swing) -> Line:
+    standing = [leg.place for leg in motion.legs if leg.contact.name not in swing.feet]
+    direction = (standing[1] - standing[0]) / np.linalg.norm(standing[1] - standing[0])
+    return Line(swing, standing[0], direction, np.cross([0.0, 0.0, 1.0], direction))
+
+
+def _collocation(swing: Swing) -> tuple[Array, Array, Array]:
+    """Return Chebyshev points of a swing [s], shape (N,), and the matrices of first and second derivative there."""
+    nodes = 0.5 * (swing.start + swing.end) - 0.5 * (swing.end - swing.start) * np.cos(np.linspace(0, np.pi, NODES))
+    basis = [Chebyshev.basis(k, domain=[swing.start, swing.end]) for k in range(NODES)]
+    values, first, second = (
+        np.column_stack([(b.deriv(order) if order else b)(nodes) for b in basis]) for order in range(3)
+    )
+    inverse = np.linalg.inv(values)
+    return nodes, first @ inverse, second @ inverse
+
+
+def _moment(motion: Motion, sway: BaseSway, lines: list[Line], time: Array, derivatives: Array) -> Array:
+    """Return the moment that the motion needs about the lines [N m], shape (S, N), for displacements (3, S, N)."""
+    flat = time.ravel()
+    normal, direction, point = (
+        np.repeat([getattr(line, name) for line in lines], NODES, axis=0) for name in ("normal", "direction", "point")
+    )
+    base = sway.at(flat, Trajectory(*(d.ravel()[:, None] * normal for d in derivatives)))
+    wrench, _ = inverse_dynamics(motion.robot, motion.joints_at(flat, base), base)
+    about = wrench[:, 3:] + np.cross(base.position - point, wrench[:, :3])
+    return np.asarray(np.sum(about * direction, axis=1).reshape(time.shape))
+
+
+def _pieces(swing: Swing, nodes: Array, phi: Array) -> tuple[BPoly, Chebyshev, BPoly]:
+    """Return a displacement before, during and after a swing, continuous with two derivatives."""
+    during = Chebyshev.fit(nodes, phi, NODES - 1, domain=[swing.start, swing.end])
+    start, end = ([0.0, during.deriv(1)(t), during.deriv(2)(t)] for t in (swing.start, swing.end))
+    rest = [0.0, 0.0, 0.0]
+    before = BPoly.from_derivatives([swing.start - STAND_TIME, swing.start], [rest, start])
+    after = BPoly.from_derivatives([swing.end, swing.end + STAND_TIME], [end, rest])
+    return before, during, after

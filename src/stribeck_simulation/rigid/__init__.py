@@ -1,0 +1,1 @@
+"""Forward dynamics with standing feet as rigid constraints (6.1)."""

@@ -1,0 +1,142 @@
+"""Feet that stand as rigid constraints (5.5): the ground holds them still, whatever that takes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from stribeck.robot import Robot
+from stribeck.typing import Array
+
+STIFFNESS, DAMPING = 900.0, 60.0
+"""Of Baumgarte's correction while a foot settles [1/s^2], [1/s]: critically damped at 30 rad/s."""
+SETTLING = 0.3
+"""How long after touchdown a foot is turned level and set down to the ground [s]; 5 deg are then 0.006 deg."""
+
+
+EARLY = 1e-9
+"""Rounding of times [s]."""
+
+
+class RigidFeet:
+    """The feet of one run.
+
+    A foot that touches down may be tilted, above the ground, and moving. It is stopped at once, by the impulse that
+    leaves the least kinetic energy lost, and then turned level and set down by Baumgarte's correction. From then on it
+    is held: its acceleration is exactly zero, and what integration adds to its velocity is projected out after
+    every step.
+
+    Parameters
+    ----------
+    robot
+        Floating, or fixed and without contacts.
+    model
+        Of the robot's tree; its armature may change between calls.
+    ground
+        Height of the ground [m].
+    corrected
+        Whether feet are stopped, set down and projected; if not, only their acceleration is zero, as in the paper.
+    """
+
+    def __init__(self, robot: Robot, model: pin.Model, ground: float, corrected: bool) -> None:
+        self._robot, self._model, self._ground, self._corrected = robot, model, ground, corrected
+        self._data, self._impact = model.createData(), model.createData()
+        self.feet: tuple[str, ...] = ()
+        self._settled: dict[str, float] = {}  # standing foot -> when it is at rest
+        self._constraints: dict[str, pin.RigidConstraintModel] = {}
+        self._held: tuple[str, ...] = ()
+        self._begun = False
+        self._standing_set = self._held_set = self._load(self._data, ())
+        self._load(self._impact, ())
+
+    def stand(self, feet: tuple[str, ...], time: float, configuration: Array, velocity: Array) -> Array:
+        """Say which feet stand from now on; return the velocity, shape (nv,), without that of feet that touch down."""
+        changed = feet != self.feet
+        if changed:
+            landed = [foot for foot in feet if foot not in self.feet]
+            settled = time + SETTLING if self._begun and self._corrected else time
+            self._constraints |= {foot: self._plant(foot, configuration) for foot in landed}
+            self._settled |= dict.fromkeys(landed, settled)
+            self.feet, self._begun = feet, True
+            if self._corrected:
+                data = self._model.createData()
+                velocity = self._projected(data, self._load(data, feet), configuration, velocity)
+        held = tuple(foot for foot in feet if self._settled[foot] <= time + EARLY)
+        if changed or held != self._held:
+            self._hold(held)
+        return velocity
+
+    def acceleration(self, configuration: Array, velocity: Array, effort: Array) -> Array:
+        """Return the acceleration under generalised forces, with the feet where they are (5.10), shape (nv,)."""
+        return np.array(
+            pin.constraintDynamics(
+                self._model, self._data, configuration, velocity, effort, *self._standing_set, _PROXIMAL
+            )
+        )
+
+    def held(self, configuration: Array, velocity: Array) -> Array:
+        """Return the velocity without what moves the held feet, shape (nv,)."""
+        if not (self._held and self._corrected):
+            return velocity
+        return self._projected(self._impact, self._held_set, configuration, velocity)
+
+    def standing(self) -> NDArray[np.bool_]:
+        """Return which of the robot's feet stand, shape (feet,)."""
+        return np.array([foot in self.feet for foot in self._robot.contacts], dtype=bool)
+
+    def wrenches(self) -> Array:
+        """Return force and moment of the ground on each foot of the robot, in its frame, shape (feet, 6)."""
+        result = np.zeros((len(self._robot.contacts), 6))
+        for foot, data in zip(self.feet, self._standing_set[1], strict=True):
+            result[list(self._robot.contacts).index(foot)] = data.contact_force.vector
+        return result
+
+    def _plant(self, foot: str, configuration: Array) -> pin.RigidConstraintModel:
+        """Return the constraint of a foot at its place on the ground: level, and turned as it is now."""
+        contact = self._robot.contacts[foot]
+        index = self._model.getFrameId(contact.frame)
+        frame, data = self._model.frames[index], self._model.createData()
+        pin.framesForwardKinematics(self._model, data, configuration)
+        pose = data.oMf[index]
+        place = pin.SE3(pose)
+        if self._corrected:
+            yaw = np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0])
+            place = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, yaw), np.array([*pose.translation[:2], self._ground]))
+        kind = pin.ContactType.CONTACT_6D if contact.kind == "surface" else pin.ContactType.CONTACT_3D
+        return pin.RigidConstraintModel(
+            kind, self._model, int(frame.parentJoint), frame.placement, 0, place, pin.ReferenceFrame.LOCAL
+        )
+
+    def _hold(self, feet: tuple[str, ...]) -> None:
+        """Let these feet be held, and correct those that stand beside them."""
+        self._held = feet
+        for foot in self.feet:
+            gains = (0.0, 0.0) if foot in feet else (STIFFNESS, DAMPING)
+            self._constraints[foot].setBaumgarteCorrectorParameters(pin.BaumgarteCorrectorParameters(*gains))
+        self._standing_set = self._load(self._data, self.feet)
+        self._held_set = self._load(self._impact, feet)
+
+    def _load(
+        self, data: pin.Data, feet: tuple[str, ...]
+    ) -> tuple[pin.StdVec_RigidConstraintModel, pin.StdVec_RigidConstraintData]:
+        """Return the constraints of some feet as Pinocchio wants them, and prepare a working memory for them."""
+        models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+        for foot in feet:
+            models.append(self._constraints[foot])
+            datas.append(self._constraints[foot].createData())
+        pin.initConstraintDynamics(self._model, data, models, datas)
+        return models, datas
+
+    def _projected(
+        self,
+        data: pin.Data,
+        constraints: tuple[pin.StdVec_RigidConstraintModel, pin.StdVec_RigidConstraintData],
+        configuration: Array,
+        velocity: Array,
+    ) -> Array:
+        return np.array(pin.impulseDynamics(self._model, data, configuration, velocity, *constraints, 0.0, _PROXIMAL))
+
+
+_PROXIMAL = pin.ProximalSettings(1e-12, 1e-12, 0.0, 1)
+"""Constraints that are independent are solved in one iteration."""

@@ -1,0 +1,114 @@
+"""Writes the TORO-like humanoid as one MJCF file, which Pinocchio and MuJoCo both load.
+
+`python -m stribeck_simulation.robots.toro` writes `models/toro.xml` anew. MuJoCo computes the inertias of the links
+from their solids and writes them out, so that every reader of the file takes the same numbers.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from stribeck_simulation.robots.toro.table import FOOT_SIZE, PELVIS, SIDES, SOLE, Solid, toro_links
+
+MODELS = Path(__file__).parents[1] / "models"
+MODEL_FILE = MODELS / "toro.xml"
+ROBOT_FILE = MODELS / "toro.toml"
+TIMESTEP = 0.00025
+"""Of the physics [s]."""
+IMPEDANCE_RATIO = 10.0
+"""How much harder friction holds than the normal force [1]: keeps a standing foot from creeping."""
+FOOT_SOLREF = (0.001, 1.0)
+"""Time constant [s] and damping ratio of the contact: MuJoCo's default is soft enough for the foot to rock."""
+FOOT_SOLIMP = (0.99, 0.999, 0.0005, 0.5, 2.0)
+FOOT_FRICTION = (0.9, 0.005, 0.0001)
+"""Sliding [1], torsional [m] and rolling [m]; with three-dimensional contacts only the first acts."""
+FOOT_THICKNESS = 0.03
+"""Of the sole's box [m]."""
+SHELL = (0.75, 0.78, 0.82, 1.0)
+DRIVE = (0.25, 0.30, 0.38, 1.0)
+"""Colours of boxes and of cylinders, red, green, blue, alpha."""
+
+
+def toro_mjcf() -> str:
+    """Return the text of the model file."""
+    spec = mujoco.MjSpec()
+    spec.modelname = "toro-like"
+    spec.compiler.degree = False
+    spec.compiler.saveinertial = True
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = IMPEDANCE_RATIO
+    pelvis = spec.worldbody.add_body(name="pelvis")
+    pelvis.add_freejoint(name="root")
+    pelvis.add_site(name="imu", size=[0.01] * 3)
+    _add_solids(pelvis, PELVIS)
+    bodies = {"pelvis": pelvis}
+    for link in toro_links():
+        body = bodies[link.parent].add_body(name=link.name + "_link", pos=link.origin)
+        body.add_joint(
+            name=link.name,
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=link.axis,
+            range=np.radians(link.range),
+            actfrcrange=(-link.drive.effort, link.drive.effort),
+        )
+        _add_solids(body, link.solids)
+        bodies[link.name] = body
+    for side in SIDES:
+        _add_sole(bodies[f"{side}_ankle_pitch"], side)
+    for link in toro_links():
+        motor = spec.add_actuator(name=link.name, target=link.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.ctrlrange, motor.ctrllimited = (-link.drive.effort, link.drive.effort), True
+    spec.compile()
+    return str(spec.to_xml())
+
+
+def _add_solids(body: mujoco.MjsBody, solids: tuple[Solid, ...]) -> None:
+    """Give a body its mass; these solids are seen and weigh, but touch nothing."""
+    kinds = {1: mujoco.mjtGeom.mjGEOM_SPHERE, 2: mujoco.mjtGeom.mjGEOM_CYLINDER, 3: mujoco.mjtGeom.mjGEOM_BOX}
+    for solid in solids:
+        size = np.zeros(3)
+        size[: len(solid.size)] = solid.size
+        if len(solid.size) == 3:
+            size /= 2
+        elif len(solid.size) == 2:
+            size[1] /= 2
+        body.add_geom(
+            type=kinds[len(solid.size)],
+            size=size,
+            pos=solid.centre,
+            quat=_along(solid.axis),
+            mass=solid.mass,
+            contype=0,
+            conaffinity=0,
+            group=1,
+            rgba=SHELL if len(solid.size) == 3 else DRIVE,
+        )
+
+
+def _along(axis: str) -> tuple[float, float, float, float]:
+    """Return the quaternion wxyz that turns z onto an axis."""
+    half = np.sqrt(0.5)
+    return {"x": (half, 0.0, half, 0.0), "y": (half, -half, 0.0, 0.0), "z": (1.0, 0.0, 0.0, 0.0)}[axis]
+
+
+def _add_sole(foot: mujoco.MjsBody, side: str) -> None:
+    """Give a foot the massless box that touches the ground, and the frame of its sole."""
+    foot.add_geom(
+        name=f"{side}_sole",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=(FOOT_SIZE[0] / 2, FOOT_SIZE[1] / 2, FOOT_THICKNESS / 2),
+        pos=(SOLE[0], SOLE[1], SOLE[2] + FOOT_THICKNESS / 2),
+        mass=0,
+        group=3,
+        condim=3,
+        friction=FOOT_FRICTION,
+        solref=FOOT_SOLREF,
+        solimp=FOOT_SOLIMP,
+        priority=1,
+    )
+    foot.add_site(name=f"{side}_sole", pos=SOLE, size=[0.01] * 3)

@@ -1,0 +1,176 @@
+"""Runs a scenario: a robot, its log as the sensors give it, and the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.errors import SettingsError
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck_simulation.friction import Backlash, Drift, FrictionEffect, FrictionTruth, LawFriction, Load, LuGre
+from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.scenario import Named, Scenario, by_joint
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import PROFILES
+from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.ideal import simulate_ideal_walk
+from stribeck_simulation.walking.simulate import Conditions, Push, simulate_walk
+
+PACKAGED = {"toro": "toro.toml", "biped": "robot.toml", "quadruped": "quadruped.toml", "arm": "arm.toml"}
+"""Robots that come with stribeck, by name."""
+_BENT = {"hip_pitch": -0.3, "knee": 0.6, "ankle_pitch": -0.3}
+_HUMANOID = {f"{side}_{joint}": value for side in ("left", "right") for joint, value in _BENT.items()}
+POSTURES: dict[str, Named] = {
+    "toro": _HUMANOID,
+    "biped": _HUMANOID,
+    "quadruped": {
+        f"{end}_{side}_{joint}": value
+        for end in ("front", "rear")
+        for side in ("left", "right")
+        for joint, value in (("hip", 0.0), ("thigh", 0.8), ("knee", -1.6))
+    },
+}
+"""How packaged robots stand [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """What a scenario gives: the robot, its log as sensors give it, and what the log does not say."""
+
+    robot: Robot
+    log: RobotLog
+    truth: Truth
+
+
+def run_scenario(
+    scenario: Scenario, folder: Path = Path(), progress: Callable[[float], None] = lambda _: None
+) -> Simulated:
+    """Simulate a scenario; the same one gives the same log, bit for bit.
+
+    Parameters
+    ----------
+    scenario
+        As read from its file.
+    folder
+        That a robot file's path is relative to.
+    progress
+        Told the share that is done, now and then.
+
+    Raises
+    ------
+    StribeckError
+        If the scenario does not fit the robot, or the robot falls.
+    """
+    robot = Robot.from_file(
+        MODELS / PACKAGED[scenario.robot] if scenario.robot in PACKAGED else folder / scenario.robot
+    )
+    posture = POSTURES.get(scenario.robot, {}) | scenario.posture
+    if scenario.simulator == "exact":
+        return _exact(scenario, robot, posture)
+    if [contact.kind for contact in robot.contacts.values()] != ["surface", "surface"]:
+        raise SettingsError(
+            f"scenario: the simulator '{scenario.simulator}' lets a robot walk on two contacts of kind 'surface', "
+            f"which {robot.name} does not have; take the simulator 'exact'"
+        )
+    walk = [Steps(**steps.model_dump()) for steps in scenario.walk]
+    friction = friction_of(scenario, robot)
+    soles = {
+        foot: Sole((table.centre[0], table.centre[1], table.centre[2]), table.half_length, table.half_width)
+        for foot, table in scenario.soles.items()
+    }
+    if scenario.simulator == "mujoco":
+        conditions = Conditions(
+            friction=friction,
+            state=scenario.state,
+            profile=PROFILES[scenario.sensors],
+            seed=scenario.seed,
+            pushes=[Push(p.start, p.duration, (p.force[0], p.force[1], p.force[2])) for p in scenario.push],
+            believed=believed_model(robot, scenario.model_error, scenario.seed) if scenario.model_error else None,
+            soles=soles,
+            physics_step=scenario.physics_step,
+        )
+        found = simulate_walk(robot, walk, posture, conditions, progress)
+        return Simulated(robot, found.log, found.truth)
+    _refuse_in_ideal(scenario)
+    literal = scenario.simulator == "constrained-paper"
+    found = simulate_ideal_walk(robot, walk, posture, friction, soles=soles, paper_literal=literal, progress=progress)
+    return _measured(robot, found.log, found.truth, scenario)
+
+
+def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
+    """Return the friction that a simulator puts into the joints, in the tree's order.
+
+    Raises
+    ------
+    SettingsError
+        If a pattern names no joint, or a parameter is unknown, missing or out of bounds.
+    """
+    table = scenario.friction
+    joints = tuple(robot.joint_names[column] for column in robot.tree.columns)
+    effects: list[FrictionEffect] = []
+    if table.joints:
+        drift = Drift(table.drift.ratios, table.drift.time_constant) if table.drift else None
+        parameters = by_joint(table.joints, table.common, joints, "[friction.joints]")
+        effects.append(LawFriction(joints, get_law(table.law), parameters, drift))
+    if table.lugre:
+        effects.append(LuGre(joints, by_joint(table.lugre, {}, joints, "[friction.lugre]")))
+    if table.backlash:
+        effects.append(Backlash(joints, by_joint(table.backlash, {}, joints, "[friction.backlash]")))
+    if table.load:
+        effects.append(Load(joints, by_joint(table.load, {}, joints, "[friction.load]")))
+    return FrictionTruth(len(joints), effects)
+
+
+def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
+    """Return the robot's model with every body's mass and inertia off by up to a share `error`, drawn once."""
+    model = pin.Model(robot.tree.model)
+    generator = np.random.default_rng([seed, 1])
+    for joint in range(1, model.njoints):
+        inertia = model.inertias[joint]
+        factor = float(generator.uniform(1 - error, 1 + error))
+        model.inertias[joint] = pin.Inertia(factor * inertia.mass, inertia.lever, factor * inertia.inertia)
+    return model
+
+
+def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
+    """Return an exact log: a prescribed random motion of an arm, a quadruped or a humanoid, nothing simulated."""
+    table = scenario.friction
+    if scenario.walk or scenario.push or table.drift or table.lugre or table.backlash or table.load:
+        raise SettingsError(
+            "scenario: the simulator 'exact' prescribes a random motion; it takes gait, duration and "
+            "[friction.joints], no [[walk]], [[push]], drift, lugre, backlash or load"
+        )
+    parameters = by_joint(table.joints, table.common, robot.joint_names, "[friction.joints]")
+    log, truth = exact_log(
+        robot,
+        get_law(table.law),
+        parameters,
+        duration=scenario.duration,
+        seed=scenario.seed,
+        gait=scenario.gait,
+        posture=posture,
+    )
+    return _measured(robot, log, truth, scenario)
+
+
+def _measured(robot: Robot, log: RobotLog, truth: Truth, scenario: Scenario) -> Simulated:
+    """Return an exact log as the sensors give it; ideal ones leave the exact velocity and acceleration in it."""
+    truth = replace(truth, foot_wrench=log.foot_wrench)
+    if scenario.sensors != "ideal":
+        log = measure(log, sensors_for(log, PROFILES[scenario.sensors], scenario.seed))
+    return Simulated(robot, log, truth)
+
+
+def _refuse_in_ideal(scenario: Scenario) -> None:
+    if scenario.push or scenario.model_error:
+        raise SettingsError(
+            f"scenario: the simulator '{scenario.simulator}' is ideal; pushes and model_error are for 'mujoco'"
+        )

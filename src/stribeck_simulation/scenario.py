@@ -1,0 +1,120 @@
+"""A scenario file: which robot does what, with which friction and which sensors."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from stribeck.errors import SettingsError
+from stribeck.settings import Finite, NonNegative, Positive, Table, describe, parse_toml
+from stribeck_simulation.prescribed.gait import Gait
+
+Named = dict[str, Finite]
+Share = Annotated[float, Field(ge=0, lt=1)]
+
+
+class StepsTable(Table):
+    """`[[walk]]`: some steps of one kind; see `walking.footsteps.Steps`."""
+
+    count: int = Field(ge=0)
+    forward: Finite = 0.0  # [m]
+    sideways: Finite = 0.0  # [m]
+    turn: Finite = 0.0  # [rad]
+    width: Positive | None = None  # [m]
+    height: Positive = 0.05  # [m]
+    single_support: Positive = 0.8  # [s]
+    double_support: Positive = 0.2  # [s]
+    stand: NonNegative = 0.5  # [s]
+
+
+class PushTable(Table):
+    """`[[push]]`: a force on the base for a time."""
+
+    start: NonNegative  # [s]
+    duration: Positive  # [s]
+    force: Annotated[list[Finite], Field(min_length=3, max_length=3)]  # in the world [N]
+
+
+class SoleTable(Table):
+    """`[soles.<foot>]`: the sole of a foot that is a mesh in the model."""
+
+    centre: Annotated[list[Finite], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]  # in the contact frame [m]
+    half_length: Positive  # [m]
+    half_width: Positive  # [m]
+
+
+class DriftTable(Table):
+    """`[friction.drift]`: parameters that change while the joints warm up."""
+
+    ratios: dict[str, Positive]  # warm over cold, by parameter
+    time_constant: Positive  # [s]
+
+
+class FrictionTable(Table):
+    """`[friction]`: what is lost between torque sensor and link, by patterns of joint names; later patterns win."""
+
+    law: str = "stribeck"
+    common: Named = {}  # parameters of every joint that a pattern names
+    joints: dict[str, Named] = {}  # pattern -> parameters of the law
+    drift: DriftTable | None = None
+    lugre: dict[str, Named] = {}  # pattern -> parameters
+    backlash: dict[str, Named] = {}  # pattern -> parameters
+    load: dict[str, Named] = {}  # pattern -> parameters
+
+
+class Scenario(Table):
+    """A whole scenario file."""
+
+    robot: str = "toro"  # packaged: "toro", "biped", "quadruped", "arm"; else the path of a robot file
+    simulator: Literal["mujoco", "constrained", "constrained-paper", "exact"] = "mujoco"
+    sensors: Literal["ideal", "calibrated", "realistic", "harsh"] = "ideal"
+    state: Literal["estimated", "true"] = "estimated"  # what the controller knows (mujoco)
+    seed: int = Field(default=0, ge=0)
+    model_error: Share = 0.0  # of the masses that the controller believes in (mujoco)
+    physics_step: Positive = 0.00025  # [s] (mujoco)
+    posture: Named = {}  # joint -> position [rad]
+    walk: list[StepsTable] = []
+    push: list[PushTable] = []
+    soles: dict[str, SoleTable] = {}
+    gait: Gait = "walk"  # (exact)
+    duration: Positive = 20.0  # [s] (exact)
+    friction: FrictionTable = FrictionTable()
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read and validate a scenario file (TOML).
+
+    Raises
+    ------
+    SettingsError
+        If it is missing, is not TOML, or has a wrong key or value.
+    """
+    try:
+        return Scenario.model_validate(parse_toml(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a scenario (TOML)") from error
+    except ValidationError as error:
+        raise SettingsError(f"{path}: {describe(error)}") from error
+    except ValueError as error:
+        raise SettingsError(f"{path}: is not TOML: {error}") from error
+
+
+def by_joint(patterns: dict[str, Named], common: Named, joints: tuple[str, ...], where: str) -> dict[str, Named]:
+    """Return the parameters of each joint that a pattern names.
+
+    Raises
+    ------
+    SettingsError
+        If a pattern names no joint.
+    """
+    found: dict[str, Named] = {}
+    for pattern, values in patterns.items():
+        named = [joint for joint in joints if fnmatch(joint, pattern)]
+        if not named:
+            raise SettingsError(f"{where} '{pattern}' names no joint; the robot has {', '.join(joints)}")
+        for joint in named:
+            found[joint] = {**common, **found.get(joint, {}), **values}
+    return found

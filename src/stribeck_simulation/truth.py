@@ -1,0 +1,52 @@
+"""The truth of a simulation, put beside what was found, for the report alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.friction import FrictionLaw
+from stribeck.result import Result
+from stribeck.typing import Array
+from stribeck.walk import WalkPicture
+from stribeck_simulation.friction.parameters import Parameters
+
+EVEN_POINTS = 201
+"""Of a truth curve over the whole range of velocities."""
+NEAR_POINTS = 60
+"""Of a truth curve on either side of rest, where friction turns."""
+NEAR = (1e-4, 0.1)
+"""From where to where these lie, as shares of the largest speed."""
+
+
+def with_truth(result: Result, law: FrictionLaw, parameters: Parameters, walk: WalkPicture | None = None) -> Result:
+    """Return a result whose report shows the truth too.
+
+    Parameters
+    ----------
+    result
+        With evidence.
+    law, parameters
+        The friction that was simulated; its values stand beside the found ones if the same law was fitted.
+    walk
+        What the robot did, if it walked.
+    """
+    assert result.evidence is not None
+    curves = {}
+    for joint, values in parameters.items():
+        if joint in result.joints:
+            velocity = _velocities(*result.joints[joint].velocity_range)
+            ordered = np.array([values[parameter.name] for parameter in law.parameters])
+            curves[joint] = (velocity, law.torque(velocity, ordered))
+    known = {joint: dict(values) for joint, values in parameters.items()} if law.name == result.law else {}
+    evidence = replace(result.evidence, truth_curves=curves, truth_parameters=known, walk=walk)
+    return replace(result, evidence=evidence)
+
+
+def _velocities(low: float, high: float) -> Array:
+    """Return velocities from low to high, dense about zero [rad/s]."""
+    reach = max(abs(low), abs(high))
+    near = np.geomspace(NEAR[0] * reach, NEAR[1] * reach, NEAR_POINTS)
+    velocities = np.concatenate([np.linspace(low, high, EVEN_POINTS), -near, near, [0.0]])
+    return np.unique(velocities[(velocities >= low) & (velocities <= high)])

@@ -1,0 +1,122 @@
+"""Where a push would tip the robot over the foot it stands on, the other foot steps farther out.
+
+While a foot swings, an error e of the DCM grows as exp(w t), less what the pressure under the standing foot takes away,
+which can go as far as d from the middle of the sole: at touchdown, time t ahead, `e exp(w t) - d (exp(w t) - 1)` is
+left. What the next sole cannot bear is met by a step that is longer, and all that follows is shifted with it. The DCM
+that leads there is found backwards in time, as the plan's is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, exp
+
+import numpy as np
+
+from stribeck.typing import Array
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.walking.dcm import Stretch, plan_dcm
+from stribeck_simulation.walking.plan import BOTH, Plan
+
+BORNE = 0.7
+"""Share of the sole that balances before a step is changed."""
+LEFT = 0.3
+"""Share of the next sole that is left to bear an error."""
+REACH = (0.25, 0.2)
+"""A step changes by at most this, ahead and aside [m]."""
+GAP = 0.03
+"""Between feet side by side [m]."""
+LAST = 0.8
+"""Share of the swing after which the foot's goal stays."""
+SPEED = 1.0
+"""With which a goal moves [m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """By how much the plan is shifted at one instant: its ZMP, its DCM and the swing foot's goal, (2,) each [m]."""
+
+    zmp: Array
+    dcm: Array
+    goal: Array
+
+
+class StepAdjuster:
+    """Shifts a plan so that the robot does not fall; one sample after another is asked for.
+
+    Parameters
+    ----------
+    plan
+        What is to be shifted.
+    soles
+        Of the feet, in the robot's order of contacts.
+    pulsation
+        sqrt(g / z) of the centre of mass [1/s].
+    """
+
+    def __init__(self, plan: Plan, soles: list[Sole], pulsation: float) -> None:
+        self.plan, self.soles, self.pulsation = plan, soles, pulsation
+        self._done, self._more = np.zeros(2), np.zeros(2)  # before the last step, and by it
+        self._step, self._sample = 0, 0
+        self._lead: dict[float, tuple[Array, Array]] = {}
+
+    def shift(self, sample: int, dcm: Array) -> Shift:
+        """Return how much the plan is shifted, given the DCM, shape (2,) [m].
+
+        A step that changes by x asks for a DCM that is already ahead of the plan while the foot swings, by the share
+        of x from which it grows to x until the weight is on that foot; and for a ZMP that goes there as planned.
+        """
+        plan = self.plan
+        elapsed, self._sample = (sample - self._sample) * plan.period, sample
+        number, swings = int(plan.step[sample]), plan.swing[sample] != BOTH
+        if not swings:
+            zmp, lead = self._in_double_support(number, float(plan.progress[sample]))
+            return Shift(self._done + zmp * self._more, self._done + lead * self._more, self._done)
+        if number != self._step:
+            self._done, self._more, self._step = self._done + self._more, np.zeros(2), number
+        left = (1 - float(plan.progress[sample])) * plan.steps[number].kind.single_support
+        if plan.progress[sample] < LAST and self._goes_on(number):
+            change = self._wanted(number, dcm - plan.dcm[sample] - self._done, left) - self._more
+            self._more = self._more + np.clip(change, -SPEED * elapsed, SPEED * elapsed)
+        _, lead = self._in_double_support(number + 1, 0.0)
+        ahead = lead * exp(-self.pulsation * left)
+        return Shift(self._done, self._done + ahead * self._more, self._done + self._more)
+
+    def _goes_on(self, number: int) -> bool:
+        """Return whether the step is followed by one of its kind, onto its foot."""
+        steps = self.plan.steps
+        return number + 1 < len(steps) and steps[number + 1].kind is steps[number].kind
+
+    def _in_double_support(self, number: int, progress: float) -> tuple[float, float]:
+        """Return the shares of the last step's shift that ZMP and DCM have when the weight moves to that foot."""
+        if not 0 < number < len(self.plan.steps) or number - 1 != self._step:
+            return 1.0, 1.0
+        duration = self.plan.steps[number].kind.double_support
+        if duration not in self._lead:
+            unit = Stretch(duration, np.zeros(2), np.ones(2))
+            self._lead[duration] = plan_dcm([unit], self.pulsation, duration / 100)
+        zmp, lead = self._lead[duration]
+        row = round(100 * progress)
+        return float(zmp[row, 0]), float(lead[row, 0])
+
+    def _wanted(self, number: int, error: Array, left: float) -> Array:
+        """Return how much longer the step should be, for an error of the DCM and a time left to touchdown."""
+        step, sole = self.plan.steps[number], self.soles[1 - self.plan.steps[number].foot]
+        if np.abs(error).max() < LEFT * min(sole.half_length, sole.half_width):
+            return np.zeros(2)
+        cosine, sine = np.cos(step.stance.yaw), np.sin(step.stance.yaw)
+        turn = np.array([[cosine, sine], [-sine, cosine]])  # into the standing foot's coordinates
+        growth = exp(self.pulsation * left)
+        _, lead = self._in_double_support(number + 1, 0.0)
+        reach = [(-REACH[0], REACH[0]), self._aside((turn @ (step.goal.place - step.stance.place))[1], sole)]
+        wanted = np.zeros(2)
+        sizes = (sole.half_length, sole.half_width)
+        for k, (off, half, (low, high)) in enumerate(zip(turn @ error, sizes, reach, strict=True)):
+            over = abs(off) * growth - BORNE * half * (growth - 1) - LEFT * half
+            wanted[k] = min(max(copysign(max(over, 0.0), off) / lead, low), high)
+        return np.asarray(wanted @ turn)
+
+    def _aside(self, apart: float, sole: Sole) -> tuple[float, float]:
+        """Return how far the step can change to the right and to the left, the goal being so far to the left."""
+        inwards = max(abs(apart) - 2 * sole.half_width - GAP, 0.0)
+        return (-inwards, REACH[1]) if apart > 0 else (-REACH[1], inwards)

@@ -1,0 +1,120 @@
+"""What the centre of mass, the base and the swing foot should do, as accelerations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import cos, sin, sqrt
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.typing import Array
+from stribeck_simulation.walking.balance.qp import Task
+from stribeck_simulation.walking.balance.swing import Swing
+from stribeck_simulation.walking.balance.terms import FootState, Terms
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gains:
+    """Feedback and weights. Stiffness is in 1/s^2, each damping is critical; weights compare squared accelerations."""
+
+    dcm: float = 3.0  # [1/s], with which an error of the DCM fades
+    height: float = 100.0
+    base: float = 400.0
+    foot: float = 1600.0
+    foot_tilt: float = 10000.0
+    foot_time: float = 0.1  # [s], in which the swing foot makes up for what friction keeps it from
+    foot_tilt_time: float = 0.05  # of its tilt, too
+    posture: float = 100.0
+    held: float = 400.0  # stiffness of position-controlled joints
+    com_weight: float = 1000.0  # with that of the foot, joint friction makes sideways walking fall
+    foot_weight: float = 10.0
+    base_weight: float = 30.0
+    posture_weight: float = 1e-2
+    leg_weight: float = 1e-3  # of the legs' posture: the tasks move the legs, the upper body should not make up for it
+    held_weight: float = 1.0
+    force_weight: float = 1e-6  # [1/N^2], towards the planned share of the weight
+    moment_weight: float = 1e-4  # [1/(N m)^2], keeps the pressure near the middle of the sole
+    friction: float = 0.6  # coefficient that the feet rely on
+
+
+def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: float, gains: Gains) -> Task:
+    """Steer the DCM by the ZMP: `p = p_ref + (1 + k / w) (xi - xi_ref)` and `c'' = w^2 (c - p)`; keep the height.
+
+    Then `(xi - xi_ref)' = -k (xi - xi_ref)`.
+
+    Parameters
+    ----------
+    terms
+        Of the robot now.
+    dcm, zmp
+        Planned, shape (2,) [m].
+    height
+        Of the centre of mass [m].
+    pulsation
+        w [1/s].
+    gains
+        Feedback and weight.
+    """
+    rate = gains.dcm / pulsation
+    x, y, z = terms.com.tolist()
+    vx, vy, vz = terms.com_velocity.tolist()
+    (dcm_x, dcm_y), (zmp_x, zmp_y) = dcm.tolist(), zmp.tolist()
+    pressure_x = zmp_x + (1 + rate) * (x + vx / pulsation - dcm_x)
+    pressure_y = zmp_y + (1 + rate) * (y + vy / pulsation - dcm_y)
+    wanted = np.array(
+        [
+            pulsation**2 * (x - pressure_x),
+            pulsation**2 * (y - pressure_y),
+            gains.height * (height - z) - 2 * sqrt(gains.height) * vz,
+        ]
+    )
+    return Task(terms.com_jacobian, wanted - terms.com_drift)
+
+
+def base_task(terms: Terms, spin: Array, yaw: float, yaw_rate: float, gains: Gains) -> Task:
+    """Keep the base upright, with a heading [rad] that changes [rad/s]; `spin` is its angular velocity in itself."""
+    error = pin.log3(terms.base_rotation.T @ upright(yaw))
+    wanted = gains.base * error + 2 * sqrt(gains.base) * (terms.base_rotation[2] * yaw_rate - spin)
+    return Task(_turn_of_base(len(terms.bias)), wanted)
+
+
+@cache
+def _turn_of_base(nv: int) -> Array:
+    return np.eye(3, nv, 3)
+
+
+def swing_error(foot: FootState, swing: Swing) -> Array:
+    """Return how far the sole is from where it should be: way [m] in the world, turn [rad] in itself, shape (6,)."""
+    return np.concatenate([swing.place - foot.place, pin.log3(foot.rotation.T @ upright(swing.yaw))])
+
+
+def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains: Gains) -> Task:
+    """Move the swing foot to where it should be, level and heading where it goes; in the sole's coordinates.
+
+    The sole's spatial acceleration, which its Jacobian gives, is the acceleration of its centre less w x v.
+
+    Parameters
+    ----------
+    foot, swing
+        Where the sole is and should be.
+    error, missed
+        From `swing_error`, and its integral since the foot left the ground, shape (6,): light feet need it, as
+        friction in the ankle is large beside the torque that moves them.
+    gains
+        Feedback.
+    """
+    turn, linear, spin = foot.rotation, foot.velocity[:3], foot.velocity[3:]
+    way, tilt = error[:3] + missed[:3] / gains.foot_time, error[3:] + missed[3:] / gains.foot_tilt_time
+    move = swing.acceleration + gains.foot * way + 2 * sqrt(gains.foot) * swing.velocity
+    wanted = np.empty(6)
+    wanted[:3] = move @ turn - 2 * sqrt(gains.foot) * linear - pin.skew(spin) @ linear
+    wanted[3:] = gains.foot_tilt * tilt + 2 * sqrt(gains.foot_tilt) * (turn[2] * swing.yaw_rate - spin)
+    return Task(foot.jacobian, wanted - foot.drift)
+
+
+def upright(yaw: float) -> Array:
+    """Return the rotation about the vertical by a heading [rad]."""
+    cosine, sine = cos(yaw), sin(yaw)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

@@ -1,0 +1,115 @@
+"""What the equation of motion and the tasks need at one state, from one pass over the kinematic tree."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.robot import Robot
+from stribeck.typing import Array
+from stribeck_simulation.robots.sole import Sole
+
+
+class FootState(NamedTuple):
+    """A sole's motion.
+
+    Attributes
+    ----------
+    rotation, place
+        Of the sole's centre in the world, shape (3, 3) and (3,) [m].
+    jacobian
+        To the velocity in the sole's own coordinates, linear then angular, shape (6, nv).
+    velocity, drift
+        The velocity there, and the spatial acceleration without joint acceleration, shape (6,).
+    to_base
+        Turns spatial velocities in the sole's coordinates into the base's, shape (6, 6).
+    """
+
+    rotation: Array
+    place: Array
+    jacobian: Array
+    velocity: Array
+    drift: Array
+    to_base: Array
+
+
+class Terms(NamedTuple):
+    """The robot at one state.
+
+    Attributes
+    ----------
+    inertia, bias
+        M, shape (nv, nv), and h, shape (nv,).
+    base_rotation
+        Shape (3, 3).
+    com, com_velocity, com_jacobian, com_drift
+        Of the centre of mass in the world: (3,), (3,), (3, nv), (3,).
+    feet
+        In the robot's order of contacts.
+    """
+
+    inertia: Array
+    bias: Array
+    base_rotation: Array
+    com: Array
+    com_velocity: Array
+    com_jacobian: Array
+    com_drift: Array
+    feet: tuple[FootState, ...]
+
+
+class Dynamics:
+    """Pinocchio's model of a robot with a frame at the centre of each sole."""
+
+    def __init__(self, robot: Robot, soles: dict[str, Sole], model: pin.Model | None = None):
+        self.model = pin.Model(model or robot.tree.model)
+        self.frames = []
+        for name, contact in robot.contacts.items():
+            frame = self.model.frames[self.model.getFrameId(contact.frame)]
+            centre = frame.placement * pin.SE3(np.eye(3), np.array(soles[name].centre))
+            sole = pin.Frame(f"sole of {name}", frame.parentJoint, 0, centre, pin.FrameType.OP_FRAME)
+            self.frames.append(self.model.addFrame(sole, False))
+        ends = [self.model.frames[frame].parentJoint for frame in self.frames]
+        self.leg_joints = sorted({joint for end in ends for joint in self.model.supports[end]})
+        self.data = self.model.createData()
+        self.mass = float(sum(inertia.mass for inertia in self.model.inertias))
+        self.gravity = np.array(self.model.gravity.linear)
+        self.weight = -self.mass * float(self.gravity[2])
+        self._rest = np.zeros(self.model.nv)
+        self._upper = np.tri(self.model.nv, dtype=bool).T
+
+    def at(self, configuration: Array, velocity: Array) -> Terms:
+        """Return the terms at a state as Pinocchio has it."""
+        model, data = self.model, self.data
+        upper = pin.crba(model, data, configuration)
+        inertia = np.where(self._upper, upper, upper.T)  # the lower triangle is not all filled
+        bias = pin.nonLinearEffects(model, data, configuration, velocity)
+        pin.forwardKinematics(model, data, configuration, velocity, self._rest)
+        pin.computeJointJacobians(model, data)
+        base = data.oMi[1].copy()
+        rotation = base.rotation
+        jacobian = rotation @ inertia[:3] / self.mass
+        return Terms(
+            inertia=inertia,
+            bias=bias,
+            base_rotation=rotation,
+            com=pin.centerOfMass(model, data, pin.POSITION, False).copy(),
+            com_velocity=jacobian @ velocity,
+            com_jacobian=jacobian,
+            com_drift=rotation @ bias[:3] / self.mass + self.gravity,
+            feet=tuple(self._foot(frame, base) for frame in self.frames),
+        )
+
+    def _foot(self, frame: int, base: pin.SE3) -> FootState:
+        model, data = self.model, self.data
+        pose = pin.updateFramePlacement(model, data, frame).copy()
+        return FootState(
+            pose.rotation,
+            pose.translation,
+            pin.getFrameJacobian(model, data, frame, pin.LOCAL),
+            pin.getFrameVelocity(model, data, frame, pin.LOCAL).vector,
+            pin.getFrameAcceleration(model, data, frame, pin.LOCAL).vector,
+            base.actInv(pose).toActionMatrix(),
+        )

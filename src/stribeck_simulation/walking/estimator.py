@@ -1,0 +1,119 @@
+"""The robot's state from what its sensors give: encoders, IMU and foot forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.typing import Array
+from stribeck_simulation.walking.attitude import AttitudeFilter
+from stribeck_simulation.walking.balance.terms import Dynamics
+
+LOADED = (0.05, 0.35)
+"""A foot is not trusted to stand below, and fully above, these shares of the weight."""
+
+
+class Measurement(NamedTuple):
+    """What the sensors give at one instant; joints in the tree's order.
+
+    Attributes
+    ----------
+    position
+        Of the joints, shape (n,) [rad].
+    orientation, angular_velocity, specific_force
+        Of the base: quaternion xyzw; in its own coordinates [rad/s], [m/s^2].
+    foot_force
+        Vertical, of each foot [N], shape (feet,).
+    """
+
+    position: Array
+    orientation: Array
+    angular_velocity: Array
+    specific_force: Array
+    foot_force: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorGains:
+    """How far a period's measurement moves the estimate, 1 for all the way."""
+
+    joint_position: float = 0.75
+    joint_velocity: float = 0.37
+    base_position: float = 0.1
+    base_velocity: float = 0.1
+    foothold: float = 0.36  # of a foot that bears nothing
+    ground: float = 0.004  # of a foothold's height towards the flat ground
+
+
+class StateEstimator:
+    """Follows the joints by an alpha-beta filter, and the base by strapdown integration held to the standing feet.
+
+    A foot that stands has a foothold p in the world. With r its place in the base, R and w the base's orientation and
+    angular velocity, the base is at `p - R r` and moves with `-R (w x r + r')`, as far as the foot bears weight.
+    A foothold follows its foot while that bears little, and the height of the ground slowly.
+    """
+
+    def __init__(
+        self, dynamics: Dynamics, configuration: Array, period: float, gains: EstimatorGains | None = None
+    ) -> None:
+        self.dynamics, self.period, self.gains = dynamics, period, gains or EstimatorGains()
+        self.configuration = configuration.copy()
+        self.velocity = np.zeros(dynamics.model.nv)
+        self._data = dynamics.model.createData()
+        self._turning = np.concatenate([np.zeros(3), configuration[3:]])
+        self._rates = np.zeros(dynamics.model.nv)
+        self._base_velocity = np.zeros(3)
+        soles, arms, _ = self._feet()
+        rotation = pin.Quaternion(configuration[3:7]).toRotationMatrix()
+        self._attitude = AttitudeFilter(rotation, [atan2(sole[1, 0], sole[0, 0]) for sole in soles], period)
+        self._footholds = configuration[:3] + arms
+
+    def update(self, measured: Measurement) -> tuple[Array, Array]:
+        """Return configuration and velocity, as Pinocchio has them, after one more period."""
+        gains, h = self.gains, self.period
+        joints, rates = self._follow_joints(measured.position)
+        self._turning[3:7] = pin.Quaternion(self._attitude.turn(measured.angular_velocity)).coeffs()
+        self._turning[7:], self._rates[3:6], self._rates[6:] = joints, measured.angular_velocity, rates
+        soles, arms, swings = self._feet()
+        low, high = (share * self.dynamics.weight for share in LOADED)
+        load = [min(max((force - low) / (high - low), 0.0), 1.0) for force in measured.foot_force.tolist()]
+        rotation = self._attitude.correct(measured.orientation, soles, load)
+
+        force = rotation @ measured.specific_force + self.dynamics.gravity
+        position = self.configuration[:3] + h * self._base_velocity + h * h / 2 * force
+        velocity = self._base_velocity + h * force
+        bearing = sum(load)
+        trust, share = np.array(load) / max(bearing, 1.0), min(bearing, 1.0)
+        position += gains.base_position * (trust @ (self._footholds - arms) - share * position)
+        velocity -= gains.base_velocity * (trust @ swings + share * velocity)
+        for k, bears in enumerate(load):
+            if bears < 1.0:
+                self._footholds[k] += gains.foothold * (1 - bears) * (position + arms[k] - self._footholds[k])
+        self._footholds[:, 2] *= 1 - gains.ground
+
+        self.configuration = np.concatenate([position, pin.Quaternion(rotation).coeffs(), joints])
+        self._base_velocity = velocity
+        self.velocity = np.concatenate([velocity @ rotation, measured.angular_velocity, rates])
+        return self.configuration, self.velocity
+
+    def _follow_joints(self, measured: Array) -> tuple[Array, Array]:
+        gains, h = self.gains, self.period
+        expected = self.configuration[7:] + h * self.velocity[6:]
+        error = measured - expected
+        return expected + gains.joint_position * error, self.velocity[6:] + gains.joint_velocity / h * error
+
+    def _feet(self) -> tuple[list[Array], Array, Array]:
+        """Return, for a base that turns at the world's origin, the soles' rotations, places and velocities."""
+        model, data = self.dynamics.model, self._data
+        pin.forwardKinematics(model, data, self._turning, self._rates)
+        soles, (arms, swings) = [], np.empty((2, len(self.dynamics.frames), 3))
+        for k, frame in enumerate(self.dynamics.frames):
+            pose = pin.updateFramePlacement(model, data, frame)
+            soles.append(pose.rotation)
+            arms[k] = pose.translation
+            swings[k] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        return soles, arms, swings

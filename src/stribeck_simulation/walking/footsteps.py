@@ -1,0 +1,134 @@
+"""Where the feet go: a sequence of steps straight, sideways, turning or in place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.typing import Array
+
+FEET = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steps:
+    """Some steps of one kind; the last one brings the feet side by side.
+
+    Attributes
+    ----------
+    count
+        Number of steps, 0 or at least 2.
+    forward
+        From one footprint to the next [m].
+    sideways
+        Of every second step, the one between only closes the feet [m]; positive to the left.
+    turn
+        Of each step [rad], positive to the left.
+    width
+        Between the feet side by side [m]; as the robot stands at the start if None.
+    height
+        Of the swing foot [m].
+    single_support, double_support
+        Times of each step [s].
+    stand
+        Time on both feet before the first step [s].
+    """
+
+    count: int
+    forward: float = 0.0
+    sideways: float = 0.0
+    turn: float = 0.0
+    width: float | None = None
+    height: float = 0.05
+    single_support: float = 0.8
+    double_support: float = 0.2
+    stand: float = 0.5
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """A foot's pose on the ground: x, y [m] and heading [rad]."""
+
+    x: float
+    y: float
+    yaw: float
+
+    @property
+    def place(self) -> Array:
+        """Where it is: x and y [m], shape (2,)."""
+        return np.array([self.x, self.y])
+
+
+@dataclass(frozen=True)
+class Step:
+    """A foot moves from one footprint to the next while the other stands."""
+
+    foot: int
+    start: Footprint
+    goal: Footprint
+    stance: Footprint
+    kind: Steps
+
+
+def plan_steps(walk: Sequence[Steps], feet: tuple[Footprint, Footprint]) -> list[Step]:
+    """Return the steps of a walk.
+
+    Parameters
+    ----------
+    walk
+        One kind of steps after another.
+    feet
+        Where the feet stand: 0 and 1, in the robot's order of contacts.
+    """
+    centre, sides = _centre_of(feet)
+    now, steps = list(feet), []
+    for kind in walk:
+        foot = _first_foot(kind, sides)
+        for k in range(kind.count):
+            if k < kind.count - 1:
+                centre = _advance(centre, kind, leading=k % 2 == 0)
+            goal = _place(centre, _at_width(sides[foot], kind.width))
+            steps.append(Step(foot, now[foot], goal, now[1 - foot], kind))
+            now[foot] = goal
+            foot = 1 - foot
+    return steps
+
+
+def _centre_of(feet: tuple[Footprint, Footprint]) -> tuple[Footprint, tuple[Footprint, Footprint]]:
+    """Return the middle of two feet, and each foot's pose seen from there."""
+    yaw = (feet[0].yaw + feet[1].yaw) / 2
+    x, y = (feet[0].place + feet[1].place) / 2
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[cosine, sine], [-sine, cosine]])
+    seen = [(turn @ (foot.place - (x, y)), foot.yaw - yaw) for foot in feet]
+    sides = [Footprint(float(place[0]), float(place[1]), heading) for place, heading in seen]
+    return Footprint(float(x), float(y), yaw), (sides[0], sides[1])
+
+
+def _first_foot(kind: Steps, sides: tuple[Footprint, Footprint]) -> int:
+    """Return which foot goes first: the one on the side that the robot moves or turns to."""
+    left = 0 if sides[0].y > sides[1].y else 1
+    towards = kind.sideways or kind.turn
+    return left if towards >= 0 else 1 - left
+
+
+def _at_width(side: Footprint, width: float | None) -> Footprint:
+    """Return a foot's pose seen from the middle of the feet, at half of this width [m]."""
+    return side if width is None else replace(side, y=float(np.copysign(width / 2, side.y)))
+
+
+def _advance(centre: Footprint, kind: Steps, leading: bool) -> Footprint:
+    sideways = kind.sideways if leading else 0.0
+    return _place(centre, Footprint(kind.forward, sideways, kind.turn))
+
+
+def _place(centre: Footprint, seen: Footprint) -> Footprint:
+    """Return a pose of the ground from one seen from `centre`."""
+    cosine, sine = np.cos(centre.yaw), np.sin(centre.yaw)
+    return Footprint(
+        float(centre.x + cosine * seen.x - sine * seen.y),
+        float(centre.y + sine * seen.x + cosine * seen.y),
+        centre.yaw + seen.yaw,
+    )

@@ -1,0 +1,90 @@
+"""A robot walks in the ideal simulator of rigid feet: the same plan and controller, true state, no noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from stribeck.robot import Robot
+from stribeck.threads import one_blas_thread
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth
+from stribeck_simulation.mujoco.model import compile_body
+from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.walking.balance.controller import WalkingController
+from stribeck_simulation.walking.balance.tasks import Gains
+from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.plan import Plan, plan_walk
+from stribeck_simulation.walking.simulate import PERIOD, Walk
+from stribeck_simulation.walking.start import start_standing
+
+
+def simulate_ideal_walk(
+    robot: Robot,
+    walk: Sequence[Steps],
+    posture: Mapping[str, float],
+    friction: FrictionTruth,
+    *,
+    soles: Mapping[str, Sole] | None = None,
+    paper_literal: bool = False,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Walk:
+    """Let a robot walk in the paper's ideal simulator (6.1): feet stand as the plan has it.
+
+    Parameters
+    ----------
+    robot
+        With two flat feet, read from a robot file.
+    walk, posture
+        As for `simulate_walk`.
+    friction
+        In its joints, made for the joints in the tree's order; it serves one run.
+    soles
+        Of feet that have no simple shape in the model.
+    paper_literal
+        As for `simulate_constrained`.
+    progress
+        Told the share that is done, now and then.
+
+    Raises
+    ------
+    StribeckError
+        If the simulation diverges.
+    BalanceError
+        If no torques keep its feet on the ground.
+    """
+    body = compile_body(robot, soles or {}, PERIOD)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, posture)
+    plan = plan_walk(walk, start.feet, np.sqrt(-dynamics.gravity[2] / start.height), PERIOD)
+    controller = WalkingController(robot, dynamics, body.soles, start, body.torque_limit, plan, Gains())
+
+    def control(time: float, state: BodyState) -> Array:
+        sample = min(round(time / plan.period), plan.samples - 1)
+        if sample % 100 == 0:
+            progress(sample / plan.samples)
+        return controller.torque(sample, state.configuration, state.velocity)
+
+    with one_blas_thread():
+        log, truth = simulate_constrained(
+            robot,
+            control,
+            _supports(plan, tuple(robot.contacts)),
+            friction,
+            configuration=start.configuration,
+            duration=plan.samples * plan.period,
+            paper_literal=paper_literal,
+        )
+    return Walk(log, truth, plan)
+
+
+def _supports(plan: Plan, feet: tuple[str, ...]) -> list[Support]:
+    """Return which feet the plan has on the ground when."""
+    changes = np.flatnonzero(np.diff(plan.swing, prepend=plan.swing[0] - 1))
+    return [
+        Support(float(k * plan.period), tuple(foot for i, foot in enumerate(feet) if i != plan.swing[k]))
+        for k in changes
+    ]

@@ -1,0 +1,149 @@
+"""The plan of a walk: which feet stand, where the swing foot goes, and the DCM, at every sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.typing import Array
+from stribeck_simulation.walking.dcm import Stretch, min_jerk, plan_dcm
+from stribeck_simulation.walking.footsteps import Footprint, Step, Steps, plan_steps
+
+FINAL_STAND = 1.0
+"""On both feet at the end [s]."""
+BOTH = -1
+"""In `swing`: no foot swings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A walk, sampled at every period of the log.
+
+    Attributes
+    ----------
+    period
+        [s]
+    zmp, dcm
+        [m], shape (T, 2).
+    swing
+        Foot in the air, or -1, shape (T,).
+    progress
+        Of the swing, 0 to 1; in double support of the weight's way to the next stance, shape (T,).
+    step
+        Index of the step that is under way or comes next, shape (T,); the number of steps at the end.
+    share
+        Of the weight on each foot, shape (T, 2).
+    heading, heading_rate
+        Of the base, half way between the feet, continuous [rad], [rad/s], shape (T,).
+    steps
+        All of them.
+    """
+
+    period: float
+    zmp: Array
+    dcm: Array
+    swing: NDArray[np.int64]
+    progress: Array
+    step: NDArray[np.int64]
+    share: Array
+    heading: Array
+    heading_rate: Array
+    steps: list[Step]
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.zmp)
+
+
+@dataclass(frozen=True)
+class _Phase:
+    stretch: Stretch
+    swing: int
+    step: int
+    shares: tuple[float, float]  # of the weight on foot 0, at start and end
+    yaws: tuple[float, float]  # heading of the base at start and end
+
+
+def plan_walk(walk: Sequence[Steps], feet: tuple[Footprint, Footprint], pulsation: float, period: float = 1e-3) -> Plan:
+    """Plan a walk that starts and ends standing.
+
+    Parameters
+    ----------
+    walk
+        One kind of steps after another.
+    feet
+        Centres of the soles at the start.
+    pulsation
+        sqrt(g / z) of the centre of mass [1/s].
+    period
+        Of the log [s].
+    """
+    steps = plan_steps(walk, feet)
+    phases = _phases(walk, steps, feet)
+    zmp, dcm = plan_dcm([phase.stretch for phase in phases], pulsation, period)
+    ends = np.cumsum([phase.stretch.duration for phase in phases])
+    time = np.arange(len(zmp)) * period
+    owner = np.minimum(np.searchsorted(ends, time + period / 2), len(phases) - 1)
+    duration = np.array([phase.stretch.duration for phase in phases])
+    progress = np.clip((time - (ends - duration)[owner]) / duration[owner], 0.0, 1.0)
+    shares = np.array([phase.shares for phase in phases])[owner]
+    first = shares[:, 0] + progress * (shares[:, 1] - shares[:, 0])
+    yaws = np.array([phase.yaws for phase in phases])[owner]
+    turned, rate, *_ = min_jerk(progress)
+    heading = yaws[:, 0] + turned * (yaws[:, 1] - yaws[:, 0])
+    heading_rate = rate / duration[owner] * (yaws[:, 1] - yaws[:, 0])
+    return Plan(
+        period,
+        zmp,
+        dcm,
+        np.array([phase.swing for phase in phases])[owner],
+        progress,
+        np.array([phase.step for phase in phases])[owner],
+        np.column_stack([first, 1 - first]),
+        heading,
+        heading_rate,
+        steps,
+    )
+
+
+def _phases(walk: Sequence[Steps], steps: list[Step], feet: tuple[Footprint, Footprint]) -> list[_Phase]:
+    """Return standing, then double and single support of each step, then standing."""
+    now, share = list(feet), 0.5
+    zmp, yaw = _middle(now)
+    phases: list[_Phase] = []
+
+    def shift(duration: float, to: Array, carried: float, number: int) -> None:
+        nonlocal zmp, share
+        phases.append(_Phase(Stretch(duration, zmp, to), BOTH, number, (share, carried), (yaw, yaw)))
+        zmp, share = to, carried
+
+    kind: Steps | None = None
+    pending = list(walk)
+    for number, step in enumerate(steps):
+        if step.kind is not kind:
+            if kind is not None:
+                shift(2 * kind.double_support, _middle(now)[0], 0.5, number)
+            while kind is not step.kind:
+                kind = pending.pop(0)
+                shift(kind.stand, zmp, 0.5, number)
+        shift(kind.double_support, step.stance.place, float(step.foot == 1), number)
+        now[step.foot] = step.goal
+        turned = _middle(now)[1]
+        stay = Stretch(kind.single_support, zmp, zmp)
+        phases.append(_Phase(stay, step.foot, number, (share, share), (yaw, turned)))
+        yaw = turned
+    if kind is not None:
+        shift(2 * kind.double_support, _middle(now)[0], 0.5, len(steps))
+    for kind in pending:
+        shift(kind.stand, zmp, 0.5, len(steps))
+    shift(FINAL_STAND, zmp, 0.5, len(steps))
+    return phases
+
+
+def _middle(feet: list[Footprint]) -> tuple[Array, float]:
+    """Return the point half way between two feet and their mean heading."""
+    return (feet[0].place + feet[1].place) / 2, (feet[0].yaw + feet[1].yaw) / 2

@@ -1,0 +1,113 @@
+"""Puts a simulated walk into a log, and the truth beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_closing
+from scipy.spatial.transform import Rotation
+
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.robot.kinematics import frame_pose
+from stribeck.robot.rooting import BASE_FRAME
+from stribeck.typing import Array
+from stribeck_simulation.mujoco.model import Body
+from stribeck_simulation.mujoco.simulator import TOUCH, Snapshot, foot_wrenches
+from stribeck_simulation.prescribed.exact import Truth
+from stribeck_simulation.span import span
+
+CONTACT_SHARE = 0.02
+"""A foot that bears more than this share of the weight is in contact."""
+BOUNCE = 0.1
+"""A foot that leaves the ground for less time [s] has bounced as it landed; its contact goes on."""
+
+
+class Recorder:
+    """Collects one sample a period of the log; the arrays are in the tree's order of joints until the end.
+
+    What is held between samples jumps at a sample: the torque and the foot wrench that belong there are the means of
+    both sides, as the second difference of the position is the mean of two accelerations.
+
+    Attributes
+    ----------
+    columns, rows
+        `log_order[columns]` is in the tree's order of joints, `tree_order[rows]` in the log's.
+    """
+
+    def __init__(self, robot: Robot, body: Body, samples: int, period: float) -> None:
+        joints, feet = len(robot.joint_names), len(robot.contacts)
+        self.robot, self.body, self.period, self.filled = robot, body, period, 0
+        self.columns, self.rows = span(robot.tree.columns), span(np.argsort(robot.tree.columns))
+        self.configuration = np.empty((samples, joints + 7))
+        self.velocity = np.empty((samples, joints + 6))
+        self.specific_force = np.empty((samples, 3))
+        self.friction_torque = np.empty((samples, joints))
+        self.torque_after = np.empty((samples, joints))
+        self.touch_before, self.touch_after = np.empty((2, samples, feet, TOUCH))
+
+    def see(self, now: Snapshot, touch: Array) -> None:
+        """Take the state at the next sample, and what the ground did to the feet just before it."""
+        k = self.filled
+        self.configuration[k], self.velocity[k] = now.configuration, now.velocity
+        self.specific_force[k], self.friction_torque[k] = now.specific_force, now.friction_torque
+        self.touch_before[k] = touch
+        self.filled += 1
+
+    def act(self, torque: Array, touch: Array) -> None:
+        """Take the torque that acts from the last sample on, and what the ground did to the feet just after it."""
+        k = self.filled - 1
+        self.torque_after[k], self.touch_after[k] = torque, touch
+
+    def log(self) -> RobotLog:
+        """Return what ideal sensors give."""
+        rows = slice(self.filled)
+        position, velocity = self._joints(self.configuration[rows, 7:]), self._joints(self.velocity[rows, 6:])
+        torque, wrench = self.torque_after[rows].copy(), foot_wrenches(self.body, self.touch_after[rows])
+        torque[1:] = 0.5 * (self.torque_after[: self.filled - 1] + torque[1:])
+        wrench[1:] = 0.5 * (foot_wrenches(self.body, self.touch_before[1 : self.filled]) + wrench[1:])
+        weight = self.robot.mass * float(np.linalg.norm(self.robot.gravity))
+        return RobotLog(
+            time=self.period * np.arange(self.filled, dtype=np.float64),
+            joint_names=self.robot.joint_names,
+            position=position,
+            velocity=velocity,
+            torque=self._joints(torque),
+            base_orientation=self._base_orientation(position),
+            angular_velocity=self.velocity[rows, 3:6].copy(),
+            linear_acceleration=self.specific_force[rows].copy(),
+            foot_names=tuple(self.robot.contacts),
+            contact=without_bounces(wrench[:, :, 2] > CONTACT_SHARE * weight, round(BOUNCE / self.period)),
+            foot_wrench=wrench,
+            torque_source=self.robot.torque_source,
+        )
+
+    def truth(self, parameters: dict[str, dict[str, float]]) -> Truth:
+        """Return what the log does not say, with the friction's parameters."""
+        rows = slice(self.filled)
+        return Truth(
+            friction_torque=self._joints(self.friction_torque[rows]),
+            parameters=parameters,
+            base_position=self.configuration[rows, :3].copy(),
+            base_orientation=self.configuration[rows, 3:7].copy(),
+            base_velocity=self.velocity[rows, :6].copy(),
+        )
+
+    def _joints(self, tree_order: Array) -> Array:
+        return tree_order[:, self.rows]
+
+    def _base_orientation(self, position: Array) -> Array:
+        """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""
+        root = self.configuration[: self.filled, 3:7].copy()
+        if self.robot.base_frame == BASE_FRAME:
+            return root
+        frame = self.robot.tree.model.getFrameId(self.robot.base_frame)
+        turn, _ = frame_pose(self.robot.tree, frame, position)
+        return np.asarray((Rotation.from_quat(root) * Rotation.from_matrix(turn)).as_quat())
+
+
+def without_bounces(touching: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Return contact flags without gaps of fewer samples than `shortest` [1], shape (T, feet)."""
+    around = ((shortest, shortest), (0, 0))
+    closed = binary_closing(np.pad(touching, around, mode="edge"), np.ones((shortest, 1), dtype=bool))
+    return np.asarray(closed[shortest:-shortest])

@@ -1,0 +1,75 @@
+"""How a robot stands before it walks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.errors import SettingsError
+from stribeck.robot import Robot
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.posture import default_posture, stand
+from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.footsteps import FEET, Footprint
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Standing on both feet.
+
+    Attributes
+    ----------
+    configuration
+        As Pinocchio has it for the rooted tree, the soles on z = 0.
+    feet
+        Where the centres of the soles are.
+    height
+        Of the centre of mass [m].
+    """
+
+    configuration: Array
+    feet: tuple[Footprint, Footprint]
+    height: float
+
+    @property
+    def posture(self) -> Array:
+        """Joint positions in the tree's order, shape (n,)."""
+        return self.configuration[7:]
+
+
+def start_standing(robot: Robot, dynamics: Dynamics, posture: Mapping[str, float]) -> Start:
+    """Stand in a posture, with level feet.
+
+    Parameters
+    ----------
+    robot
+        Floating, with two surface contacts.
+    dynamics
+        Its model with soles.
+    posture
+        Joint positions by name [rad]; knees bent enough for the steps to come, and little enough for their torque.
+
+    Raises
+    ------
+    SettingsError
+        If the robot has not two flat feet, or cannot stand in the posture.
+    """
+    kinds = [contact.kind for contact in robot.contacts.values()]
+    if kinds != ["surface"] * FEET:
+        raise SettingsError(
+            f"{robot.path}: walking needs two contacts of kind 'surface'; found {', '.join(kinds) or 'none'}"
+        )
+    joints, height, _ = stand(robot, default_posture(robot, posture))
+    configuration = np.concatenate([[0, 0, height, 0, 0, 0, 1], joints[robot.tree.columns]])
+    rest = np.zeros(dynamics.model.nv)
+    feet = dynamics.at(configuration, rest).feet
+    configuration[2] -= min(foot.place[2] for foot in feet)
+    prints = [
+        Footprint(
+            float(foot.place[0]), float(foot.place[1]), float(np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0]))
+        )
+        for foot in feet
+    ]
+    return Start(configuration, (prints[0], prints[1]), float(dynamics.at(configuration, rest).com[2]))
