@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from stribeck import Robot, identify
 from stribeck.friction import get_law
 from stribeck.result import Result
-from stribeck.walk import WalkPicture
 from stribeck_simulation.demo import Demo, make_demo
+from stribeck_simulation.pictures.walk import WalkPicture
 
 JOINTS = ("left_hip_roll", "left_hip_pitch", "left_knee", "left_ankle_pitch")
 APART = 0.95

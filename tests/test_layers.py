@@ -22,7 +22,8 @@ ABOVE: dict[str, set[str]] = {
     "dynamics": GROUND | {"dynamics", "robot", "log.storage"},
     "contact": GROUND | {"contact", "dynamics", "log", "robot"},
     "preparation": GROUND | {"contact", "log", "motion", "robot"},
-    "friction_torque": GROUND | {"friction_torque", "preparation", "contact", "dynamics", "log", "motion", "result", "robot"},
+    "friction_torque": GROUND
+    | {"friction_torque", "preparation", "contact", "dynamics", "log", "motion", "result", "robot"},
     "equations": GROUND | {"equations", "contact", "dynamics", "log", "motion", "robot"},
     "identification": GROUND | {"identification", "friction", "result"},
     "export": GROUND | {"export", "result", "robot"},

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.robot import Robot
-from stribeck.walk import WalkPicture
 from stribeck_simulation.files import write_simulated
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.pictures.pictures import walk_picture
+from stribeck_simulation.pictures.walk import WalkPicture
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 from stribeck_simulation.run import run_scenario

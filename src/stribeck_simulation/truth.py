@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from stribeck.friction import FrictionLaw
+from stribeck.report import Reference
 from stribeck.result import Result
 from stribeck.typing import Array
-from stribeck.walk import WalkPicture
 from stribeck_simulation.friction.parameters import Parameters
 
 EVEN_POINTS = 201
@@ -20,19 +18,16 @@ NEAR = (1e-4, 0.1)
 """From where to where these lie, as shares of the largest speed."""
 
 
-def with_truth(result: Result, law: FrictionLaw, parameters: Parameters, walk: WalkPicture | None = None) -> Result:
-    """Return a result whose report shows the truth too.
+def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) -> Reference:
+    """Return the truth as the report shows it beside a result.
 
     Parameters
     ----------
     result
-        With evidence.
+        Says over which velocities joints moved.
     law, parameters
         The friction that was simulated; its values stand beside the found ones if the same law was fitted.
-    walk
-        What the robot did, if it walked.
     """
-    assert result.evidence is not None
     curves = {}
     for joint, values in parameters.items():
         if joint in result.joints:
@@ -40,8 +35,7 @@ def with_truth(result: Result, law: FrictionLaw, parameters: Parameters, walk: W
             ordered = np.array([values[parameter.name] for parameter in law.parameters])
             curves[joint] = (velocity, law.torque(velocity, ordered))
     known = {joint: dict(values) for joint, values in parameters.items()} if law.name == result.law else {}
-    evidence = replace(result.evidence, truth_curves=curves, truth_parameters=known, walk=walk)
-    return replace(result, evidence=evidence)
+    return Reference(name="the simulated truth", curves=curves, parameters=known)
 
 
 def _velocities(low: float, high: float) -> Array:

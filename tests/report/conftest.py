@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stribeck.friction import get_law
+from stribeck.report import Reference
 from stribeck.result import Evidence, JointResult, LogSummary, ParameterEstimate, Result, Validation
 from stribeck.samples import Samples
 from stribeck.typing import Array
-from stribeck.walk import Footprint, Pose, WalkPicture
+from stribeck_simulation.pictures.walk import Footprint, Pose, WalkPicture
 
 LAW = get_law("stribeck")
 TRUTH = {
@@ -195,9 +195,8 @@ def make_walk(steps: int = 30, length: float = 0.3, turn: float = 0.02) -> WalkP
     )
 
 
-def with_walk(result: Result) -> Result:
-    """The same result with a walk, and with true curves that are a tenth higher than the fitted ones."""
-    assert result.evidence is not None
+def truth_of(result: Result) -> Reference:
+    """A truth whose curves are a tenth higher than the fitted ones."""
     curves, known = {}, {}
     for name, joint in result.joints.items():
         if joint.parameters:
@@ -205,8 +204,7 @@ def with_walk(result: Result) -> Result:
             velocity = np.linspace(*joint.velocity_range, 101)
             curves[name] = (velocity, 1.1 * LAW.torque(velocity, values))
             known[name] = {parameter: 1.1 * found.value for parameter, found in joint.parameters.items()}
-    evidence = replace(result.evidence, truth_curves=curves, truth_parameters=known, walk=make_walk())
-    return replace(result, evidence=evidence)
+    return Reference(name="the simulated truth", curves=curves, parameters=known)
 
 
 @pytest.fixture(scope="session")

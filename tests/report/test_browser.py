@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.report.conftest import with_walk
+from tests.report.conftest import make_walk, truth_of
 
 from stribeck.report import write_report
 from stribeck.result import Result
+from stribeck_simulation.pictures.section import walk_section
 
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
@@ -52,7 +53,6 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory) -> Any:
     """The report of a walk's result whose names and texts have no place to be broken."""
-    result = with_walk(result)
     path = tmp_path_factory.mktemp("report") / "report.html"
     long = "supercalifragilistic" * 4
     old = "torso_pitch"
@@ -62,7 +62,7 @@ def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory)
     evidence = replace(result.evidence, samples=replace(samples, joint_names=names))
     joints = {long if name == old else name: joint for name, joint in result.joints.items()}
     changed = replace(result, robot=long, joints=joints, evidence=evidence, warnings=[long, *result.warnings])
-    write_report(changed, path)
+    write_report(changed, path, reference=truth_of(result), further=[walk_section(make_walk())])
     browser.get(path.as_uri())
     return browser
 

@@ -16,9 +16,9 @@ from stribeck.report.figure import house_style, inline_svg, new_axes
 from stribeck.report.joint_data import joint_data
 from stribeck.report.joint_figures import friction_over_time, friction_over_velocity, velocity_coverage
 from stribeck.report.timeline import _strips
-from stribeck.report.walk import side_colours
-from stribeck.report.walk_figures import from_above, strip
 from stribeck.result import Result
+from stribeck_simulation.pictures.section import side_colours
+from stribeck_simulation.pictures.walk_figures import from_above, strip
 
 TEXT = re.compile(r"<text ([^>]*)>([^<]*)</text>")
 PLACE = re.compile(r'\b([xy])="([-\d.]+)"')

@@ -9,24 +9,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.report.conftest import make_walk, with_walk
+from tests.report.conftest import make_walk, truth_of
 
 from stribeck.friction import get_law
 from stribeck.report import write_report
 from stribeck.report.figure import COLOURS, house_style, inline_svg
 from stribeck.report.joint_data import joint_data
 from stribeck.report.joint_figures import friction_over_velocity
-from stribeck.report.walk import side_colours, walk
-from stribeck.report.walk_figures import _sole, from_above, seen_from_the_side, strip
 from stribeck.result import Result
-from stribeck.walk import SEEN_FROM, Footprint, Picture, Pose
+from stribeck_simulation.pictures.section import side_colours, walk_section
+from stribeck_simulation.pictures.walk import SEEN_FROM, Footprint, Picture, Pose
+from stribeck_simulation.pictures.walk_figures import _sole, from_above, seen_from_the_side, strip
 
 SIDES = {"left_foot": "data", "right_foot": "right"}
 
 
 def test_sections_appear_with_what_they_show(result: Result, tmp_path: Path) -> None:
     write_report(result, tmp_path / "without.html")
-    write_report(with_walk(result), tmp_path / "with.html")
+    section = walk_section(make_walk())
+    write_report(result, tmp_path / "with.html", reference=truth_of(result), further=[section])
     without, shown = ((tmp_path / f"{name}.html").read_text(encoding="utf-8") for name in ("without", "with"))
     body = without[without.index("<body>") :].lower()
     assert "truth" not in body
@@ -34,19 +35,19 @@ def test_sections_appear_with_what_they_show(result: Result, tmp_path: Path) -> 
     assert shown.index('id="warnings"') < shown.index('id="walk"') < shown.index('id="joints"')
     assert shown.count("<small>truth ") == 5 * 6  # a panel each
     assert shown.count("<br>truth ") == 5 * 6  # a row each
-    assert "the simulation's truth" in shown
+    assert "the simulated truth" in shown
 
 
 def test_the_truth_is_a_curve_of_its_own(result: Result) -> None:
     name = "left_hip_yaw"
-    evidence = with_walk(result).evidence
+    evidence, reference = result.evidence, truth_of(result)
     assert evidence is not None
     with house_style():
-        data = joint_data(name, result.joints[name], evidence, get_law("stribeck"), evidence.samples)
+        data = joint_data(name, result.joints[name], evidence, get_law("stribeck"), evidence.samples, reference)
         axes = friction_over_velocity(data)
         lines = {str(line.get_color()): line for line in axes.get_lines()}
         truth, law = lines[COLOURS["ink"]], lines[COLOURS["law"]]
-    velocity, torque = evidence.truth_curves[name]
+    velocity, torque = reference.curves[name]
     np.testing.assert_array_equal(truth.get_xydata(), np.column_stack([velocity, torque]))
     assert truth.get_linestyle() != law.get_linestyle()
     low, high = axes.get_ylim()
@@ -151,11 +152,7 @@ def test_pictures_stand_where_the_sticks_would() -> None:
 
 
 def test_a_long_walk_has_a_close_up() -> None:
-    with house_style():
-        near, far = walk(make_walk(6)), walk(make_walk(40))
-    assert walk(None) is None
-    assert near is not None
-    assert far is not None
+    near, far = walk_section(make_walk(6)), walk_section(make_walk(40))
     assert near.body.count("<figure>") == 2
     assert far.body.count("<figure>") == 3
 

@@ -14,19 +14,19 @@ from tests.report.conftest import TRUTH, build_result
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
-from stribeck.report.walk_figures import seen_from_the_side
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.typing import Array
-from stribeck.walk import Pose, WalkPicture
 from stribeck_simulation.pictures import render
 from stribeck_simulation.pictures.pictures import POSES, stances, walk_picture
 from stribeck_simulation.pictures.stick_figure import stick_figure
+from stribeck_simulation.pictures.walk import Pose, WalkPicture
+from stribeck_simulation.pictures.walk_figures import seen_from_the_side
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
-from stribeck_simulation.truth import with_truth
+from stribeck_simulation.truth import truth_reference
 
 SOLES = {f"{side}_foot": Sole((0.0, 0.0, 0.0), 0.11, 0.05) for side in SIDES}
 """Of the packaged biped."""
@@ -189,15 +189,14 @@ def test_an_arm_does_not_walk(walked):
 def test_truth_beside_the_result_is_the_law():
     result = build_result()
     law, joints = Stribeck(), {"left_hip_yaw": TRUTH, "not_in_the_result": TRUTH}
-    shown = with_truth(result, law, joints).evidence
-    assert list(shown.truth_curves) == ["left_hip_yaw"]
-    velocity, torque = shown.truth_curves["left_hip_yaw"]
+    shown = truth_reference(result, law, joints)
+    assert list(shown.curves) == ["left_hip_yaw"]
+    velocity, torque = shown.curves["left_hip_yaw"]
     assert (velocity[0], velocity[-1]) == result.joints["left_hip_yaw"].velocity_range
     np.testing.assert_array_equal(torque, law.torque(velocity, np.array([TRUTH[p.name] for p in law.parameters])))
     assert np.diff(velocity).max() < 0.02 * np.ptp(velocity)
-    assert shown.truth_parameters == joints
-    assert with_truth(replace(result, law="coulomb-viscous"), law, joints).evidence.truth_parameters == {}
-    assert result.evidence.truth_curves == {}  # the result itself knows nothing
+    assert shown.parameters == joints
+    assert truth_reference(replace(result, law="coulomb-viscous"), law, joints).parameters == {}
 
 
 def test_a_rendered_robot_covers_its_stick_figure(biped, walked: Walked, picture):

@@ -193,7 +193,8 @@ def demo(
     from stribeck.report import write_report
     from stribeck.robot import Robot
     from stribeck_simulation.demo import FILES, make_demo
-    from stribeck_simulation.truth import with_truth
+    from stribeck_simulation.pictures.section import walk_section
+    from stribeck_simulation.truth import truth_reference
 
     check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
     with staged_folder(output) as staging, progress_bar() as progress:
@@ -203,7 +204,8 @@ def demo(
         result = _moved(result, str(staging), str(output))
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
-        write_report(with_truth(result, example.law, example.parameters, example.walk), staging / REPORT)
+        truth = truth_reference(result, example.law, example.parameters)
+        write_report(result, staging / REPORT, reference=truth, further=[walk_section(example.walk)])
     console.print_truth(result, example.parameters)
     console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.friction.law import FrictionLaw
+from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.result import Evidence, JointResult, law_values
 from stribeck.samples import Samples
 from stribeck.typing import Array
@@ -34,8 +35,8 @@ class JointData:
         As written on the axes.
     seconds_per_sample
         Time of the log that each of these samples stands for [s].
-    truth
-        Of a simulated robot: velocity and true friction torque there, each of shape (K,).
+    reference
+        Known from elsewhere: velocity and friction torque there, each of shape (K,).
     """
 
     time: Array
@@ -48,7 +49,7 @@ class JointData:
     torque_unit: str
     velocity_unit: str
     seconds_per_sample: float
-    truth: tuple[Array, Array] | None
+    reference: tuple[Array, Array] | None
 
     def predict(self, velocity: Array) -> Array | None:
         """Return the law's friction torque at these velocities, shape (N,); None where nothing was fitted."""
@@ -63,7 +64,14 @@ class JointData:
         return np.asarray(self.errors_95 * np.sqrt(np.maximum(variance, 0.0)))
 
 
-def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw, samples: Samples) -> JointData:
+def joint_data(
+    name: str,
+    joint: JointResult,
+    evidence: Evidence,
+    law: FrictionLaw,
+    samples: Samples,
+    reference: Reference = NO_REFERENCE,
+) -> JointData:
     """Collect what is drawn of a joint, from these samples (all that were kept, or the clear stretch)."""
     prismatic = name in evidence.prismatic
     time, velocity, torque = _usable(samples, name)
@@ -79,7 +87,7 @@ def joint_data(name: str, joint: JointResult, evidence: Evidence, law: FrictionL
         torque_unit="N" if prismatic else "N m",
         velocity_unit="m/s" if prismatic else "rad/s",
         seconds_per_sample=samples.period * samples.stride * _thinning(samples),
-        truth=evidence.truth_curves.get(name),
+        reference=reference.curves.get(name),
     )
 
 

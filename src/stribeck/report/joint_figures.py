@@ -21,13 +21,13 @@ MOST_BREAK = 3.0
 
 
 def friction_over_velocity(data: JointData) -> Axes:
-    """Draw the samples' density, the fitted law and its 95 % band, and the truth where it is known."""
+    """Draw the samples' density, the fitted law and its 95 % band, and the reference where there is one."""
     axes = new_axes(f"velocity [{data.velocity_unit}]", f"friction [{data.torque_unit}]")
     limits = robust_limits(data.velocity, share=0.0, margin=0.03)
     grid = _velocity_grid(*limits)
     law, band = data.predict(grid), data.band(grid)
     low, high = robust_limits(data.torque)
-    for curve in (law, data.truth[1] if data.truth else None):
+    for curve in (law, data.reference[1] if data.reference else None):
         if curve is not None:
             low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
     draw_density(axes, data.velocity, data.torque, limits, (low, high))
@@ -36,8 +36,8 @@ def friction_over_velocity(data: JointData) -> Axes:
         axes.fill_between(grid, law - band, law + band, color=COLOURS["law"], alpha=0.28, linewidth=0, zorder=3)
     if law is not None:
         axes.plot(grid, law, color=COLOURS["law"], linewidth=1.8, zorder=4)
-    if data.truth:
-        axes.plot(*data.truth, color=COLOURS["ink"], linewidth=1.2, linestyle=(0, (4, 3)), zorder=5)
+    if data.reference:
+        axes.plot(*data.reference, color=COLOURS["ink"], linewidth=1.2, linestyle=(0, (4, 3)), zorder=5)
     return axes
 
 

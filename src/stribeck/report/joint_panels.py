@@ -14,6 +14,7 @@ from stribeck.report.joint_figures import (
     velocity_coverage,
 )
 from stribeck.report.page import Section, render
+from stribeck.report.reference import Reference
 from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result
 
@@ -21,11 +22,11 @@ Figures = list[tuple[Markup, str]]
 """Drawings with their captions."""
 
 
-def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
+def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
     """Return the section with every joint's panel, in the order of the result."""
     panels = []
     for index, (name, joint) in enumerate(result.joints.items()):
-        data = joint_data(name, joint, evidence, law, evidence.samples)
+        data = joint_data(name, joint, evidence, law, evidence.samples, reference)
         figures = _figures(f"j{index}", name, joint, data)
         stretch = _stretch_figure(f"j{index}t", name, joint, evidence, law)
         if stretch is not None and joint.parameters:
@@ -36,12 +37,12 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw) -> Sectio
                 "name": name,
                 "joint": joint,
                 "figures": figures,
-                "truth": evidence.truth_parameters.get(name, {}),
+                "reference": reference.parameters.get(name, {}),
                 "unit": data.torque_unit,
                 "velocity_unit": data.velocity_unit,
             }
         )
-    body = render("joint_panels.html.j2", panels=panels, symbols=symbols(law), truth=bool(evidence.truth_curves))
+    body = render("joint_panels.html.j2", panels=panels, symbols=symbols(law), known=reference)
     return Section(anchor="joints", title="Joints", body=body)
 
 

@@ -7,12 +7,13 @@ from markupsafe import Markup
 from stribeck.friction.law import FrictionLaw
 from stribeck.report.joint_data import fitted_values
 from stribeck.report.page import Section, render
+from stribeck.report.reference import Reference
 from stribeck.report.sparkline import sparkline
 from stribeck.report.text import parameter_names, symbols
 from stribeck.result import Evidence, JointResult, Result
 
 
-def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
+def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
     """Return the section with a row a joint: verdict, reason, parameters, validation."""
     names = parameter_names(result, law)
     known = symbols(law)
@@ -21,7 +22,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Secti
         {
             "name": name,
             "joint": joint,
-            "truth": evidence.truth_parameters.get(name, {}),
+            "reference": reference.parameters.get(name, {}),
             "explained": explained(joint),
             "unit": "N" if name in evidence.prismatic else "N m",
             "sparkline": _sparkline(name, joint, evidence, law),
@@ -31,7 +32,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw) -> Secti
     return Section(
         anchor="verdicts",
         title="Verdicts",
-        body=render("verdict_table.html.j2", columns=columns, rows=rows),
+        body=render("verdict_table.html.j2", columns=columns, rows=rows, word=reference.word),
     )
 
 

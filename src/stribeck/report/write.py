@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from stribeck.errors import SettingsError
@@ -11,20 +12,22 @@ from stribeck.report.corrections import corrections
 from stribeck.report.figure import house_style
 from stribeck.report.heading import heading
 from stribeck.report.joint_panels import joint_panels
-from stribeck.report.page import render_page
+from stribeck.report.page import Section, render_page
 from stribeck.report.power import power
 from stribeck.report.provenance import provenance
+from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.sides import sides
 from stribeck.report.terms import terms
 from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import verdict_table
-from stribeck.report.walk import walk
 from stribeck.report.warnings import warnings
 from stribeck.result import Result
 from stribeck.samples import Samples
 
 
-def write_report(result: Result, path: str | Path) -> None:
+def write_report(
+    result: Result, path: str | Path, *, reference: Reference = NO_REFERENCE, further: Sequence[Section] = ()
+) -> None:
     """Write one self-contained HTML file: no network, no script, the same bytes for the same result.
 
     Parameters
@@ -33,6 +36,10 @@ def write_report(result: Result, path: str | Path) -> None:
         With its evidence, as `identify` returns it.
     path
         The file to write; whole or not at all.
+    reference
+        Known friction that is shown beside what was found.
+    further
+        More sections, which stand before the joints' panels.
 
     Raises
     ------
@@ -51,11 +58,11 @@ def write_report(result: Result, path: str | Path) -> None:
     law = get_law(result.law)
     with house_style():
         sections = [
-            verdict_table(result, evidence, law),
+            verdict_table(result, evidence, law, reference),
             warnings(result),
             terms(result),
-            walk(evidence.walk),
-            joint_panels(result, evidence, law),
+            *further,
+            joint_panels(result, evidence, law, reference),
             sides(result, evidence, law),
             corrections(result),
             power(result),

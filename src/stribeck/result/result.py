@@ -21,7 +21,6 @@ from stribeck.result.tables import html_table, parameter_rows, verdict_counts
 from stribeck.samples import Samples
 from stribeck.settings import describe
 from stribeck.typing import Array
-from stribeck.walk import WalkPicture
 
 if TYPE_CHECKING:
     import pandas
@@ -216,12 +215,6 @@ class Evidence:
         What was done to the log on the way, a sentence each.
     prismatic
         Joints that slide: their units are m, N and N s/m.
-    truth_curves
-        Of a simulated robot, by joint: velocity [rad/s] and true friction torque there [N m], each of shape (K,).
-    truth_parameters
-        Of a simulated robot, by joint and name, where its friction is of the law that was fitted.
-    walk
-        Of a simulated robot that walked: what there is to see of it.
     correction
         Samples of free and swinging limbs by model and log as they were given, and as they were corrected.
     """
@@ -233,9 +226,6 @@ class Evidence:
     provenance: list[tuple[str, str]]
     notes: list[str] = field(default_factory=list)
     prismatic: frozenset[str] = frozenset()
-    truth_curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
-    truth_parameters: dict[str, dict[str, float]] = field(default_factory=dict)
-    walk: WalkPicture | None = None
     correction: tuple[Samples, Samples] | None = None
 
 

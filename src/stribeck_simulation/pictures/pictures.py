@@ -14,9 +14,9 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.typing import Array
-from stribeck.walk import Footprint, Picture, Pose, WalkPicture
 from stribeck_simulation.pictures.render import render_poses
 from stribeck_simulation.pictures.stick_figure import NO_SOLE, StickFigure, stick_figure
+from stribeck_simulation.pictures.walk import Footprint, Picture, Pose, WalkPicture
 from stribeck_simulation.robots.sole import Sole
 
 POSES = 8

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from stribeck.result.mirror import mirrored_pairs
 from stribeck.robot import Robot, read_robot_file
 from stribeck.typing import Array
-from stribeck.walk import SEEN_FROM, Picture
 from stribeck_simulation.pictures import drawing
 from stribeck_simulation.pictures.drawing import BELOW, EXTENT, GREY
+from stribeck_simulation.pictures.walk import SEEN_FROM, Picture
 
 BACKENDS = ("egl", "osmesa")
 """Ways to draw without a screen, in the order in which they are tried."""

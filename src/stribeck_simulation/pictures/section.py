@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from stribeck.report.figure import inline_svg
+from markupsafe import Markup
+
+from stribeck.report.figure import house_style, inline_svg
 from stribeck.report.page import Section, render
-from stribeck.report.walk_figures import Window, from_above, strip
 from stribeck.result.mirror import mirrored_pairs
-from stribeck.walk import WalkPicture
+from stribeck_simulation.pictures.walk import WalkPicture
+from stribeck_simulation.pictures.walk_figures import Window, from_above, strip
 
 LONG = 4.0
 """A walk that reaches further than this is drawn a second time, closer [m]."""
@@ -14,14 +16,21 @@ CLOSE_UP = 2.4
 """Length and width of the close-up [m]."""
 
 
-def walk(picture: WalkPicture | None) -> Section | None:
-    """Return the section with the walk from above and its strip of poses; None if the robot did not walk."""
-    if picture is None:
-        return None
+def walk_section(picture: WalkPicture) -> Section:
+    """Return the report's section with the walk from above and its strip of poses."""
     colours = side_colours([*picture.segment_names, *(print_.foot for print_ in picture.footprints)])
+    with house_style():
+        figures = _figures(picture, colours)
+    sides = [("data", "left"), ("right", "right")] if {"data", "right"} <= set(colours.values()) else []
+    body = render("figure_row.html.j2", figures=figures, legend=[*sides, ("path", "centre of mass")])
+    return Section(anchor="walk", title="Walk", body=body)
+
+
+def _figures(picture: WalkPicture, colours: dict[str, str]) -> list[tuple[Markup, str]]:
+    """Return the drawings with their captions."""
     whole = _window(picture)
     stride = (picture.poses[0].time, picture.poses[-1].time)
-    figures = []
+    figures: list[tuple[Markup, str]] = []
     if max(whole[1] - whole[0], whole[3] - whole[2]) > LONG:
         all_the_time = (float(picture.com_time[0]), float(picture.com_time[-1]))
         drawing = inline_svg(from_above(picture, colours, whole, all_the_time), "The whole walk from above", "w0")
@@ -31,8 +40,7 @@ def walk(picture: WalkPicture | None) -> Section | None:
     figures.append((drawing, "From above; strong: while the poses last; fainter: earlier"))
     span = f"{stride[0]:.2f} to {stride[1]:.2f} s"
     figures.append((inline_svg(strip(picture, colours), f"The robot at {span}", "w2"), f"The robot from {span}"))
-    sided = {"data", "right"} <= set(colours.values())
-    return Section(anchor="walk", title="Walk", body=render("walk.html.j2", figures=figures, sided=sided))
+    return figures
 
 
 def side_colours(names: list[str]) -> dict[str, str]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stribeck.report.figure import COLOURS, HEIGHT, WIDTH, new_axes
 from stribeck.typing import Array
-from stribeck.walk import SEEN_FROM, Footprint, Pose, WalkPicture
+from stribeck_simulation.pictures.walk import SEEN_FROM, Footprint, Pose, WalkPicture
 
 LOWEST = 90.0
 """Least height of what is seen from above [SVG units]."""
