@@ -37,7 +37,6 @@ OTHER = {
     "block": 0.5,
     "holdout": 4,
     "corrections": "none",
-    "intervals": "bootstrap",
 }
 """Settings by key, each another than the usual one."""
 

@@ -53,6 +53,8 @@ class JointFit:
         Half the sum of squared training residuals [N^2 m^2] (of the loss, if robust).
     settled
         Whether the last descent came to its end; if not, the samples hardly tell its parameters apart.
+    variance_shares
+        Of each parameter: what its variance is made of, by name, adding up to one; None if the method does not know.
     """
 
     parameters: tuple[Parameter, ...]
@@ -68,6 +70,7 @@ class JointFit:
     starts: int
     cost: float
     settled: bool
+    variance_shares: tuple[dict[str, float], ...] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

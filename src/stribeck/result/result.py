@@ -32,13 +32,17 @@ TermDecision = Literal["kept", "refused", "open"]
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterEstimate:
-    """A fitted parameter: value, standard error, 95 % interval, unit and verdict."""
+    """A fitted parameter: value, standard error, 95 % interval, unit and verdict.
+
+    `variance_shares` says what the squared standard error is made of, by name, adding up to one, if the method knows.
+    """
 
     value: float
     standard_error: float
     interval_95: tuple[float, float]
     unit: str
     verdict: Verdict
+    variance_shares: dict[str, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -348,7 +352,10 @@ class _Document(TypedDict):
 
 
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
-    """Return a joint as plain data; what only the law "auto" has is left out of others."""
+    """Return a joint as plain data; what only some laws or methods have is left out of others."""
     plain = asdict(joint)
     del plain["law"]  # the result's
+    for parameter in plain["parameters"].values():
+        if parameter["variance_shares"] is None:
+            del parameter["variance_shares"]
     return {key: value for key, value in plain.items() if value is not None or key not in ("terms", "mean_load")}

@@ -85,6 +85,7 @@ def _judge_joint(
                 interval_95=(float(fit.intervals[i, 0]), float(fit.intervals[i, 1])),
                 unit=unit_for(parameter, prismatic),
                 verdict="weak" if weak[i] else "identified",
+                variance_shares=None if fit.variance_shares is None else fit.variance_shares[i],
             )
             for i, parameter in enumerate(fit.parameters)
         },
