@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.survey import FrictionSamples, thinned_samples
+from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.verdict import judge
@@ -23,7 +23,7 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.version import __version__
 
-UNPHYSICAL = 0.4
+MOST_ADDED = 0.4
 """Share of samples with positive friction power above which a joint's signals or model must be wrong."""
 
 
@@ -68,7 +68,7 @@ def compose(
             *robot.warnings,
             *(warning for part in prepared for warning in part.warnings),
             *(warning for part in found.logs for warning in part.warnings),
-            *_energy_fed_in(joints),
+            *_passivity_violated(joints),
             *finding.warnings,
         ],
         corrections=finding.corrections,
@@ -94,8 +94,8 @@ def _joints(finding: Finding, samples: Samples, law: FrictionLaw, settings: Sett
 def _choices(found: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:
     """Return label and text of what was chosen by the logs."""
     filters = dict.fromkeys(part.filter_name for part in found.logs)
-    supports = dict.fromkeys(part.support.source for part in prepared)
-    return [("Filter", "; ".join(filters)), ("Support from", "; ".join(supports))]
+    sources = dict.fromkeys(part.support.source for part in prepared)
+    return [("Filter", "; ".join(filters)), ("Contact modes from", "; ".join(sources))]
 
 
 def _evidence(
@@ -111,7 +111,7 @@ def _evidence(
         samples=_without_armature(found.samples, finding.fits),
         covariance={joint: fit.covariance for joint, fit in finding.fits.items()},
         phases=[phase for part in found.logs for phase in part.phases],
-        stretch=_without_armature(found.logs[0].stretch, finding.fits),
+        close_up=_without_armature(found.logs[0].close_up, finding.fits),
         provenance=origin,
         prismatic=frozenset(name for name, prismatic in slides if prismatic),
         notes=[
@@ -136,14 +136,14 @@ def _before_and_after(found: FrictionSamples, prepared: Sequence[PreparedLog], r
     return before, replace(samples, usable=samples.usable & swinging)
 
 
-def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:
-    """Return a warning about joints whose friction would push as often as it resists (7.9)."""
-    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > UNPHYSICAL]
+def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
+    """Return a warning about joints whose friction adds power nearly as often as it takes it (7.9)."""
+    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
     if not names:
         return []
     return [
-        f"friction would feed energy in at over {100 * UNPHYSICAL:.0f} % of the samples, which none can: "
-        f"{', '.join(names)}; they have none to speak of, or signs, delays ('stribeck inspect') or inertias are wrong"
+        f"passivity violated, friction adds power in over {100 * MOST_ADDED:.0f} % of the samples: {', '.join(names)}; "
+        "they have hardly any friction, or signs, delays ('stribeck inspect') or inertias are wrong"
     ]
 
 
@@ -161,9 +161,10 @@ def _with_model_armature(joints: dict[str, JointResult], robot: Robot) -> dict[s
     """Add what the model already has to the fitted rotor inertias, which are what it lacks."""
     changed = dict(joints)
     for name, joint in joints.items():
-        if (found := joint.parameters.get("armature")) is not None:
-            known = float(robot.armature[robot.joint_names.index(name)])
-            low, high = found.interval_95
-            total = replace(found, value=found.value + known, interval_95=(low + known, high + known))
+        if (lacking := joint.parameters.get("armature")) is not None:
+            modelled = float(robot.armature[robot.joint_names.index(name)])
+            low, high = lacking.interval_95
+            interval = (low + modelled, high + modelled)
+            total = replace(lacking, value=lacking.value + modelled, interval_95=interval)
             changed[name] = replace(joint, parameters={**joint.parameters, "armature": total})
     return changed

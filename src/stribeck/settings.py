@@ -106,7 +106,7 @@ class SupportSettings(Table):
 
 
 class Settings(Table):
-    """`[identify]`: everything that `identify` can be told; docs/robot-file.md says what each setting means.
+    """`[identify]`: all settings of `identify`; docs/robot-file.md says what each setting means.
 
     Raises
     ------

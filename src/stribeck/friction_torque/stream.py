@@ -38,7 +38,7 @@ ORIENTATION_FILTER = FilterSettings(kind="savitzky-golay", window=11)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Chunk:
-    """Friction torque of a stretch of a log.
+    """Friction torque of a part of a log.
 
     Attributes
     ----------
@@ -58,14 +58,14 @@ class Chunk:
     guessed: NDArray[np.bool_]
 
     def runs(self) -> Iterator[slice]:
-        """Yield the samples that follow one another without a break on the same support."""
+        """Yield the samples that follow one another without a break in one contact mode."""
         breaks = np.flatnonzero((np.diff(self.rows) > 1) | (np.diff(self.samples.support) != 0)) + 1
         for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
             yield slice(start, stop)
 
 
 def support_name(phase: SupportPhase) -> str:
-    """Return the name of a phase's support, e.g. "left_foot+right_foot"."""
+    """Return the name of a phase's contact mode, e.g. "left_foot+right_foot"."""
     return "+".join(phase.feet) if phase.feet else phase.kind
 
 
@@ -108,7 +108,7 @@ def friction_torque(
         If the law shall be averaged over the window of a filter that has none.
     """
     _require_channels(log, settings)
-    supports, support_of_row, block_of_row, calm = _label_rows(
+    supports, support_of_row, block_of_row, steady = _label_rows(
         phases, len(log.time), max(1, round(settings.block / period))
     )
     names = tuple(dict.fromkeys("+".join(support.feet) for support in supports))
@@ -123,16 +123,16 @@ def friction_torque(
     swinging = np.array([_swinging(robot, support.feet)[known] for support in supports])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
-    for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
-        kept = np.flatnonzero((support_of_row[stretch] >= 0) & (np.arange(stretch.start, stretch.stop) % stride == 0))
+    for span in _spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
+        kept = np.flatnonzero((support_of_row[span] >= 0) & (np.arange(span.start, span.stop) % stride == 0))
         if len(kept) == 0:
             continue
-        wide = slice(stretch.start - reach, stretch.stop + reach)
+        wide = slice(span.start - reach, span.stop + reach)
         state, torque = _differentiate(robot, log, wide, motion_filter, turn_filter, settings)
-        jerk, snap = _bends(state, kept + reach, reach, period, known)
+        jerk, snap = _higher_derivatives(state, kept + reach, reach, period, known)
         if len(kept) < len(torque):
             state, torque = state.take(kept + reach), torque[kept + reach]
-        rows = kept + stretch.start
+        rows = kept + span.start
         support = support_of_row[rows]
         friction, usable, wrench = _by_support(robot, supports, support, state, torque, settings)
         yield Chunk(
@@ -146,7 +146,7 @@ def friction_torque(
                 velocity=state.velocity[:, known],
                 acceleration=state.acceleration[:, known],
                 friction_torque=friction[:, known],
-                usable=usable[:, known] & (calm[rows, None] | swinging[support]),
+                usable=usable[:, known] & (steady[rows, None] | swinging[support]),
                 block=block_of_row[rows],
                 support=name_of[support],
                 support_names=names,
@@ -166,7 +166,7 @@ class _Support(NamedTuple):
 
 
 def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
-    """Return the support of each phase."""
+    """Return the contact mode of each phase."""
     found: list[_Support] = []
     for k, phase in enumerate(phases):
         before = found[-1] if k and phases[k - 1].stop == phase.start else None
@@ -179,7 +179,7 @@ def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
 def _label_rows(
     phases: tuple[SupportPhase, ...], rows: int, longest: int
 ) -> tuple[tuple[_Support, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the supports, each row's one, -1 where it is not used, the block it belongs to, and whether it is calm.
+    """Return the contact modes, each row's, -1 where it is not used, each row's block, and whether it is steady.
 
     A block is a phase, or an equal part of one that lasts longer than `longest` rows.
     """
@@ -189,19 +189,19 @@ def _label_rows(
         if phase.kind != "flight" and phase.last > phase.first
     ]
     supports = tuple(dict.fromkeys(support for _, support in used))
-    support, block, calm = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
+    support, block, steady = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
     begun = 0
     for phase, here in used:
         length = phase.last - phase.first
         parts = max(1, round(length / longest))
         support[phase.first : phase.last] = supports.index(here)
         block[phase.first : phase.last] = begun + np.arange(length) * parts // length
-        calm[phase.calm_first : phase.calm_last] = True
+        steady[phase.steady_first : phase.steady_last] = True
         begun += parts
-    return supports, support, block, calm
+    return supports, support, block, steady
 
 
-def _stretches(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
+def _spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
     """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
     for segment in segments:
         for start in range(segment.start + margin, segment.stop - margin, CHUNK):
@@ -239,7 +239,7 @@ def _differentiate(
     return state, motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
 
 
-def _bends(
+def _higher_derivatives(
     state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
 ) -> tuple[Array | None, Array | None]:
     """Return second and third derivative of the velocity, so that it is right `reach` rows before and after, (N, n)."""

@@ -9,7 +9,7 @@ from stribeck.report.page import Section, render
 from stribeck.result import BodyCorrection, Result
 
 LEAST_KNOWN = 0.1
-"""Share [1] of a body's uncertainty that the log must have settled for the body to be listed."""
+"""Share [1] of a body's prior variance that the log must remove for the body to be listed."""
 
 
 def corrections(result: Result) -> Section | None:
@@ -33,7 +33,7 @@ def corrections(result: Result) -> Section | None:
     body = render(
         "corrections.html.j2",
         chi_square=found.chi_square,
-        disagreement=found.disagreement,
+        heterogeneity=found.disagreement,
         bodies=bodies,
         others=len(found.bodies) - len(bodies),
         calibration=calibration,

@@ -62,5 +62,5 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         blocks=fit.stretches,
         starts=2,
         cost=solution.cost,
-        settled=solution.settled,
+        converged=solution.settled,
     )
