@@ -1,4 +1,4 @@
-"""How often 95 % intervals hold the truth where steps disagree: from measured errors, and from steps drawn anew.
+"""Coverage of 95 % intervals where steps disagree: from estimated errors, and from steps drawn anew.
 
     python -m studies.step_coverage --repetitions 20 --save studies/step_coverage.json
 

@@ -272,7 +272,7 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     for each in said:  # nothing but its width makes one weak, or that of the gain it is of, which reaches to zero
         lent = each["parameter"] == "stribeck_velocity" and gains[place(each)] >= 2
         assert each["weak"] == (each["width"] > CRITERIA.widest or lent)
-    wrong, found, right, alarms = verdicts.told(said)
+    wrong, found, right, alarms = verdicts.flagged(said)
     assert found == wrong
     assert alarms < 0.25 * right
 
