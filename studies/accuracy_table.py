@@ -105,7 +105,8 @@ def _rms_over_error(runs: list[Run], name: str) -> float:
 
 HEAD = (
     "| robot | case | method | seeds | Coulomb % | shape % | viscous | offset | Coulomb coverage "
-    "| viscous coverage | offset coverage | weak | joints | s per s |\n|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    "| viscous coverage | offset coverage | weak | joints | s per s |\n"
+    "|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
 )
 
 

@@ -65,7 +65,7 @@ PLAIN_ENGLISH = {
     r"bend": r"bristle|teeth|elbow|chapter3\.bend",
     r"settled": r"simulation",
     r"feed": r"docs/paper",
-    r"disagreement": r"`disagreement`|disagreement: float|disagreement=|found\.disagreement",  # a key of result.json
+    r"disagreement": r"`disagreement`|disagreement: float|disagreement=|errors\.disagreement",  # a key of result.json
     r"stretch": r"simulation|docs/paper",
 }
 """Part of a finding -> what its path or line has where the word is meant as everybody, or the paper, means it."""

@@ -192,9 +192,9 @@ def _runs(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_
 
 
 def _inspect_joint(runs: list[_Run], k: int, period: float, log: RobotLog, column: int) -> JointInspection:
-    known = [run for run in runs if np.all(np.isfinite(run.model[:, k]))]
-    torque = np.concatenate([run.torque[:, k] for run in known]) if known else np.empty(0)
-    model = np.concatenate([run.model[:, k] for run in known]) if known else np.empty(0)
+    modelled = [run for run in runs if np.all(np.isfinite(run.model[:, k]))]
+    torque = np.concatenate([run.torque[:, k] for run in modelled]) if modelled else np.empty(0)
+    model = np.concatenate([run.model[:, k] for run in modelled]) if modelled else np.empty(0)
     velocity = np.concatenate([run.velocity[:, k] for run in runs]) if runs else np.zeros(1)
     correlation, delay = None, None
     sign: Literal["agrees", "opposite", "unclear"] = "unclear"
@@ -202,7 +202,7 @@ def _inspect_joint(runs: list[_Run], k: int, period: float, log: RobotLog, colum
         correlation = float(np.corrcoef(torque, model)[0, 1])
         sign = "opposite" if correlation < OPPOSITE else "agrees" if correlation > -OPPOSITE else "unclear"
         if np.abs(velocity).max() > STILL:
-            delay = _delay(known, k, period)
+            delay = _delay(modelled, k, period)
     return JointInspection(
         position_range=_span(log.position[:, column]),
         velocity_range=_span(velocity),

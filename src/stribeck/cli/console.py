@@ -95,18 +95,18 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
     table = Table(title=escape(f"{result.robot}: truth and found, law '{result.law}'"))
     for heading in ("joint", "parameter", "truth", "found", "95 % interval", "verdict"):
         table.add_column(heading, justify="right" if heading in ("truth", "found", "95 % interval") else "left")
-    known = identified = covered = 0
+    parameters = identified = covered = 0
     for joint, found in result.joints.items():
         true = truth.get(joint, {})
         compared = {name: value for name, value in found.parameters.items() if name in true}
         if not compared:
-            said = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
+            verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
             table.add_row(
-                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(said)}[/]", end_section=True
+                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(verdict)}[/]", end_section=True
             )
         for k, (name, value) in enumerate(compared.items()):
             low, high = value.interval_95
-            known += 1
+            parameters += 1
             identified += value.verdict == "identified"
             covered += low <= true[name] <= high
             table.add_row(
@@ -120,7 +120,7 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
             )
     console = _console()
     console.print(table)
-    console.print(f"{known} parameters: {identified} identified, {covered} covered by their 95 % interval")
+    console.print(f"{parameters} parameters: {identified} identified, {covered} covered by their 95 % interval")
 
 
 def print_inspection(found: Inspection) -> None:

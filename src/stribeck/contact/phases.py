@@ -98,8 +98,8 @@ def phases_of_segment(
     period = float(np.median(np.diff(time[segment]))) if len(rows) > 1 else 0.0
     phases = []
     for start, stop in pairwise(edges):
-        here = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
-        swinging = len(here) < len(feet)
+        standing_feet = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
+        swinging = len(standing_feet) < len(feet)
         both = settings.trim_start + settings.trim_end
         first, last = start, stop
         steady_first = _row_after(time, start, both, period) if start > segment.start else start
@@ -115,8 +115,8 @@ def phases_of_segment(
             SupportPhase(
                 start=start,
                 stop=stop,
-                feet=here,
-                kind=_kind(here),
+                feet=standing_feet,
+                kind=_kind(standing_feet),
                 first=first,
                 last=last,
                 steady_first=steady_first,

@@ -37,7 +37,7 @@ CRITERIA = Criteria(widest=0.33, assumes_exact_law=False, shares_shapes=True)
 (studies/verdicts.py)."""
 
 SUSPICIOUS = 1.5
-"""Chi^2 a degree of freedom [1] from which a warning is given."""
+"""Chi^2 per degree of freedom [1] from which a warning is given."""
 
 HETEROGENEOUS = 4.0
 """Heterogeneity over folds [1] from which a warning is given: parts differ by twice as much as errors make them."""

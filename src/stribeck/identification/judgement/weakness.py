@@ -147,10 +147,10 @@ def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], v
     speed = values["stribeck_velocity"]
     slower = float(np.mean(np.abs(velocity) < speed))
     causes = []
-    found = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
-    if found and slower >= MOST:
+    inside = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
+    if inside and slower >= MOST:
         causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
-    elif found and slower <= FEW:
+    elif inside and slower <= FEW:
         causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
     elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
         causes.append(f"its top speed, {top:.2g} {unit}, does not clear the Stribeck velocity, {speed:.2g} {unit}")
