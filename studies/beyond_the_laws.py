@@ -123,7 +123,7 @@ def _mean(values: Iterable[float]) -> float:
 
 
 HEAD = (
-    "| friction | method | missed | identified | validation [N m] | over noise | chi^2 | joints warned of |\n"
+    "| friction | method | missed | identified | validation [N m] | over noise | chi^2 | joints flagged |\n"
     "|---|---|---:|---:|---:|---:|---:|---|"
 )
 

@@ -39,7 +39,7 @@ NEXT_TO_NOTHING = 1e-4
 """Error of the model [N m] that keeps the covariance of standing limbs regular."""
 DRAWS = 10_000
 HEAD = (
-    "| robot | case | Coulomb % | bends known | shape % | bends known | model wrong | offset | inertias free |\n"
+    "| robot | case | Coulomb % | shape known | shape % | shape known | model wrong | offset | inertias free |\n"
     "|---|---|---:|---:|---:|---:|---:|---:|---:|"
 )
 

@@ -1,4 +1,4 @@
-"""How often 95 % intervals hold the truth where steps agree, and where they disagree.
+"""Coverage of 95 % intervals where steps agree, and where they disagree.
 
     python -m studies.step_coverage --repetitions 20 --save studies/step_coverage.json
 

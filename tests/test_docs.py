@@ -274,7 +274,7 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     for each in said:  # nothing but its width makes one weak, or that of the gain it is of, which reaches to zero
         lent = each["parameter"] == "stribeck_velocity" and gains[place(each)] >= 2
         assert each["weak"] == (each["width"] > CRITERIA.widest or lent)
-    wrong, found, right, alarms = verdicts.told(said)
+    wrong, found, right, alarms = verdicts.flagged(said)
     assert found == wrong
     assert alarms < 0.25 * right
 
@@ -358,7 +358,7 @@ def test_every_unit_is_named() -> None:
     }
 
 
-def test_every_filter_is_named_with_what_it_listens_to() -> None:
+def test_every_filter_is_named_with_what_it_uses() -> None:
     rows = [row for row in rows_below("docs/robot-file.md", "`[identify.filter]`") if len(row) == 3]
     assert {names_in(row[0])[0]: set(names_in(row[1])) for row in rows} == TAKES
 
@@ -397,7 +397,7 @@ def test_the_coverage_shown_is_the_studys() -> None:
     for case, rows in cases.items():
         shares = [row["coverage"] for row in rows.values()]
         expected[case] = [f"{100 * min(shares):.1f} %", f"{100 * max(shares):.1f} %"]
-    page = PAGES["docs/verdicts.md"].partition("### Do they hold the truth?")[2].partition("\n## ")[0]
+    page = PAGES["docs/verdicts.md"].partition("### Coverage")[2].partition("\n## ")[0]
     shown = re.findall(r"^\| ([^|]+) \| ([\d.]+ %) \| ([\d.]+ %) \|$", page, re.MULTILINE)
     assert {case: rest for case, *rest in shown} == expected
 

@@ -128,7 +128,7 @@ class Priors(Table):
 
 
 class Settings(Table):
-    """`[identify]`: everything that `identify` can be told; docs/robot-file.md says what each setting means.
+    """`[identify]`: all settings of `identify`; docs/robot-file.md says what each setting means.
 
     Raises
     ------

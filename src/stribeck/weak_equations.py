@@ -1,4 +1,4 @@
-"""The weak form of the equation of motion over a stretch of a log, as the whole-log fit takes it."""
+"""The weak form of the equation of motion over a segment of a log, as the whole-log fit takes it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Corrections:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WeakEquations:
-    """K windows of one stretch of one support, m equations each, of the friction of n joints.
+    """K windows of one segment, in one contact mode, m equations each, of the friction of n joints.
 
     With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k what the contacts leave observable,
 

@@ -20,10 +20,10 @@ Quantity = tuple[float, str]
 
 @dataclass(frozen=True, kw_only=True)
 class JointTerms:
-    """What a model is told of a joint, by the format's attribute, and the parameters that it has no place for."""
+    """What is stated of a joint, by the format's attribute, and the parameters that it has no place for."""
 
     stated: dict[str, Quantity] = field(default_factory=dict)
-    unsaid: dict[str, Quantity] = field(default_factory=dict)
+    left_out: dict[str, Quantity] = field(default_factory=dict)
 
 
 def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerms]:
@@ -56,5 +56,5 @@ def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
         if term in identified and names[term]:
             values = [loaded.get(name, there[name].value) for name in names[term]]
             stated[words[term]] = sum(values) / len(values), there[names[term][0]].unit
-    unsaid = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
-    return JointTerms(stated=stated, unsaid=unsaid)
+    left_out = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
+    return JointTerms(stated=stated, left_out=left_out)

@@ -19,7 +19,7 @@ def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended
     model
         Name of the robot's model file.
     joints
-        What the model is told of each joint.
+        What is stated of each joint.
     mended
         Joints whose body was found to be impossible.
     """
@@ -36,7 +36,7 @@ def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended
             f"No body has the inertia found for these, so they have the nearest possible: {', '.join(mended)}."
         )
     for name, terms in joints.items():
-        lost = f"; no place here for {_listed(terms.unsaid)}" if terms.unsaid else ""
+        lost = f"; no place here for {_listed(terms.left_out)}" if terms.left_out else ""
         lines.append(f"Joint {name}: {_listed(terms.stated)}{lost}.")
     kept = [name for name in result.joints if name not in joints]
     if kept:

@@ -17,7 +17,7 @@ from stribeck.robot import Robot
 from stribeck.typing import Array
 
 TOP_SPEED = 99.9
-"""Percentile of |v| [%] that the nodes of the friction curves reach to; impacts are faster."""
+"""Percentile of |v| [%] that the knots of the friction curves reach to; impacts are faster."""
 
 SPEED_SPACING = 0.010
 """Over which speeds are looked at beforehand [s]."""
@@ -55,21 +55,21 @@ def joints_that_move(
 
 def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
     """Return speeds of the torque-controlled joints, shape (N, n), and the segments that they are from, shape (N,)."""
-    found = []
+    cut = []
     for part in prepared:
         period = part.sampling.period
         step = max(1, round(SPEED_SPACING / period))
         segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, FEWEST * step)
-        found += [(part, step, segment) for segment in segments]
-    if not found:
+        cut += [(part, step, segment) for segment in segments]
+    if not cut:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: no support phase is longer than what is left out around contact "
             "changes"
         )
-    many = sum((segment.last - segment.first) // step for _, step, segment in found)
+    many = sum((segment.last - segment.first) // step for _, step, segment in cut)
     speeds: list[Array] = []
     blocks: list[NDArray[np.int64]] = []
-    for part, step, segment in found[:: -(-many // MOST_SPEEDS)]:
+    for part, step, segment in cut[:: -(-many // MOST_SPEEDS)]:
         position = part.log.position[segment.first : segment.last : step, robot.torque_controlled]
         speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
         blocks.append(np.full(len(position) - 1, len(blocks)))

@@ -62,6 +62,6 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         blocks=fit.segments,
         starts=2,
         cost=solution.cost,
-        settled=solution.converged,
+        converged=solution.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(own))),
     )

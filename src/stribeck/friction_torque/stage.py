@@ -22,13 +22,13 @@ from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 
-STRETCH = 4.0
+CLOSE_UP = 4.0
 """[s] of the log that the report shows over time."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Survey:
-    """What stays of a log after its friction torque has been worked through.
+class LogFriction:
+    """The friction torque of one log: samples in bounded number, and notes on it.
 
     Attributes
     ----------
@@ -36,10 +36,10 @@ class Survey:
         Samples that a fit may use for some joint.
     samples
         Those kept, in bounded number.
-    stretch
+    close_up
         A few seconds at the full rate.
     phases
-        Support timeline, as in `Evidence`.
+        Contact modes over time, as in `Evidence`.
     notes, warnings
         A sentence each.
     filter_name
@@ -48,7 +48,7 @@ class Survey:
 
     used: int
     samples: Samples
-    stretch: Samples
+    close_up: Samples
     phases: list[tuple[float, float, str, bool]]
     notes: list[str]
     warnings: list[str]
@@ -62,7 +62,7 @@ class FrictionSamples:
     Attributes
     ----------
     logs
-        What stays of each.
+        Of each log.
     samples
         Those kept of all of them.
     settings
@@ -71,7 +71,7 @@ class FrictionSamples:
         On that choice, a sentence each.
     """
 
-    logs: tuple[Survey, ...]
+    logs: tuple[LogFriction, ...]
     samples: Samples
     settings: Settings
     notes: list[str]
@@ -104,9 +104,11 @@ class FrictionTorqueStage:
         self._progress("choosing the filter", 0.0)
         settings, notes = with_filter(logs[0], robot, settings)
         with friction_table(self._table) if self._table else nullcontext(_drop) as write:
-            surveys = [survey(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)]
-        samples = join_logs([each.samples for each in surveys])
-        return FrictionSamples(logs=tuple(surveys), samples=samples, settings=settings, notes=notes)
+            parts = [
+                log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)
+            ]
+        samples = join_logs([each.samples for each in parts])
+        return FrictionSamples(logs=tuple(parts), samples=samples, settings=settings, notes=notes)
 
 
 def _drop(*_: object) -> None:
@@ -119,7 +121,7 @@ def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tupl
     Raises
     ------
     LogError
-        If no stretch is long enough to have a spectrum.
+        If no segment is long enough to have a spectrum.
     """
     if settings.filter.kind != "auto":
         return settings, []
@@ -154,12 +156,12 @@ def torque_chunks(
 
 
 def thinned_samples(prepared: PreparedLog, count: int, robot: Robot, settings: Settings) -> Samples:
-    """Return the samples that `survey` keeps of one of `count` logs, and work no others out."""
+    """Return the samples that `log_friction` keeps of one of `count` logs, and work no others out."""
     stride = _stride(prepared, count)
     return join([thin(chunk, stride) for chunk in torque_chunks(prepared, robot, settings, stride=stride)])
 
 
-def survey(
+def log_friction(
     prepared: PreparedLog,
     index: int,
     count: int,
@@ -167,7 +169,7 @@ def survey(
     settings: Settings,
     write: Callable[[int, Chunk], None],
     progress: Progress,
-) -> Survey:
+) -> LogFriction:
     """Work through log `index` of `count`: every sample to `write`, one of some to the fit.
 
     Raises
@@ -188,10 +190,10 @@ def survey(
             progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
         samples = join(kept)
     notes, warnings = ground.texts(robot)
-    return Survey(
+    return LogFriction(
         used=used,
         samples=samples,
-        stretch=_clear_stretch(prepared, robot, settings, samples),
+        close_up=_close_up(prepared, robot, settings, samples),
         phases=[
             (
                 float(log.time[phase.start]),
@@ -213,14 +215,14 @@ def _stride(prepared: PreparedLog, count: int) -> int:
     return max(1, -(-rows * count // MOST_KEPT))
 
 
-def _clear_stretch(prepared: PreparedLog, robot: Robot, settings: Settings, samples: Samples) -> Samples:
+def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: Samples) -> Samples:
     """Return a few seconds at the full rate, around where most joints move fast."""
     log = prepared.log
     speed = np.abs(samples.velocity)
     busy = np.where(samples.usable, speed / np.maximum(speed.max(axis=0), 1e-9), 0.0).sum(axis=1)
-    bins = ((samples.time - samples.time[0]) / STRETCH).astype(int)
-    begin = samples.time[0] + STRETCH * int(np.argmax(np.bincount(bins, busy)))
-    low, high = np.searchsorted(log.time, [begin, begin + STRETCH])
+    bins = ((samples.time - samples.time[0]) / CLOSE_UP).astype(int)
+    begin = samples.time[0] + CLOSE_UP * int(np.argmax(np.bincount(bins, busy)))
+    low, high = np.searchsorted(log.time, [begin, begin + CLOSE_UP])
     clipped = tuple(
         replace(phase, first=max(phase.first, int(low)), last=min(phase.last, int(high)))
         for phase in prepared.support.phases
