@@ -18,8 +18,8 @@ FAINTEST = 0.22
 
 
 def robust_limits(values: Array, share: float = 0.002, margin: float = 0.08) -> tuple[float, float]:
-    """Return the range that all but the outermost samples fill, a little widened; values of shape (N,), N > 0."""
-    low, high = np.quantile(values, [share, 1 - share])
+    """Return the range that all but the outermost samples fill, a little widened; values of shape (N,)."""
+    low, high = np.quantile(values, [share, 1 - share]) if len(values) else (0.0, 0.0)
     pad = margin * (high - low) or 1e-3
     return float(low - pad), float(high + pad)
 

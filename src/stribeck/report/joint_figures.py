@@ -58,13 +58,14 @@ def friction_over_time(data: JointData) -> Axes:
 def residual_over_velocity(data: JointData, prediction: Array) -> Axes:
     """Draw the residual as a density with its mean; structure here is friction that the law does not have."""
     axes = new_axes(f"velocity [{data.velocity_unit}]", f"measured − law [{data.torque_unit}]")
-    residual = data.torque - prediction
+    finite = np.isfinite(prediction)  # a law at a bound, such as a Stribeck velocity of zero, may have no value
+    velocity, residual = data.velocity[finite], (data.torque - prediction)[finite]
     limits = robust_limits(data.velocity, share=0.0, margin=0.03)
     low, high = robust_limits(residual)
     reach = max(abs(low), abs(high))
-    draw_density(axes, data.velocity, residual, limits, (-reach, reach))
+    draw_density(axes, velocity, residual, limits, (-reach, reach))
     _zero_lines(axes)
-    centre, mean = running_mean(data.velocity, residual, limits)
+    centre, mean = running_mean(velocity, residual, limits)
     axes.plot(centre, mean, color=COLOURS["law"], linewidth=1.5, zorder=4)
     return axes
 
