@@ -61,7 +61,7 @@ class Assembled(Stribeck):
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) [N m], shape (N,)."""
-        return super().torque(velocity, values[:-1]) + values[0] * values[-1] * np.abs(velocity)
+        return np.asarray(super().torque(velocity, values[:-1]) + values[0] * values[-1] * np.abs(velocity))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Return dR/dp, shape (N, 7), in the order of `parameters`."""

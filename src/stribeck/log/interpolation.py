@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS, allocate
@@ -56,26 +57,14 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
     if len(time) == 1:
         result[:] = quaternions
         return result
+    known = np.where(quaternions.any(axis=1, keepdims=True), quaternions, np.nan)
     for start in range(0, len(query), BLOCK_ROWS):
         rows = slice(start, start + BLOCK_ROWS)
         left, share = _bracket(query[rows], time)
-        result[rows] = _on_arc(quaternions[left], quaternions[left + 1], share)
+        before, after = Rotation.from_quat(known[left]), Rotation.from_quat(known[left + 1])
+        part = Rotation.from_rotvec(share[:, None] * (before.inv() * after).as_rotvec())
+        result[rows] = (before * part).as_quat()
     return result
-
-
-def _on_arc(a: Array, b: Array, share: Array) -> Array:
-    """Return sin((1 - u) x) / sin(x) a + sin(u x) / sin(x) b, where x is the angle between a and b, or -b if nearer."""
-    cosine = np.einsum("ij,ij->i", a, b)
-    b = b * np.where(cosine < 0, -1.0, 1.0)[:, None]
-    angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
-    small = np.sin(angle) < 1e-6  # sin(u x) / sin(x) tends to u
-    sine = np.where(small, 1.0, np.sin(angle))
-    weight_a = np.where(small, 1 - share, np.sin((1 - share) * angle) / sine)
-    weight_b = np.where(small, share, np.sin(share * angle) / sine)
-    blend = weight_a[:, None] * a + weight_b[:, None] * b
-    with np.errstate(invalid="ignore"):
-        unit: Array = blend / np.linalg.norm(blend, axis=1, keepdims=True)
-    return unit
 
 
 def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:

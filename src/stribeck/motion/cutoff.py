@@ -59,9 +59,7 @@ class CutoffChoice:
     density: Array
 
 
-def choose_cutoff(
-    accelerations: Sequence[Array], rate: float, positions: Sequence[Array] | None = None
-) -> CutoffChoice:
+def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequence[Array]) -> CutoffChoice:
     """Choose the cutoff that distorts the acceleration least in total, by smoothing and by noise.
 
     The model's own acceleration shows where the motion ends and the noise begins, as it needs no second derivative of
@@ -78,10 +76,9 @@ def choose_cutoff(
     rate
         [Hz].
     positions
-        Measured over the same stretches [rad], shape (t, n). When given, S is the part of the model's acceleration
-        that is coherent with the position and clear of N, and N the noise of the position's second derivative, which
-        is what the filter meets. Otherwise S is what stands above the floor of the model's acceleration, and N that
-        floor.
+        Measured over the same stretches [rad], shape (t, n). S is the part of the model's acceleration that is
+        coherent with the position and clear of N, and N the noise of the position's second derivative, which is what
+        the filter meets.
 
     Raises
     ------
@@ -89,13 +86,9 @@ def choose_cutoff(
         If no stretch has 64 samples.
     """
     windows = _candidate_windows(rate, max((len(stretch) for stretch in accelerations), default=0))
-    if positions is None:
-        spectra = average_spectra(accelerations, accelerations, rate)
-        signal, noise = _above_floor(spectra, rate)
-    else:
-        measured = [np.diff(stretch, 2, axis=0) * rate**2 for stretch in positions]
-        spectra = average_spectra([stretch[1:-1] for stretch in accelerations], measured, rate)
-        signal, noise = _common(spectra, rate)
+    measured = [np.diff(stretch, 2, axis=0) * rate**2 for stretch in positions]
+    spectra = average_spectra([stretch[1:-1] for stretch in accelerations], measured, rate)
+    signal, noise = _common(spectra, rate)
     power = signal.sum(axis=0)
     moving = power > STILL * power.max()
     if not moving.any():
@@ -131,13 +124,6 @@ def _least_error_windows(
     error[1:][lost[1:] > MAX_LOSS] = np.inf  # the shortest window is always allowed
     best = np.argmin(error, axis=0)
     return best, 1 - lost[best, np.arange(len(best))]
-
-
-def _above_floor(spectra: Spectra, rate: float) -> tuple[Array, Array]:
-    """Return what stands clearly above the noise floor, read off the upper band, and that floor, each (F, n)."""
-    floor = np.median(spectra.first[_upper_band(spectra.frequency, rate)], axis=0)
-    signal = np.where(spectra.first > CLEAR * floor, spectra.first - floor, 0.0)
-    return signal, np.broadcast_to(floor, signal.shape)
 
 
 def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:
