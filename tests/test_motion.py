@@ -317,7 +317,6 @@ class TestChosenCutoff:
         choice = choose_cutoff([acceleration], self.rate, [position])
         assert choice.window == 9
         assert choice.cutoff == pytest.approx(savgol_cutoff(9, 4, "uniform", self.rate))
-        assert choice.density.shape == (len(choice.frequency), 2)
 
     def test_more_encoder_noise_means_a_longer_window(self):
         position, acceleration = self.motion([0.5, 3.0])

@@ -46,17 +46,11 @@ class CutoffChoice:
         Of the Savitzky-Golay filter of order 4 with uniform weights that has this cutoff [samples].
     reason
         One sentence with numbers, for the user.
-    frequency
-        [Hz], shape (F,).
-    density
-        Power spectral density of each joint's acceleration [(rad/s^2)^2/Hz], shape (F, n).
     """
 
     cutoff: float
     window: int
     reason: str
-    frequency: Array
-    density: Array
 
 
 def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequence[Array]) -> CutoffChoice:
@@ -93,7 +87,7 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
     moving = power > STILL * power.max()
     if not moving.any():
         reason = "no joint's acceleration stands above its noise, so the lowest cutoff is taken"
-        return _choice(windows[-1], rate, reason, spectra)
+        return _choice(windows[-1], rate, reason)
     signal, noise, power = signal[:, moving], noise[:, moving], power[moving]
     best, kept = _least_error_windows(windows, rate, spectra.frequency, signal, noise)
     joint = int(np.argmin(best))
@@ -103,15 +97,13 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
         f"power of its acceleration, in which unfiltered noise has {noise[:, joint].sum() / power[joint]:.2g} times "
         f"the power of motion"
     )
-    return _choice(windows[best[joint]], rate, reason, spectra)
+    return _choice(windows[best[joint]], rate, reason)
 
 
-def _choice(window: int, rate: float, reason: str, spectra: Spectra) -> CutoffChoice:
+def _choice(window: int, rate: float, reason: str) -> CutoffChoice:
     cutoff = savgol_cutoff(window, ORDER, "uniform", rate)
     sentence = f"cutoff {cutoff:.3g} Hz, a window of {window} samples: {reason}"
-    return CutoffChoice(
-        cutoff=cutoff, window=window, reason=sentence, frequency=spectra.frequency, density=spectra.first
-    )
+    return CutoffChoice(cutoff=cutoff, window=window, reason=sentence)
 
 
 def _least_error_windows(

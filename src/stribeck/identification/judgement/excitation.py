@@ -41,7 +41,6 @@ class Excitation:
     blocks: int
     velocity_range: tuple[float, float]
     reversals: int
-    threshold: float
     reason: str
 
 
@@ -57,7 +56,6 @@ def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
         blocks=blocks,
         velocity_range=(float(velocity.min()), float(velocity.max())) if len(velocity) else (0.0, 0.0),
         reversals=reversals,
-        threshold=threshold,
         reason=_too_few(problem, blocks) or _too_slow(velocity, noise, reversals, prismatic),
     )
 
