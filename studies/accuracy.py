@@ -13,7 +13,7 @@ wrenches of the feet are not logged.
 
 Of the leg joints that get numbers: Coulomb friction's relative error; how far the friction curves are apart without
 the offset, root mean square over the velocities that a joint moves with (its middle 98 %), relative to the Coulomb
-friction; the errors of viscous friction and offset; how many of the 95 % intervals hold the truth; and how many
+friction; the errors of viscous friction and offset; the coverage of the 95 % intervals; and how many
 parameters are called weak. Means over joints and seeds; the joint that is worst on average over the seeds; and the
 worst of each seed, then the mean over the seeds.
 

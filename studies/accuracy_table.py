@@ -31,7 +31,7 @@ class Run(TypedDict):
     shape: list[float]  # [1]
     error: dict[str, list[float]]  # found less true, by parameter
     standard_error: dict[str, list[float]]
-    held: dict[str, list[int]]  # whether the 95 % interval holds the truth
+    held: dict[str, list[int]]  # whether the 95 % interval covers the true value
     weak: dict[str, list[int]]
 
 
@@ -80,7 +80,7 @@ def summary(runs: list[Run]) -> dict[str, float]:
         row[name] = float(np.mean([measure(one).mean() for one in runs]))
         row[f"{name}_worst_joint"] = max(_by_joint(runs, measure).values())
         row[f"{name}_worst"] = float(np.mean([measure(one).max() for one in runs]))
-    row |= {f"{name}_held": float(np.mean([each for one in runs for each in one["held"][name]])) for name in NAMES}
+    row |= {f"{name}_covered": float(np.mean([each for one in runs for each in one["held"][name]])) for name in NAMES}
     row["weak"] = float(np.mean([each for one in runs for name in NAMES for each in one["weak"][name]]))
     return row
 
@@ -104,8 +104,9 @@ def _rms_over_error(runs: list[Run], name: str) -> float:
 
 
 HEAD = (
-    "| robot | case | method | seeds | Coulomb % | shape % | viscous | offset | Coulomb held | viscous held "
-    "| offset held | weak | joints | s per s |\n|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    "| robot | case | method | seeds | Coulomb % | shape % | viscous | offset | Coulomb coverage "
+    "| viscous coverage | offset coverage | weak | joints | s per s |\n"
+    "|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
 )
 
 
@@ -144,6 +145,6 @@ def _numbers(row: dict[str, float]) -> str:
         f"{100 * row[name]:.2f} / {100 * row[f'{name}_worst_joint']:.1f} / {100 * row[f'{name}_worst']:.1f}"
         for name in ("coulomb", "shape")
     ]
-    held = [f"{100 * row[f'{name}_held']:.0f} %" for name in INTERVALS]
+    held = [f"{100 * row[f'{name}_covered']:.0f} %" for name in INTERVALS]
     rest = [f"{100 * row['weak']:.0f} %", f"{row['joints']:.1f}", f"{row['seconds']:.3f}"]
     return " | ".join([*errors, f"{row['viscous']:.3f}", f"{row['offset']:.3f}", *held, *rest])

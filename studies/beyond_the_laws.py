@@ -25,7 +25,7 @@ import numpy as np
 
 from stribeck import Settings, identify
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.lack_of_fit import SENTENCES
+from stribeck.identification.whole_log.tests_of_fit.score_tests import SENTENCES
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import JointResult, Result
 from stribeck_simulation.run import Simulated
@@ -123,7 +123,7 @@ def _mean(values: Iterable[float]) -> float:
 
 
 HEAD = (
-    "| friction | method | missed | identified | validation [N m] | over noise | chi^2 | joints warned of |\n"
+    "| friction | method | missed | identified | validation [N m] | over noise | chi^2 | joints flagged |\n"
     "|---|---|---:|---:|---:|---:|---:|---|"
 )
 

@@ -1,4 +1,4 @@
-"""How often the 95 % intervals hold the truth.
+"""Coverage of the 95 % intervals.
 
     python studies/coverage.py --repetitions 200 --save studies/coverage.json
 
@@ -6,7 +6,7 @@ A joint with a known smooth Stribeck law moves in every repetition along another
 0.65 s, as the swing legs of a walk do. Its sensors are noisy: torque noise is white; encoder noise goes through the
 Savitzky-Golay kernels into velocity and, times the joint's inertia, into friction torque, where it is strongly
 correlated from sample to sample; an error that lasts a step stands for a base orientation that is off. The study counts
-how often the interval of each parameter holds the truth.
+how often the interval of each parameter covers the true value.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def noisy_samples(case: Case, rng: np.random.Generator) -> Samples:
 
 
 def coverage(case: Case, repetitions: int, seed: int = 0) -> dict[str, dict[str, float]]:
-    """Return per parameter the share of intervals that hold the truth, and their mean relative error and width."""
+    """Return per parameter the coverage of the intervals, and their mean relative error and width."""
     rng = np.random.default_rng(seed)
     truth = np.array(list(TRUTH.values()))
     values = np.empty((repetitions, len(truth)))

@@ -22,10 +22,10 @@ from typing import Literal, TypedDict
 import numpy as np
 
 from stribeck import Settings
-from stribeck.equations.lazily import all_equations
+from stribeck.equations.equation_sequence import equation_sequence
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.solve import derivatives, inverse_of
-from stribeck.identification.whole_log.summing import sum_up
+from stribeck.identification.whole_log.solver.accumulation import accumulate
+from stribeck.identification.whole_log.solver.solve import derivatives, inverse_of
 from stribeck.methods.whole_log import identify_whole_log, weak_forms
 from stribeck.preparation import prepare
 from stribeck.typing import Array
@@ -39,7 +39,7 @@ NEXT_TO_NOTHING = 1e-4
 """Error of the model [N m] that keeps the covariance of standing limbs regular."""
 DRAWS = 10_000
 HEAD = (
-    "| robot | case | Coulomb % | bends known | shape % | bends known | model wrong | offset | inertias free |\n"
+    "| robot | case | Coulomb % | shape known | shape % | shape known | model wrong | offset | inertias free |\n"
     "|---|---|---:|---:|---:|---:|---:|---:|---:|"
 )
 
@@ -69,25 +69,26 @@ def information(case: str, walks: list[Simulated], free: Literal["none", "inerti
     prepared = [prepare(log, robot, settings) for log in logs]
     found = identify_whole_log(prepared, robot, law, settings)
     fit, truth = found.fit, walks[0].truth.parameters
-    equations = all_equations(weak_forms(prepared, robot, found.columns, settings))
-    levels = replace(
-        fit.levels,
-        model=np.full_like(fit.levels.model, NEXT_TO_NOTHING),
-        root=np.zeros_like(fit.levels.root),
-        unrest=np.ones_like(fit.levels.unrest),
-        shake=np.ones_like(fit.levels.shake),
+    equations = equation_sequence(weak_forms(prepared, robot, found.columns, settings))
+    components = replace(
+        fit.components,
+        model=np.full_like(fit.components.model, NEXT_TO_NOTHING),
+        root=np.zeros_like(fit.components.root),
+        contact_scale=np.ones_like(fit.components.contact_scale),
+        encoder_scale=np.ones_like(fit.components.encoder_scale),
     )
-    statistic = sum_up(equations, levels, fit.curves, fit.model)
+    normal_equations = accumulate(equations, components, fit.curves, fit.model)
     legs = [k for k, name in enumerate(found.joints) if name in truth]
     values = fit.values.copy()
     values[legs] = [[truth[found.joints[k]][name] for name in NAMES] for k in legs]
-    at = replace(fit.solution, internal=fit.curves.inside(values))
+    internal = fit.curves.inside(values).ravel()
+    at = replace(fit.solution, x=np.concatenate([internal, fit.solution.corrections]))
     count = len(NAMES)
     own = (np.array(legs)[:, None] * count + np.arange(count)).ravel()
     order = np.concatenate([own, np.setdiff1d(np.arange(len(fit.solution.covariance)), own)])
     curvatures = []
-    for model in (fit.model, replace(fit.model, spread=np.ones_like(fit.model.spread))):
-        matrix = derivatives(statistic, fit.curves, model, at)[1]
+    for model in (fit.model, replace(fit.model, prior_std=np.ones_like(fit.model.prior_std))):
+        matrix = derivatives(normal_equations, fit.curves, model, at)[1]
         matrix[own, own] -= (fit.curves.prior()[1][legs] ** -2).ravel()
         curvatures.append(matrix[np.ix_(order, order)])
     return curvatures[0], curvatures[1], [found.joints[k] for k in legs]

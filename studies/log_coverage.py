@@ -1,4 +1,4 @@
-"""How often the 95 % intervals hold the truth on whole logs: noisy positions and torques in, parameters out.
+"""Coverage of the 95 % intervals on whole logs: noisy positions and torques in, parameters out.
 
     python studies/log_coverage.py --repetitions 200 --save studies/log_coverage.json
 
@@ -71,7 +71,7 @@ CASES = {
 
 
 def coverage(case: Case, repetitions: int) -> dict[str, dict[str, float]]:
-    """Return per parameter the share of intervals that hold the truth, the mean relative error, and the count."""
+    """Return per parameter the coverage of the intervals, the mean relative error, and the count."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.toml"
         path.write_text(case.robot_file)

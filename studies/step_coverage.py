@@ -1,4 +1,4 @@
-"""How often 95 % intervals hold the truth where steps disagree: from measured errors, and from steps drawn anew.
+"""Coverage of 95 % intervals where steps agree, and where they disagree.
 
     python -m studies.step_coverage --repetitions 20 --save studies/step_coverage.json
 
@@ -12,7 +12,6 @@ import argparse
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -32,7 +31,6 @@ DURATION, STRETCH = 60.0, 1.6
 ENCODER, TORQUE, UNEVEN = 1e-5, 0.1, 0.2
 """Noise [rad], [N m], and the offsets' standard deviation [N m]."""
 CASES = {"steps agree": 0.0, "steps disagree": UNEVEN}
-INTERVALS: tuple[Literal["model", "bootstrap"], ...] = ("model", "bootstrap")
 
 
 def measured(exact: RobotLog, uneven: float, seed: int) -> RobotLog:
@@ -43,29 +41,27 @@ def measured(exact: RobotLog, uneven: float, seed: int) -> RobotLog:
     return replace(log, torque=log.torque + offsets[(log.time / STRETCH).astype(int)])
 
 
-def study(repetitions: int) -> dict[str, dict[str, dict[str, float]]]:
-    """Return the table: case, kind of interval, parameter; printed row by row."""
+def study(repetitions: int) -> dict[str, dict[str, float]]:
+    """Return the table: case, parameter; printed row by row."""
     robot = Robot.from_file(MODELS / "arm.toml")
     exact, _ = exact_log(robot, get_law(LAW), dict.fromkeys(robot.joint_names, TRUTH), duration=DURATION, seed=5)
-    table: dict[str, dict[str, dict[str, float]]] = {}
+    table: dict[str, dict[str, float]] = {}
     for case, uneven in CASES.items():
         logs = [measured(exact, uneven, seed) for seed in range(repetitions)]
-        table[case] = {}
-        for kind in INTERVALS:
-            settings = Settings(law=LAW, method="whole-log", corrections="none", intervals=kind, rest=0.01)
-            joints = [joint for log in logs for joint in identify(log, robot, settings).joints.values()]
-            table[case][kind] = {
-                name: float(np.mean([low <= truth <= high for low, high in intervals]))
-                for name, truth in TRUTH.items()
-                for intervals in [[joint.parameters[name].interval_95 for joint in joints]]
-            }
-            print(row_of(case, kind, table[case][kind]), flush=True)
+        settings = Settings(law=LAW, method="whole-log", corrections="none", rest=0.01)
+        joints = [joint for log in logs for joint in identify(log, robot, settings).joints.values()]
+        table[case] = {
+            name: float(np.mean([low <= truth <= high for low, high in intervals]))
+            for name, truth in TRUTH.items()
+            for intervals in [[joint.parameters[name].interval_95 for joint in joints]]
+        }
+        print(row_of(case, table[case]), flush=True)
     return table
 
 
-def row_of(case: str, kind: str, held: dict[str, float]) -> str:
+def row_of(case: str, held: dict[str, float]) -> str:
     """Return the table's row in Markdown."""
-    return f"| {case} | `{kind}` | {' | '.join(f'{100 * share:.0f} %' for share in held.values())} |"
+    return f"| {case} | {' | '.join(f'{100 * share:.0f} %' for share in held.values())} |"
 
 
 def main() -> None:

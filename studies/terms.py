@@ -66,7 +66,7 @@ def said(joint: JointResult) -> Iterable[tuple[str, TermVerdict]]:
 
 
 def counted(joints: list[JointResult], terms: set[str], truth: dict[str, float]) -> dict[str, int]:
-    """Return how many joints have all terms that they should, how many others, and how many intervals hold."""
+    """Return how many joints have all terms that they should, how many others, and their coverage."""
     kept = [{name for name, verdict in said(joint) if verdict.kept} for joint in joints]
     right = [joint for joint, own in zip(joints, kept, strict=True) if own == terms]
     held = [
@@ -123,7 +123,7 @@ def _is_leg(name: str) -> bool:
 
 
 def _shown(joint: JointResult) -> list[str]:
-    """Return the parameters that are told from zero, the offset left out."""
+    """Return the significant parameters, the offset left out."""
     return [
         f"{name} {found.value:.3g} ± {found.standard_error:.1g}{'' if found.unit == '1' else ' ' + found.unit}"
         for name, found in joint.parameters.items()
@@ -136,7 +136,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3, help="of motion and noise")
     parser.add_argument("--save", type=Path, help="write both tables as JSON")
     arguments = parser.parse_args()
-    print("| truth | log | noise | found | others kept | intervals that hold |")
+    print("| truth | log | noise | found | others kept | coverage |")
     print("| --- | --- | --- | ---: | ---: | ---: |")
     arm = on_the_arm(arguments.seeds)
     print("\n| joint | found |\n| --- | --- |")

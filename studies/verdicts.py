@@ -28,7 +28,7 @@ WRONG, RIGHT = 0.25, 0.10
 """Relative errors [1] from which a parameter should be called weak, and up to which it should not."""
 WIDTHS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.8, 1.0)
 NOISY = ("A", "B", "A, wrong model", "B, wrong model")
-HEAD = "| robot | weak from | over 25 % wrong | told | within 10 % | called weak |\n|---|---:|---:|---:|---:|---:|"
+HEAD = "| robot | weak from | over 25 % wrong | flagged | within 10 % | called weak |\n|---|---:|---:|---:|---:|---:|"
 DIGITS = 6
 
 
@@ -74,7 +74,7 @@ def said_of(robot: str, case: str, seed: int, walk: Simulated) -> list[Said]:
     return found
 
 
-def told(said: Iterable[Said], width: float | None = None) -> tuple[int, int, int, int]:
+def flagged(said: Iterable[Said], width: float | None = None) -> tuple[int, int, int, int]:
     """Return how many parameters are wrong, how many of them are weak, how many right, how many of them weak."""
     said = list(said)
     weak = [each["weak"] if width is None else each["width"] > width for each in said]
@@ -88,9 +88,9 @@ def table(said: list[Said]) -> list[str]:
     lines = []
     for robot in ROBOTS:
         if own := [each for each in said if each["robot"] == robot]:
-            lines.append(_line(robot, "as it is", told(own)))
-    lines.append(_line("all", "as it is", told(said)))
-    return lines + [_line("all", f"{width:g}", told(said, width)) for width in WIDTHS]
+            lines.append(_line(robot, "as it is", flagged(own)))
+    lines.append(_line("all", "as it is", flagged(said)))
+    return lines + [_line("all", f"{width:g}", flagged(said, width)) for width in WIDTHS]
 
 
 def _line(robot: str, width: str, numbers: tuple[int, int, int, int]) -> str:
@@ -116,14 +116,14 @@ def main() -> None:
         for run in runs:
             if run not in done:
                 said += said_of(*run, walk)
-                print(*run, told(said[-len(walk.truth.parameters) * len(NAMES) :]), flush=True)
+                print(*run, flagged(said[-len(walk.truth.parameters) * len(NAMES) :]), flush=True)
                 if arguments.save:
                     lines = ",\n".join(json.dumps(each) for each in said)
                     arguments.save.write_text(f'{{"parameters": [\n{lines}\n]}}\n', encoding="utf-8")
     print(HEAD, *table(said), sep="\n")
     for each in said:
         if each["error"] > WRONG and not each["weak"]:
-            print("not told:", *each.values())
+            print("not flagged:", *each.values())
 
 
 if __name__ == "__main__":

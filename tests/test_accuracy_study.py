@@ -63,7 +63,7 @@ def test_means_are_over_joints_then_seeds() -> None:
     assert row["coulomb_worst"] == pytest.approx((0.3 + 0.1) / 2)
     assert summary([a_run(0, [0.1, -0.3]), a_run(1, [0.4, 0.1])])["coulomb_worst_joint"] == pytest.approx(0.25)
     assert row["offset"] == pytest.approx((0.2 + 0.05) / 2)
-    assert (row["coulomb_held"], row["weak"], row["joints"]) == (0.5, 0.0, 2)
+    assert (row["coulomb_covered"], row["weak"], row["joints"]) == (0.5, 0.0, 2)
 
 
 def test_deviations_are_errors_over_standard_errors() -> None:

@@ -154,7 +154,7 @@ def evidence(draw: Callable[..., Any], result: Result) -> Evidence:
         samples=samples,
         covariance={name: scale * np.eye(size) for name, size in sizes.items()} if draw(st.booleans()) else {},
         phases=[(start, start + length, foot, used) for start, length, foot, used in draw(st.lists(spans, max_size=3))],
-        stretch=draw(st.none() | _samples(names)),
+        close_up=draw(st.none() | _samples(names)),
         provenance=draw(st.lists(st.tuples(TEXTS, TEXTS), max_size=2)),
         notes=draw(st.lists(TEXTS, max_size=2)),
         prismatic=frozenset(draw(st.lists(st.sampled_from(names), max_size=1))) if names else frozenset(),
@@ -334,6 +334,6 @@ def test_feet_may_have_names_of_any_script(tmp_path: Path, length: float) -> Non
         support_names=("\u5de6\u8db3",),
     )
     phases = [(0.0, length, "\u5de6\u8db3", True)]
-    shown = Evidence(samples=samples, covariance={}, phases=phases, stretch=None, provenance=[])
+    shown = Evidence(samples=samples, covariance={}, phases=phases, close_up=None, provenance=[])
     write_report(replace(plain(), evidence=shown), tmp_path / "report.html")
     assert ("\u5de6\u8db3</text>" in (tmp_path / "report.html").read_text(encoding="utf-8")) == (length > 0)

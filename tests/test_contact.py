@@ -159,16 +159,16 @@ class TestFlags:
         log = gait.log(BIPED, contact=gait.standing)
         phases = find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases
         for phase in phases[1:-1]:
-            calm = (phase.calm_first, phase.calm_last)
+            steady = (phase.steady_first, phase.steady_last)
             if phase.kind == "single":
                 assert (phase.first, phase.last) == (phase.start + 20, phase.stop - 10)  # 0.10 s and 0.05 s at 200 Hz
-                assert calm == (phase.start + 30, phase.stop - 30)  # both times at both ends
+                assert steady == (phase.start + 30, phase.stop - 30)  # both times at both ends
             else:  # the weight shifts all the time
-                assert calm == (phase.start, phase.start)
+                assert steady == (phase.start, phase.start)
                 assert (phase.first, phase.last) == (phase.start, phase.stop)
         stood, stands = phases[0], phases[-1]  # no foot lands or lifts off where the log begins and ends
-        assert (stood.calm_first, stood.calm_last) == (stood.start, stood.stop - 30)
-        assert (stands.calm_first, stands.calm_last) == (stands.start + 30, stands.stop)
+        assert (stood.steady_first, stood.steady_last) == (stood.start, stood.stop - 30)
+        assert (stands.steady_first, stands.steady_last) == (stands.start + 30, stands.stop)
 
     def test_a_log_that_begins_in_a_swing_is_trimmed_only_where_feet_land_or_lift(self):
         gait = biped(stand=0.0)
@@ -229,7 +229,7 @@ def test_phases_partition_every_segment(pieces, cuts):
     assert set(edges) <= {0, *(phase.stop for phase in phases)}
     np.testing.assert_array_equal(standing_of(SupportPhases(phases=phases, source="flags"), feet, len(flags)), flags)
     assert all(phase.start <= phase.first <= phase.last <= phase.stop for phase in phases)
-    assert all(phase.first <= phase.calm_first <= phase.calm_last <= phase.last for phase in phases)
+    assert all(phase.first <= phase.steady_first <= phase.steady_last <= phase.last for phase in phases)
 
 
 def test_gaps_between_segments_belong_to_no_phase():
@@ -481,7 +481,7 @@ class TestRefused:
 
     def test_no_segments(self):
         log = biped().log(BIPED)
-        with pytest.raises(LogError, match="no stretch of evenly sampled rows"):
+        with pytest.raises(LogError, match="no segment of evenly sampled rows"):
             find_support_phases(log, Walker(BIPED), (slice(3, 3),), AUTO)
 
 

@@ -18,7 +18,7 @@ import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
-from studies import accuracy_cases, accuracy_table, beyond_cases, beyond_the_laws, least_error, verdicts
+from studies import accuracy_cases, accuracy_table, beyond_cases, beyond_the_laws, least_error, step_coverage, verdicts
 from tests.arm import arm_log, save_npz, write_arm
 from tests.models import EXAMPLES, MODELS, STRIBECK
 from tests.readers.formats import messages_of, write_messages
@@ -48,6 +48,7 @@ from stribeck.settings import (
     ContactTable,
     FilterSettings,
     LogTable,
+    Priors,
     RobotFile,
     RobotTable,
     Settings,
@@ -71,6 +72,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "`[identify]`": Settings,
     "`[identify.filter]`": FilterSettings,
     "`[identify.support]`": SupportSettings,
+    "`[identify.priors]`": Priors,
 }
 """Headings of docs/robot-file.md and what they describe."""
 
@@ -272,7 +274,7 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     for each in said:  # nothing but its width makes one weak, or that of the gain it is of, which reaches to zero
         lent = each["parameter"] == "stribeck_velocity" and gains[place(each)] >= 2
         assert each["weak"] == (each["width"] > CRITERIA.widest or lent)
-    wrong, found, right, alarms = verdicts.told(said)
+    wrong, found, right, alarms = verdicts.flagged(said)
     assert found == wrong
     assert alarms < 0.25 * right
 
@@ -303,12 +305,9 @@ def test_the_held_out_errors_shown_are_the_studys() -> None:
     ]
 
 
-def test_the_coverage_of_drawn_steps_shown_is_the_studys() -> None:
-    cases = json.loads((ROOT / "studies/step_coverage.json").read_text())["cases"]
-    for case, kinds in cases.items():
-        for kind, held in kinds.items():
-            row = f"| {case} | `{kind}` | {' | '.join(f'{100 * share:.0f} %' for share in held.values())} |"
-            assert row in PAGES["docs/whole-log.md"]
+def test_the_coverage_where_steps_disagree_shown_is_the_studys() -> None:
+    for case, held in json.loads((ROOT / "studies/step_coverage.json").read_text())["cases"].items():
+        assert step_coverage.row_of(case, held) in PAGES["docs/whole-log.md"]
 
 
 def test_the_terms_shown_are_the_studys() -> None:
@@ -359,7 +358,7 @@ def test_every_unit_is_named() -> None:
     }
 
 
-def test_every_filter_is_named_with_what_it_listens_to() -> None:
+def test_every_filter_is_named_with_what_it_uses() -> None:
     rows = [row for row in rows_below("docs/robot-file.md", "`[identify.filter]`") if len(row) == 3]
     assert {names_in(row[0])[0]: set(names_in(row[1])) for row in rows} == TAKES
 
@@ -398,7 +397,7 @@ def test_the_coverage_shown_is_the_studys() -> None:
     for case, rows in cases.items():
         shares = [row["coverage"] for row in rows.values()]
         expected[case] = [f"{100 * min(shares):.1f} %", f"{100 * max(shares):.1f} %"]
-    page = PAGES["docs/verdicts.md"].partition("### Do they hold the truth?")[2].partition("\n## ")[0]
+    page = PAGES["docs/verdicts.md"].partition("### Coverage")[2].partition("\n## ")[0]
     shown = re.findall(r"^\| ([^|]+) \| ([\d.]+ %) \| ([\d.]+ %) \|$", page, re.MULTILINE)
     assert {case: rest for case, *rest in shown} == expected
 

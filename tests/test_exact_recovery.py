@@ -6,7 +6,7 @@ from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import Parameter, Stribeck, get_law
-from stribeck.friction_torque.survey import survey
+from stribeck.friction_torque.stage import log_friction
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare, quiet
 from stribeck.settings import FilterSettings
@@ -64,7 +64,7 @@ def test_the_predicted_ground_reaction_is_what_the_foot_feels() -> None:
     robot = thirty_joint_talos()
     log, _ = exact_log(robot, get_law("stribeck"), {}, duration=6, posture=POSTURES["talos"])
     settings = Settings(filter=FilterSettings(kind="log"))
-    notes = survey(prepare(log, robot, settings), 0, 1, robot, settings, quiet, quiet).notes
+    notes = log_friction(prepare(log, robot, settings), 0, 1, robot, settings, quiet, quiet).notes
     assert any("ground reaction" in note and "vertical 0.0 N" in note for note in notes)
 
 
@@ -92,5 +92,5 @@ def test_a_law_outside_the_family_is_found_sample_by_sample_and_its_misfit_shows
         found = law.torque(samples.velocity[:, column], values)
         error = np.sqrt(np.mean((found - truth.friction_torque[:, column]) ** 2))
         assert error < 0.03, name  # 3 % of its level: six parameters bend to another law's shape
-        assert 0.001 < joint.validation.rms < 0.03  # ... and the misfit is told, where a law of the family leaves 1e-14
+        assert 0.001 < joint.validation.rms < 0.03  # where a law of the family leaves 1e-14
         assert joint.validation.rms < 0.5 * joint.validation.rms_coulomb_only

@@ -15,7 +15,7 @@ from tests.test_cli import run
 from stribeck import Robot, Settings, identify, preparation
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
-from stribeck.friction_torque.survey import FrictionTorqueStage
+from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.identification.curve_fit.fit import fit_joint
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.log import RobotLog
@@ -37,7 +37,6 @@ OTHER = {
     "block": 0.5,
     "holdout": 4,
     "corrections": "none",
-    "intervals": "bootstrap",
 }
 """Settings by key, each another than the usual one."""
 

@@ -364,7 +364,7 @@ class TestChosenCutoff:
 
     @pytest.mark.parametrize("seed", range(4))
     def test_legs_that_swing_in_turn_are_heard_in_many_parts(self, seed):
-        """Two joints, each there in two short stretches of four, as in a walk of five steps."""
+        """Two joints, each there in two short segments of four, as in a walk of five steps."""
         position, acceleration = self.motion([2.0, 9.0])
         position = position + self.noise(1e-5, seed=seed)
         acceleration = acceleration + self.noise(5.0, seed=seed + 10)
@@ -388,14 +388,14 @@ class TestChosenCutoff:
         assert choice.cutoff == pytest.approx(5.0, rel=0.03)
         assert "no joint" in choice.reason
 
-    def test_stretches_are_listened_to_one_by_one(self):
-        """Steps of a walk, with jumps between them and joints that say nothing in some, are like one long stretch."""
+    def test_segments_are_used_one_by_one(self):
+        """Steps of a walk, with jumps between them and joints that say nothing in some, are like one long segment."""
         position, acceleration = self.motion([2.0, 7.0])
         position = position + self.noise(1e-5)
         cuts = [slice(k, k + 700) for k in range(0, 19_000, 1000)]
         accelerations = [acceleration[cut] + 0.0 for cut in cuts]
-        for k, stretch in enumerate(accelerations):
-            stretch[:, k % 2] = np.nan
+        for k, segment in enumerate(accelerations):
+            segment[:, k % 2] = np.nan
         steps = choose_cutoff(accelerations, self.rate, [position[cut] + k for k, cut in enumerate(cuts)])
         whole = choose_cutoff([acceleration], self.rate, [position])
         assert steps.window == pytest.approx(whole.window, rel=0.35)

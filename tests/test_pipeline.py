@@ -103,7 +103,7 @@ def test_what_is_kept_is_bounded_and_changes_little(arm: Robot, monkeypatch: pyt
     log = arm_log(arm)
     everything = identify(log, arm)
     monkeypatch.setattr(stribeck.friction_torque.thinning, "MOST_KEPT", 4000)
-    monkeypatch.setattr(stribeck.friction_torque.survey, "MOST_KEPT", 4000)
+    monkeypatch.setattr(stribeck.friction_torque.stage, "MOST_KEPT", 4000)
     some = identify(log, arm)
     assert len(some.evidence.samples.time) <= 4000
     assert some.log.samples_used == everything.log.samples_used
@@ -176,8 +176,8 @@ def test_an_inverted_torque_is_warned_of(arm: Robot) -> None:
     torque = log.torque.copy()
     torque[:, 1] *= -1
     result = identify(replace(log, torque=torque), arm)
-    assert any("feed energy in" in warning and "elbow" in warning for warning in result.warnings)
-    assert not any("feed energy in" in warning for warning in identify(log, arm).warnings)
+    assert any("passivity violated" in warning and "elbow" in warning for warning in result.warnings)
+    assert not any("passivity violated" in warning for warning in identify(log, arm).warnings)
 
 
 def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.survey import FrictionSamples, thinned_samples
+from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.verdict import judge
@@ -23,13 +23,13 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.version import __version__
 
-UNPHYSICAL = 0.4
+MOST_ADDED = 0.4
 """Share of samples with positive friction power above which a joint's signals or model must be wrong."""
 
 
 def compose(
     finding: Finding,
-    found: FrictionSamples,
+    friction: FrictionSamples,
     prepared: Sequence[PreparedLog],
     robot: Robot,
     law: FrictionLaw,
@@ -40,7 +40,7 @@ def compose(
 
     Parameters
     ----------
-    finding, found
+    finding, friction
         Of the method, and the friction torque of its robot and logs.
     prepared, robot
         As they were given.
@@ -52,14 +52,14 @@ def compose(
     NothingIdentifiedError
         If no joint moves enough for any number.
     """
-    joints = _joints(finding, found.samples, law, settings)
+    joints = _joints(finding, friction.samples, law, settings)
     return Result(
         robot=robot.name,
         log=log_summary(
             [part.log.path for part in prepared],
             [float(part.log.time[-1] - part.log.time[0]) for part in prepared],
             prepared[0].sampling.rate,
-            sum(part.used for part in found.logs),
+            sum(part.used for part in friction.logs),
         ),
         law=settings.law,
         method=method.name,
@@ -67,14 +67,18 @@ def compose(
         warnings=[
             *robot.warnings,
             *(warning for part in prepared for warning in part.warnings),
-            *(warning for part in found.logs for warning in part.warnings),
-            *_energy_fed_in(joints),
+            *(warning for part in friction.logs for warning in part.warnings),
+            *_passivity_violated(joints),
             *finding.warnings,
         ],
         corrections=finding.corrections,
         stribeck=__version__,
         evidence=_evidence(
-            finding, found, prepared, robot, provenance(settings, method.uses, robot.path, _choices(found, prepared))
+            finding,
+            friction,
+            prepared,
+            robot,
+            provenance(settings, method.uses, robot.path, _choices(friction, prepared)),
         ),
     )
 
@@ -91,16 +95,16 @@ def _joints(finding: Finding, samples: Samples, law: FrictionLaw, settings: Sett
     return joints
 
 
-def _choices(found: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:
+def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:
     """Return label and text of what was chosen by the logs."""
-    filters = dict.fromkeys(part.filter_name for part in found.logs)
-    supports = dict.fromkeys(part.support.source for part in prepared)
-    return [("Filter", "; ".join(filters)), ("Support from", "; ".join(supports))]
+    filters = dict.fromkeys(part.filter_name for part in friction.logs)
+    sources = dict.fromkeys(part.support.source for part in prepared)
+    return [("Filter", "; ".join(filters)), ("Contact modes from", "; ".join(sources))]
 
 
 def _evidence(
     finding: Finding,
-    found: FrictionSamples,
+    friction: FrictionSamples,
     prepared: Sequence[PreparedLog],
     robot: Robot,
     origin: list[tuple[str, str]],
@@ -108,27 +112,29 @@ def _evidence(
     """Return what the report draws."""
     slides = zip(robot.joint_names, robot.prismatic, strict=True)
     return Evidence(
-        samples=_without_armature(found.samples, finding.fits),
+        samples=_without_armature(friction.samples, finding.fits),
         covariance={joint: fit.covariance for joint, fit in finding.fits.items()},
-        phases=[phase for part in found.logs for phase in part.phases],
-        stretch=_without_armature(found.logs[0].stretch, finding.fits),
+        phases=[phase for part in friction.logs for phase in part.phases],
+        close_up=_without_armature(friction.logs[0].close_up, finding.fits),
         provenance=origin,
         prismatic=frozenset(name for name, prismatic in slides if prismatic),
         notes=[
             *(note for part in prepared for note in part.notes),
-            *found.notes,
-            *(note for part in found.logs for note in part.notes),
+            *friction.notes,
+            *(note for part in friction.logs for note in part.notes),
         ],
-        correction=None if finding.robot is robot else _before_and_after(found, prepared, robot),
+        correction=None if finding.robot is robot else _before_and_after(friction, prepared, robot),
     )
 
 
-def _before_and_after(found: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Samples, Samples]:
+def _before_and_after(
+    friction: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot
+) -> tuple[Samples, Samples]:
     """Return the samples of free and swinging limbs by robot and logs as given, and as corrected.
 
     These limbs show best what a model does to friction.
     """
-    settings, samples = found.settings.model_copy(update={"standing_legs": False}), found.samples
+    settings, samples = friction.settings.model_copy(update={"standing_legs": False}), friction.samples
     before = join_logs([thinned_samples(log, len(prepared), robot, settings) for log in prepared])
     feet = [tuple(foot for foot in name.split("+") if foot in robot.contacts) for name in samples.support_names]
     standing = np.array([robot.standing(standing) for standing in feet])
@@ -136,14 +142,14 @@ def _before_and_after(found: FrictionSamples, prepared: Sequence[PreparedLog], r
     return before, replace(samples, usable=samples.usable & swinging)
 
 
-def _energy_fed_in(joints: dict[str, JointResult]) -> list[str]:
-    """Return a warning about joints whose friction would push as often as it resists (7.9)."""
-    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > UNPHYSICAL]
+def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
+    """Return a warning about joints whose friction adds power nearly as often as it takes it (7.9)."""
+    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
     if not names:
         return []
     return [
-        f"friction would feed energy in at over {100 * UNPHYSICAL:.0f} % of the samples, which none can: "
-        f"{', '.join(names)}; they have none to speak of, or signs, delays ('stribeck inspect') or inertias are wrong"
+        f"passivity violated, friction adds power in over {100 * MOST_ADDED:.0f} % of the samples: {', '.join(names)}; "
+        "they have hardly any friction, or signs, delays ('stribeck inspect') or inertias are wrong"
     ]
 
 
@@ -161,9 +167,10 @@ def _with_model_armature(joints: dict[str, JointResult], robot: Robot) -> dict[s
     """Add what the model already has to the fitted rotor inertias, which are what it lacks."""
     changed = dict(joints)
     for name, joint in joints.items():
-        if (found := joint.parameters.get("armature")) is not None:
-            known = float(robot.armature[robot.joint_names.index(name)])
-            low, high = found.interval_95
-            total = replace(found, value=found.value + known, interval_95=(low + known, high + known))
+        if (lacking := joint.parameters.get("armature")) is not None:
+            modelled = float(robot.armature[robot.joint_names.index(name)])
+            low, high = lacking.interval_95
+            interval = (low + modelled, high + modelled)
+            total = replace(lacking, value=lacking.value + modelled, interval_95=interval)
             changed[name] = replace(joint, parameters={**joint.parameters, "armature": total})
     return changed

@@ -1,4 +1,4 @@
-"""What a log holds, before anything is identified: channels, sampling, support, ranges, delays and signs."""
+"""What a log holds, before anything is identified: channels, sampling, contact modes, ranges, delays and signs."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 
 from stribeck.errors import errors_about, findings_kept
+from stribeck.friction_torque.stage import torque_chunks, with_filter
 from stribeck.friction_torque.stream import support_name
-from stribeck.friction_torque.survey import torque_chunks, with_filter
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog, prepare
@@ -21,16 +21,16 @@ from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
 from stribeck.typing import Array
 
-LISTEN = 60_000
+MOST_SAMPLES = 60_000
 """Samples that delays and signs are judged by."""
 LONGEST_DELAY = 0.03
 """[s] searched on either side for a delay of the torque."""
 SHORTEST_RUN = 0.3
-"""[s]; shorter stretches say little about a delay."""
+"""[s]; shorter runs say little about a delay."""
 OPPOSITE = -0.3
 """A torque whose correlation with the model is below this has the wrong sign."""
 EXPLAINED = 0.5
-"""Share of a torque's variance that the model must explain before a delay is told."""
+"""Share of a torque's variance that the model must explain before a delay is given."""
 FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
 """Widths of the smoothed signs that stand for friction, in shares of the top speed."""
 STILL = 0.01
@@ -70,7 +70,7 @@ class Inspection:
     channels
         Name and shape of what the log holds.
     phases
-        Start [s], end [s], support name, whether it is used.
+        Start [s], end [s], contact mode, whether it is used.
     gaps
         Last stamp before and first after [s].
     findings
@@ -172,7 +172,7 @@ def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, choices: l
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """A stretch without a break: measured torque, model's torque and velocity, each (t, k)."""
+    """Samples without a break: measured torque, model's torque and velocity, each (t, k)."""
 
     torque: Array
     model: Array
@@ -180,21 +180,21 @@ class _Run:
 
 
 def _runs(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_Run]:
-    """Yield stretches of one support phase each, up to `LISTEN` samples."""
-    heard = 0
+    """Yield runs of one support phase each, up to `MOST_SAMPLES` samples."""
+    yielded = 0
     for chunk in torque_chunks(prepared, robot, settings):
         for rows in chunk.runs():
             torque = prepared.log.torque[chunk.rows[rows]][:, robot.torque_controlled]
             yield _Run(torque, torque - chunk.samples.friction_torque[rows], chunk.samples.velocity[rows])
-            heard += rows.stop - rows.start
-        if heard >= LISTEN:
+            yielded += rows.stop - rows.start
+        if yielded >= MOST_SAMPLES:
             return
 
 
 def _inspect_joint(runs: list[_Run], k: int, period: float, log: RobotLog, column: int) -> JointInspection:
-    known = [run for run in runs if np.all(np.isfinite(run.model[:, k]))]
-    torque = np.concatenate([run.torque[:, k] for run in known]) if known else np.empty(0)
-    model = np.concatenate([run.model[:, k] for run in known]) if known else np.empty(0)
+    modelled = [run for run in runs if np.all(np.isfinite(run.model[:, k]))]
+    torque = np.concatenate([run.torque[:, k] for run in modelled]) if modelled else np.empty(0)
+    model = np.concatenate([run.model[:, k] for run in modelled]) if modelled else np.empty(0)
     velocity = np.concatenate([run.velocity[:, k] for run in runs]) if runs else np.zeros(1)
     correlation, delay = None, None
     sign: Literal["agrees", "opposite", "unclear"] = "unclear"
@@ -202,7 +202,7 @@ def _inspect_joint(runs: list[_Run], k: int, period: float, log: RobotLog, colum
         correlation = float(np.corrcoef(torque, model)[0, 1])
         sign = "opposite" if correlation < OPPOSITE else "agrees" if correlation > -OPPOSITE else "unclear"
         if np.abs(velocity).max() > STILL:
-            delay = _delay(known, k, period)
+            delay = _delay(modelled, k, period)
     return JointInspection(
         position_range=_span(log.position[:, column]),
         velocity_range=_span(velocity),

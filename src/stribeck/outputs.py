@@ -25,14 +25,14 @@ class _State:
 
     unfinished: set[Path] = field(default_factory=set)
     asked: bool = False
-    waiting: bool = False  # a request changes nothing now: outputs move to their place, or one was heard already
+    waiting: bool = False  # a request changes nothing now: outputs move to their place, or one was made already
     written: bool = False
 
 
 _state = _State()
 
 
-def listen() -> None:
+def catch_signals() -> None:
     """Let SIGINT and SIGTERM raise Interrupted, once."""
     _state.asked = _state.waiting = _state.written = False
     for request in (signal.SIGINT, signal.SIGTERM):
@@ -48,7 +48,7 @@ def stop(*_: object) -> None:
 
 
 def anything_written() -> bool:
-    """Return whether an output has appeared since `listen`."""
+    """Return whether an output has appeared since `catch_signals`."""
     return _state.written
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
 from stribeck.friction import get_law
-from stribeck.friction_torque.survey import FrictionTorqueStage
+from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.methods import get_method
 from stribeck.outputs import whole_or_not_at_all

@@ -105,8 +105,30 @@ class SupportSettings(Table):
     min_duration: NonNegative = 0.05  # [s] shorter phases are left out
 
 
+class Priors(Table):
+    """`[identify.priors]`: standard deviations of what the whole log corrects or fits, before the log speaks.
+
+    They say how wrong models and sensors usually are; how wrong the given ones are, the log itself tells from there.
+    The defaults are assumptions, of the size of the errors that the accuracy study gives its models and sensors.
+    """
+
+    mass: Positive = 0.05  # [1] of a body's mass: drawings lack cables, screws and paint
+    centre_of_mass: Positive = 7.5e-3  # [m] along each axis
+    moments: Positive = 0.12  # [1] principal second moments; uniform errors of 20 % have this standard deviation
+    torque_gain: Positive = 0.01  # [1] of a joint's torque sensor, calibrated once
+    encoder_zero: Positive = 2e-3  # [rad] of an encoder that was zeroed against a stop or a jig, 0.1 degrees
+    imu_tilt: Positive = 5e-3  # [rad] of an IMU screwed to its place, 0.3 degrees
+    wrench_force: Positive = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
+    wrench_moment: Positive = 2.0  # [N m] the same of moments
+    wrench_gain: Positive = 0.02  # [1] of foot wrench sensors
+    rotor: Positive = 1.0  # [kg m^2] that the model lacks; wider than any joint's, as nothing is known
+    friction: Positive = 100.0  # [1] sizes of friction over the joint's torque: as good as no prior
+    scale: Positive = 1.0  # [1] logarithms of Stribeck velocity and slope around their starts: a factor of three
+    pure_number: Positive = 1.0  # [1] parameters without a unit, such as the Stribeck gain
+
+
 class Settings(Table):
-    """`[identify]`: everything that `identify` can be told; docs/robot-file.md says what each setting means.
+    """`[identify]`: all settings of `identify`; docs/robot-file.md says what each setting means.
 
     Raises
     ------
@@ -123,9 +145,9 @@ class Settings(Table):
     law: str = "stribeck"
     method: str = "curve-fit"
     corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
-    intervals: Literal["model", "bootstrap"] = "model"  # from the errors as measured, or from drawn steps (whole-log)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
+    priors: Priors = Priors()  # of friction, model and sensors (whole-log)
     tilt: Literal["auto", "imu", "flat"] = "auto"
     double_support: Literal["skip", "guess", "fit"] = "skip"
     standing_legs: bool = False  # let samples of standing legs into the fits

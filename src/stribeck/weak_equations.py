@@ -1,4 +1,4 @@
-"""The weak form of the equation of motion over a stretch of a log, as the whole-log fit takes it."""
+"""The weak form of the equation of motion over a segment of a log, as the whole-log fit takes it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WRENCH_SIZE = 7
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Corrections:
-    """What the columns of `WeakEquations.columns` correct, in this order.
+    """What the columns of `WeakEquations.regressors` correct, in this order.
 
     Attributes
     ----------
@@ -33,9 +33,6 @@ class Corrections:
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
         Which of the n joints have a rotor inertia that the model lacks [kg m^2].
-    independent, sums
-        Columns of base parameters, shape (b,), and those of all inertial parameters as sums of them, shape
-        (b, 10 bodies).
     """
 
     bodies: tuple[str, ...] = ()
@@ -45,8 +42,6 @@ class Corrections:
     tilts: int = 0
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
-    independent: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    sums: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def size(self) -> int:
@@ -57,11 +52,11 @@ class Corrections:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WeakEquations:
-    """K windows of one stretch of one support, m equations each, of the friction of n joints.
+    """K windows of one segment, in one contact mode, m equations each, of the friction of n joints.
 
     With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k what the contacts leave observable,
 
-        P_k^T W_k[r] = P_k^T W_k[R(v)] + (columns times corrections of the model) + error
+        P_k^T W_k[r] = P_k^T W_k[R(v)] + (regressors times corrections of the model) + error
 
     Both sides pass the same window, so that smoothing costs no accuracy. The error's covariance between windows k and
     l = k + j is
@@ -101,7 +96,7 @@ class WeakEquations:
     acceleration_overlap, torque_overlap
         rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to the last
         that they reach.
-    columns
+    regressors
         Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
     torque
         Measured, through the window [N m], shape (K, n).
@@ -109,7 +104,7 @@ class WeakEquations:
         Time since the log began [s], shape (K,).
     temperature
         [deg C], shape (K, n); None if the log has none.
-    factors
+    covariates
         What friction is proportional to beside functions of velocity, shape (K, n, f); None if it is not.
     wrench_noise
         Standard deviations of the first rows where these are of the wrench on the standing foot, which knows no
@@ -132,11 +127,11 @@ class WeakEquations:
     torque_noise: Array
     acceleration_overlap: Array
     torque_overlap: Array
-    columns: Array | None
+    regressors: Array | None
     torque: Array
     elapsed: Array
     temperature: Array | None = None
-    factors: Array | None = None
+    covariates: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
 
     @property

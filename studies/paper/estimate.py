@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.friction_torque.survey import torque_chunks, with_filter
+from stribeck.friction_torque.stage import torque_chunks, with_filter
 from stribeck.friction_torque.thinning import join
 from stribeck.preparation import prepare
 from stribeck.samples import Samples

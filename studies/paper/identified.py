@@ -34,7 +34,7 @@ def identified(walk: Simulated, settings: Settings, log: RobotLog | None = None)
     """Return what `identify` finds in a walk, or in another log of it, for each leg joint.
 
     Its verdict and reason, its top speed [rad/s], and by parameter, in the paper's order: value, half the width of the
-    95 % interval, error [%], whether the interval holds the truth, whether it is weak; NaN where there is no number.
+    95 % interval, error [%], whether the interval covers the true value, whether it is weak; NaN where there is none.
     """
     result = identify(log or walk.log, walk.robot, settings)
     assert result.evidence is not None

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from scipy.signal import periodogram
 
 from stribeck import Settings
-from stribeck.friction_torque.survey import with_filter
+from stribeck.friction_torque.stage import with_filter
 from stribeck.motion import make_filter
 from stribeck.motion.savitzky_golay import savgol_cutoff
 from stribeck.preparation import prepare

@@ -87,7 +87,7 @@ def _short(settings: Settings, quick: bool) -> Settings:
 
 
 def _noisy(rows: dict[str, Numbers]) -> Numbers:
-    """Return errors, how many joints are identified, and the share of the intervals that hold the truth."""
+    """Return errors, how many joints are identified, and the coverage of the intervals."""
     return {
         **mean_and_worst(rows),
         "identified": sum(row["verdict"] == "identified" for row in rows.values()),

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from stribeck.identification.whole_log.bodies import bodies_of
+from stribeck.identification.whole_log.model.bodies import bodies_of
 from stribeck.result import BodyCorrection, Corrections, JointResult, LogSummary, ParameterEstimate, Result
 from stribeck.robot import Robot
+from stribeck.settings import Priors
 
 FRICTION = {"viscous": (0.3, "N m s/rad"), "coulomb": (1.2, "N m"), "offset": (-0.4, "N m")}
 
@@ -37,7 +38,7 @@ def found_in(robot: Robot, law: str = "coulomb-viscous", seed: int = 0) -> tuple
     model = pin.Model(robot.tree.model)
     generator = np.random.default_rng(seed)
     before = np.stack([model.inertias[joint].toDynamicParameters() for joint in range(1, model.njoints)])
-    change, _ = bodies_of(before).corrections(generator.normal(size=before.shape))
+    change, _ = bodies_of(before, Priors()).corrections(generator.normal(size=before.shape))
     bodies = {}
     for joint, (old, new) in enumerate(zip(before, before + change, strict=True), start=1):
         if old[0] > 0:

@@ -1,4 +1,4 @@
-"""The 95 % intervals hold the truth: the saved study says so, and a short run of it agrees."""
+"""The 95 % intervals cover 95 % of the true values: the saved study says so, and a short run of it agrees."""
 
 import json
 from pathlib import Path

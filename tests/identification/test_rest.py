@@ -55,7 +55,7 @@ def test_without_a_block_to_spare_there_is_no_validation(make_samples, make_join
 
 
 def test_one_direction_alone_raises_no_warning(make_samples, make_joint):
-    """Coulomb friction and offset cannot be told apart then; rounding must not turn into an overflow."""
+    """Coulomb friction and offset cannot be distinguished then; rounding must not turn into an overflow."""
     law = get_law("coulomb-viscous")
     samples = make_samples({"knee": make_joint(law=law.name, truth=TRUTH, speed=0.1, drift=1.0)}, blocks=8)
     with warnings.catch_warnings():

@@ -10,7 +10,7 @@ from stribeck.friction import LAWS, get_law
 from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.identification.curve_fit.validation import validate
 from stribeck.identification.judgement.verdict import judge
-from stribeck.identification.judgement.weakness import is_weak, why_strong
+from stribeck.identification.judgement.weakness import is_weak, why_identified
 from stribeck.methods.whole_log import CRITERIA
 from stribeck.settings import Settings
 
@@ -119,7 +119,7 @@ def test_torque_without_friction_is_never_identified_and_never_crashes(make_samp
     found = identified(replace(samples, friction_torque=np.zeros((2400, 1)) + signal), law)["knee"]
     assert found.verdict == "weak"
     if torque == "random":
-        assert found.reason.startswith("no friction is told from zero: ")
+        assert found.reason.startswith("no friction is significant: ")
         assert "Stribeck" not in found.reason  # the shape of no friction is nothing to explain
         assert "offset" not in found.reason
 
@@ -138,7 +138,7 @@ def test_the_whole_logs_parameters_are_weak_sooner(make_samples, make_joint, wid
     wide = replace(fit, intervals=intervals)
     found = is_weak(wide, np.linspace(-2, 2, 100), CRITERIA)
     assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
-    assert why_strong(CRITERIA) == "every interval is narrower than 0.33 of its value"
+    assert why_identified(CRITERIA) == "every interval is narrower than 0.33 of its value"
 
 
 @pytest.mark.parametrize(

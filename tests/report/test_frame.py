@@ -93,13 +93,13 @@ def test_a_figure_shows_nothing_of_those_before_it(result: Result) -> None:
     name, walk = "left_hip_yaw", make_walk(6)
     evidence = result.evidence
     assert evidence is not None
-    assert evidence.stretch is not None
+    assert evidence.close_up is not None
     joint, law = result.joints[name], get_law("stribeck")
-    data, stretch = (joint_data(name, joint, evidence, law, part) for part in (evidence.samples, evidence.stretch))
+    data, close_up = (joint_data(name, joint, evidence, law, part) for part in (evidence.samples, evidence.close_up))
     kinds: dict[str, Draw] = {
         **LINES,
         "velocity": lambda: friction_over_velocity(data),
-        "time": lambda: friction_over_time(stretch),
+        "time": lambda: friction_over_time(close_up),
         "coverage": lambda: velocity_coverage(data, 0.1),
         "phases": lambda: _strips(evidence.phases, ["left_foot", "right_foot"], 0.0, 12.0),
         "above": lambda: from_above(walk, side_colours(["left_foot", "right_foot"]), (0.0, 2.0, -0.4, 0.4), (0.0, 2.0)),

@@ -96,7 +96,7 @@ def test_the_verdict_table_comes_first_and_numbers_keep_their_unit(html: str) ->
         "weak",
         "not excited",
         "N m s/rad",
-        "left_hip_roll: friction gives energy",
+        "left_hip_roll: passivity violated",
         "3f3f3f",
         "walker.urdf",
     ):
@@ -162,7 +162,7 @@ def test_parts_of_the_log_that_disagree_are_told_as_a_number(result: Result, tmp
 
 
 def test_little_is_enough(result: Result, tmp_path: Path) -> None:
-    """No samples, stretch, phases, covariance, warnings or numbers: the page says so and stands."""
+    """No samples, close-up, phases, covariance, warnings or numbers: the page says so and stands."""
     assert result.evidence is not None
     nothing = {name: getattr(result.evidence.samples, name)[:0] for name in ("time", "velocity", "usable", "block")}
     samples = replace(
@@ -173,7 +173,7 @@ def test_little_is_enough(result: Result, tmp_path: Path) -> None:
         support=nothing["block"],
     )
     evidence = replace(
-        result.evidence, samples=samples, covariance={}, phases=[], stretch=None, provenance=[], notes=[]
+        result.evidence, samples=samples, covariance={}, phases=[], close_up=None, provenance=[], notes=[]
     )
     joints = {
         name: replace(joint, validation=None, residual_rms=None, positive_power_fraction=None)

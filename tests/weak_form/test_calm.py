@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from stribeck.equations.calm import LONGEST, SHARE, SHORTEST, CalmAcceleration, calm_acceleration
+from stribeck.equations.joint_acceleration import LONGEST, SHARE, SHORTEST, JointAcceleration, joint_acceleration
 from stribeck.equations.motion import savgol
-from stribeck.equations.noise import LISTEN
+from stribeck.equations.noise import MOST_ROWS
 from stribeck.equations.window import smooth_window
 from stribeck.typing import Array
 
@@ -25,43 +25,43 @@ def motion() -> tuple[Array, Array]:
     return position, -(SPEED**2) * position
 
 
-def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> CalmAcceleration:
-    return calm_acceleration(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
+def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> JointAcceleration:
+    return joint_acceleration(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
 
 
-def lengths(calm: CalmAcceleration) -> Array:
+def lengths(away_from_contacts: JointAcceleration) -> Array:
     """Return the lengths of the windows [s], that of the weak form not included."""
-    taken = np.count_nonzero(calm.kernels, axis=1) - len(WINDOW.taps) + 1
+    taken = np.count_nonzero(away_from_contacts.kernels, axis=1) - len(WINDOW.taps) + 1
     return np.asarray(PERIOD * taken)
 
 
 def test_each_joint_has_as_long_a_window_as_its_noise_needs() -> None:
     position, acceleration = motion()
     noise = NOISE * np.random.default_rng(0).standard_normal(position.shape)
-    calm = kernels(position + noise)
-    found = lengths(calm)
+    away_from_contacts = kernels(position + noise)
+    found = lengths(away_from_contacts)
     assert SHORTEST < found[0] < found[1] < found[2] < found[3]
     assert found[3] == pytest.approx(LONGEST, abs=2 * PERIOD)
-    alone = np.mean(calm.windows(noise, 200, 29_800) ** 2, axis=0)
+    alone = np.mean(away_from_contacts.windows(noise, 200, 29_800) ** 2, axis=0)
     assert np.all(alone[:2] < SHARE * np.mean(acceleration**2, axis=0)[:2])
 
 
 def test_next_to_nothing_is_lost_of_the_motion() -> None:
     position, acceleration = motion()
     noise = NOISE * np.random.default_rng(1).standard_normal(position.shape)
-    calm = kernels(position + noise)
-    found, true = calm.windows(position + noise, 200, 29_800), WINDOW.apply(acceleration[200:29_800])
+    away_from_contacts = kernels(position + noise)
+    found, true = away_from_contacts.windows(position + noise, 200, 29_800), WINDOW.apply(acceleration[200:29_800])
     assert found.shape == true.shape
     slope = np.sum(found * true, axis=0)[:3] / np.sum(found**2, axis=0)[:3]  # what an inertia would come out as
     np.testing.assert_allclose(slope, 1.0, atol=0.01)
 
 
 def test_a_constant_position_has_no_acceleration_however_far_away() -> None:
-    calm = kernels(motion()[0])
-    assert np.abs(calm.windows(np.full((2_000, 4), 1e3), 300, 1_700)).max() < 1e-9
+    away_from_contacts = kernels(motion()[0])
+    assert np.abs(away_from_contacts.windows(np.full((2_000, 4), 1e3), 300, 1_700)).max() < 1e-9
 
 
-@pytest.mark.parametrize("segments", [(slice(0, 5),), (slice(0, 0), slice(5, 10)), (slice(0, 2 * LISTEN),)])
+@pytest.mark.parametrize("segments", [(slice(0, 5),), (slice(0, 0), slice(5, 10)), (slice(0, 2 * MOST_ROWS),)])
 def test_short_and_long_segments_are_listened_to(segments: tuple[slice, ...]) -> None:
     position = np.resize(motion()[0], (segments[-1].stop, 4))
     assert np.isfinite(kernels(position, segments).kernels).all()
@@ -72,8 +72,10 @@ def test_windows_are_there_at_every_rate(period: float) -> None:
     window = smooth_window(period)
     time = period * np.arange(4_000)
     position = np.sin(2.0 * time)[:, None]
-    calm = calm_acceleration(position, np.array([1e-5]), (slice(0, 4_000),), period, window, savgol(0.03, period)[2])
-    margin = calm.margin
-    found = calm.windows(position, margin, 4_000 - margin)
+    away_from_contacts = joint_acceleration(
+        position, np.array([1e-5]), (slice(0, 4_000),), period, window, savgol(0.03, period)[2]
+    )
+    margin = away_from_contacts.margin
+    found = away_from_contacts.windows(position, margin, 4_000 - margin)
     assert len(found) == window.count(4_000 - 2 * margin)
     np.testing.assert_allclose(found, window.apply(-4.0 * position[margin : 4_000 - margin]), atol=0.05)

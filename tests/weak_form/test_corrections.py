@@ -10,7 +10,7 @@ from stribeck import Robot
 from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State
-from stribeck.equations.corrections import inertia_columns, zero_columns
+from stribeck.equations.regressors import inertia_regressors, zero_regressors
 from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
 from stribeck_simulation.robots.biped import MODELS
@@ -39,7 +39,7 @@ def test_inverse_dynamics_is_linear_in_the_bodies(file: str, foot: str) -> None:
     robot, rooted, state = case(file, foot)
     joints = np.arange(len(robot.joint_names))
     root = standing_root(robot, foot, state) if foot else None
-    columns = inertia_columns(robot, rooted, rooted.root_size + joints, state, root)
+    columns = inertia_regressors(robot, rooted, rooted.root_size + joints, state, root)
     model = robot.tree.model
     bodies = np.concatenate([model.inertias[body].toDynamicParameters() for body in range(1, model.njoints)])
     rotors = robot.armature * state.acceleration if np.any(robot.armature) else 0.0
@@ -51,7 +51,7 @@ def test_zeros_of_encoders_do_what_their_columns_say(file: str, foot: str) -> No
     robot, rooted, state = case(file, foot)
     joints = np.arange(len(robot.joint_names))
     zeros = 1e-4 * np.random.default_rng(5).standard_normal(len(joints))
-    columns = zero_columns(robot, rooted, rooted.root_size + joints, (foot,), state)
+    columns = zero_regressors(robot, rooted, rooted.root_size + joints, (foot,), state)
     true = replace(state, position=state.position - zeros)
     change = torque(robot, rooted, foot, true) - torque(robot, rooted, foot, state)
     np.testing.assert_allclose(columns[:, :, : len(joints)] @ zeros, change, atol=2e-3 * np.abs(change).max())
@@ -62,7 +62,7 @@ def test_a_turned_imu_does_what_its_columns_say() -> None:
     assert state.orientation is not None
     joints = np.arange(len(robot.joint_names))
     turn = 1e-4 * np.array([1.0, -2.0, 0.5])
-    columns = zero_columns(robot, rooted, rooted.root_size + joints, ("left_foot",), state)[:, :, len(joints) :]
+    columns = zero_regressors(robot, rooted, rooted.root_size + joints, ("left_foot",), state)[:, :, len(joints) :]
     quaternion = [pin.Quaternion(q) * pin.Quaternion(pin.exp3(-turn)) for q in state.orientation.quaternion]
     true = replace(state.orientation, quaternion=np.stack([q.coeffs() for q in quaternion]))
     change = torque(robot, rooted, "left_foot", replace(state, orientation=true))

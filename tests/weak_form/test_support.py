@@ -7,8 +7,8 @@ import pytest
 
 from stribeck import Robot
 from stribeck.equations.build import WeakForm, weak_form
-from stribeck.equations.stretches import cut_stretches
-from stribeck.equations.support import find_support, null_projection
+from stribeck.equations.contact_mode import find_contact_mode, null_projection
+from stribeck.equations.segments import cut_segments
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
@@ -46,9 +46,9 @@ def walked(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, Truth, Weak
 
 def test_what_is_seen_is_friction_alone(walked: tuple[Robot, RobotLog, Truth, WeakForm]) -> None:
     robot, _, truth, form = walked
-    kinds = {len(stretch.feet) for stretch in form.stretches}
+    kinds = {len(stretch.feet) for stretch in form.segments}
     assert len(kinds) > 1 or kinds == {2}
-    for stretch in form.stretches:
+    for stretch in form.segments:
         equations = form.equations(stretch, 0)
         friction = truth.friction_torque[stretch.first : stretch.last, robot.torque_controlled]
         expected = np.einsum("kmn,kn->km", equations.weights, form.window.apply(friction))
@@ -62,9 +62,9 @@ def test_a_foot_that_has_just_landed_is_no_root() -> None:
     law, posture = get_law("stribeck"), POSTURES["biped"]
     log, _ = exact_log(robot, law, friction, duration=8.0, posture=posture, seed=6)
     ready = prepare(log, robot, Settings(filter=FilterSettings(kind="savitzky-golay", window=31)))
-    phases, segments = ready.support.phases, ready.sampling.segments
-    stretches = cut_stretches(phases, segments, ready.sampling.period, 20, 20, tuple(robot.contacts))
-    pairs = [(before, after) for before, after in pairwise(stretches) if len(before.feet) == 1 < len(after.feet)]
+    sampling = ready.sampling
+    segments = cut_segments(ready.support.phases, sampling.segments, sampling.period, 20, 20, tuple(robot.contacts))
+    pairs = [(before, after) for before, after in pairwise(segments) if len(before.feet) == 1 < len(after.feet)]
     assert {before.feet[0] for before, _ in pairs} == set(robot.contacts)
     assert all(after.feet[0] == before.feet[0] for before, after in pairs)
 
@@ -76,7 +76,7 @@ def test_no_sum_that_is_seen_has_a_contact_force_in_it() -> None:
     posture = np.array([POSTURES["quadruped"].get(name, 0.0) for name in robot.joint_names])
     position = posture + 0.1 * generator.standard_normal((4, len(joints)))
     for count, seen in ((1, 15), (2, 12), (3, 9), (4, 6)):
-        support = find_support(robot, tuple(robot.contacts)[:count], joints)
+        support = find_contact_mode(robot, tuple(robot.contacts)[:count], joints)
         jacobian = support.jacobian(position)[:, :, support.rows]
         projection = null_projection(jacobian)
         assert projection.shape == (4, seen, 18)

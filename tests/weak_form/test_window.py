@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from stribeck.equations.motion import differentiator
 from stribeck.equations.window import smooth_window
-from stribeck.identification.whole_log.fading import driving
+from stribeck.identification.whole_log.noise.autocorrelation import innovation_weights
 
 
 @settings(deadline=None)
@@ -16,4 +16,4 @@ from stribeck.identification.whole_log.fading import driving
 def test_overlaps_are_of_a_covariance_at_every_rate(period: float) -> None:
     window, kernels = smooth_window(period), differentiator(2e-5, period)
     for overlap in window.overlaps(kernels.sharp[2], np.ones(1)):
-        assert np.isfinite(driving(overlap)).all()  # has a Cholesky factor
+        assert np.isfinite(innovation_weights(overlap)).all()  # has a Cholesky factor

@@ -19,7 +19,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError, findings_kept
-from stribeck.outputs import Interrupted, anything_written, check_outputs, listen, staged_folder
+from stribeck.outputs import Interrupted, anything_written, catch_signals, check_outputs, staged_folder
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -292,7 +292,7 @@ def main() -> None:
 
     What was found before is printed above the sentence, a line each.
     """
-    listen()
+    catch_signals()
     try:
         app()
     except StribeckError as error:

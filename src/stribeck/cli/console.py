@@ -110,20 +110,20 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
     """Print the truth beside what was found, joint by joint and parameter by parameter, then how many agree."""
     title, numbers = f"{result.robot}: truth and found, law '{result.law}'", ("truth", "found", "95 % interval")
     table = _table(title, ["joint", "parameter"], numbers, ["verdict"])
-    known = identified = held = 0
+    parameters = identified = covered = 0
     for joint, found in result.joints.items():
         true = truth.get(joint, {})
         compared = {name: value for name, value in found.parameters.items() if name in true}
         if not compared:
-            said = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
+            verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
             table.add_row(
-                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(said)}[/]", end_section=True
+                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(verdict)}[/]", end_section=True
             )
         for k, (name, value) in enumerate(compared.items()):
             low, high = value.interval_95
-            known += 1
+            parameters += 1
             identified += value.verdict == "identified"
-            held += low <= true[name] <= high
+            covered += low <= true[name] <= high
             table.add_row(
                 escape(joint) if k == 0 else "",
                 escape(f"{name} [{value.unit}]"),
@@ -135,7 +135,7 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
             )
     console = _console()
     console.print(table)
-    console.print(f"{known} parameters: {identified} identified, {held} with the truth in their 95 % interval")
+    console.print(f"{parameters} parameters: {identified} identified, {covered} covered by their 95 % interval")
 
 
 def print_inspection(found: Inspection) -> None:
@@ -147,7 +147,7 @@ def print_inspection(found: Inspection) -> None:
         f"channels: {', '.join(found.channels)}",
         f"gaps: {len(found.gaps)}, repeated stamps: {found.duplicates}, "
         f"rows with missing values: {sum(found.missing.values())}",
-        f"support from {found.support_source}: {_support_shares(found)}",
+        f"contact modes from {found.support_source}: {_support_shares(found)}",
         f"motion: {found.filter}",
     ]
     for line in lines:
@@ -172,10 +172,10 @@ def print_inspection(found: Inspection) -> None:
 
 def _support_shares(found: Inspection) -> str:
     """Return how often and how long each set of feet stands, e.g. "left_foot 12 x, 9.6 s"."""
-    supports: dict[str, list[float]] = {}
+    modes: dict[str, list[float]] = {}
     for start, end, name, _ in found.phases:
-        supports.setdefault(name, []).append(end - start)
-    return ", ".join(f"{name} {len(spans)} x, {sum(spans):.2f} s" for name, spans in supports.items())
+        modes.setdefault(name, []).append(end - start)
+    return ", ".join(f"{name} {len(spans)} x, {sum(spans):.2f} s" for name, spans in modes.items())
 
 
 def print_comparison(found: Comparison) -> None:

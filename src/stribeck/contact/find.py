@@ -38,7 +38,7 @@ def find_support_phases(
     robot
         Its base, contacts, weight and kinematics.
     sampling_segments
-        Stretches of rows without gaps; no phase crosses from one into the next.
+        Rows without gaps; no phase crosses from one into the next.
     settings
         Which source, its thresholds, and what is trimmed off each phase.
 
@@ -67,7 +67,7 @@ def find_support_phases(
             "add [contacts.<foot>] with a frame, or set [robot] base = 'fixed'"
         )
     if not segments:
-        raise LogError(f"{log.path or 'log'}: no stretch of evenly sampled rows is left; expected at least one")
+        raise LogError(f"{log.path or 'log'}: no segment of evenly sampled rows is left; expected at least one")
     source = _source(log, settings)
     if {"flags": log.contact, "forces": log.foot_wrench}.get(source) is not None:
         _check_feet(log, feet)

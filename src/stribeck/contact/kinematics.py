@@ -48,7 +48,7 @@ def standing_from_kinematics(
     points = [foot for foot in feet if robot.contacts[foot].kind == "point"]
     if points and log.base_orientation is None:
         raise LogError(
-            f"{log.path or 'log'}: the joints alone do not tell whether point feet such as '{points[0]}' stand; "
+            f"{log.path or 'log'}: the joints alone do not show whether point feet such as '{points[0]}' stand; "
             "expected a channel contact, foot_wrench or base_orientation"
         )
     standing, airborne = np.ones((2, len(log.time), len(feet)), dtype=bool)

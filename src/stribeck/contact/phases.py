@@ -1,4 +1,4 @@
-"""Support phases: stretches of a log over which the same feet stand."""
+"""Support phases: the parts of a log over which the same feet stand, each in one contact mode."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Source = Literal["fixed", "flags", "forces", "kinematics"]
 
 @dataclass(frozen=True, kw_only=True)
 class SupportPhase:
-    """A stretch over which the same feet stand; the rows are those of the log.
+    """The time of one contact mode, in which the same feet stand; the rows are those of the log.
 
     Attributes
     ----------
@@ -30,9 +30,9 @@ class SupportPhase:
         "single", "double" and "multiple" count the standing feet; "flight" has none.
     first, last
         Rows [first, last) are worked through; none where `last == first`.
-    calm_first, calm_last
-        Rows [calm_first, calm_last) of these are so clear of touch-downs and lift-offs that the standing feet have come
-        to rest: a fit may use any joint. Of swinging legs, which hardly feel it, it may use all rows.
+    steady_first, steady_last
+        In rows [steady_first, steady_last), clear of touch-downs and lift-offs, the standing feet are at rest: a fit
+        may use any joint. Of swinging legs, which hardly feel it, it may use all rows.
     """
 
     start: int
@@ -41,8 +41,8 @@ class SupportPhase:
     kind: Kind
     first: int
     last: int
-    calm_first: int
-    calm_last: int
+    steady_first: int
+    steady_last: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +64,8 @@ def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
             kind="fixed",
             first=s.start,
             last=s.stop,
-            calm_first=s.start,
-            calm_last=s.stop,
+            steady_first=s.start,
+            steady_last=s.stop,
         )
         for s in segments
         if s.stop > s.start
@@ -79,9 +79,9 @@ def phases_of_segment(
 
     A phase loses `trim_start` after its beginning and `trim_end` before its end, because the lift-off and the
     touch-down there are impacts; one in which all feet stand is worked through as a whole. Standing feet rock and slip
-    a little afterwards, and while the weight shifts from foot to foot: a phase is calm where it is clear of both times
-    together at both ends. Where it begins or ends with the segment there is no such event, and nothing is trimmed. A
-    phase shorter than `min_duration` keeps its place, but nothing of it remains.
+    a little afterwards, and while the weight shifts from foot to foot: a phase is steady where it is clear of both
+    times together at both ends. Where it begins or ends with the segment there is no such event, and nothing is
+    trimmed. A phase shorter than `min_duration` keeps its place, but nothing of it remains.
 
     Parameters
     ----------
@@ -98,29 +98,29 @@ def phases_of_segment(
     period = float(np.median(np.diff(time[segment]))) if len(rows) > 1 else 0.0
     phases = []
     for start, stop in pairwise(edges):
-        here = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
-        swinging = len(here) < len(feet)
+        standing_feet = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
+        swinging = len(standing_feet) < len(feet)
         both = settings.trim_start + settings.trim_end
         first, last = start, stop
-        calm_first = _row_after(time, start, both, period) if start > segment.start else start
-        calm_last = _row_before(time, stop, both, period) if stop < segment.stop else stop
+        steady_first = _row_after(time, start, both, period) if start > segment.start else start
+        steady_last = _row_before(time, stop, both, period) if stop < segment.stop else stop
         if swinging:
             first = _row_after(time, start, settings.trim_start, period) if start > segment.start else start
             last = _row_before(time, stop, settings.trim_end, period) if stop < segment.stop else stop
         if last <= first or (stop - start) * period < settings.min_duration:
             first = last = start
-        if calm_last <= calm_first or last == first:
-            calm_first = calm_last = first
+        if steady_last <= steady_first or last == first:
+            steady_first = steady_last = first
         phases.append(
             SupportPhase(
                 start=start,
                 stop=stop,
-                feet=here,
-                kind=_kind(here),
+                feet=standing_feet,
+                kind=_kind(standing_feet),
                 first=first,
                 last=last,
-                calm_first=calm_first,
-                calm_last=calm_last,
+                steady_first=steady_first,
+                steady_last=steady_last,
             )
         )
     return phases

@@ -1,4 +1,4 @@
-"""The weak form of a log, stretch by stretch, worked out only when it is asked for."""
+"""The weak form of a log, segment by segment, worked out only when it is asked for."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.state import Orientation, State
-from stribeck.equations.calm import CalmAcceleration, calm_acceleration
-from stribeck.equations.corrections import inertia_columns, zero_columns
-from stribeck.equations.motion import Differentiator, differentiator
-from stribeck.equations.noise import NoiseLevels, measure_noise
-from stribeck.equations.stretches import Stretch, cut_stretches
-from stribeck.equations.support import (
-    Support,
+from stribeck.equations.contact_mode import (
+    ContactMode,
     at_every_row,
-    find_support,
+    find_contact_mode,
     null_projection,
     sees_friction,
     without_contact_forces,
 )
+from stribeck.equations.joint_acceleration import JointAcceleration, joint_acceleration
+from stribeck.equations.motion import Differentiator, differentiator
+from stribeck.equations.noise import NoiseLevels, measure_noise
+from stribeck.equations.regressors import inertia_regressors, zero_regressors
+from stribeck.equations.segments import Segment, cut_segments
 from stribeck.equations.window import Window, smooth_window
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
@@ -31,12 +31,12 @@ from stribeck.typing import Array
 from stribeck.weak_equations import WRENCH_SIZE, Corrections, WeakEquations
 
 FEWEST_WINDOWS = 4
-"""In a stretch [1]; less is not worth the trouble."""
+"""In a segment [1]; less is not worth the trouble."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WeakForm:
-    """What the weak form of a log is made from; `equations` makes that of one stretch.
+    """What the weak form of a log is made from; `equations` makes that of one segment.
 
     Attributes
     ----------
@@ -51,11 +51,11 @@ class WeakForm:
     robot: Robot
     log: RobotLog
     joints: NDArray[np.int64]
-    stretches: tuple[Stretch, ...]
-    supports: dict[tuple[str, ...], Support]
+    segments: tuple[Segment, ...]
+    contact_modes: dict[tuple[str, ...], ContactMode]
     window: Window
     filter: Differentiator
-    calm: CalmAcceleration
+    acceleration_kernels: JointAcceleration
     noise: NoiseLevels
     tilted: bool
     corrections: Corrections
@@ -65,63 +65,63 @@ class WeakForm:
         """Standard deviation of the velocities' noise [rad/s], shape (n,)."""
         return np.asarray(self.noise.position[self.joints] * np.linalg.norm(self.filter.smooth[1]))
 
-    def equations(self, stretch: Stretch, gait: int) -> WeakEquations:
-        """Return the weak form of one stretch, which is part of a numbered gait phase."""
-        state = self.filter.state(self.robot, self.log, stretch.first, stretch.last, self.tilted)
-        support, window = self.supports[stretch.feet], self.window
-        torque = self.log.torque[stretch.first : stretch.last]
-        wrench = self._wrench(support, stretch)
-        left = support.left_side(state, torque, wrench)
+    def equations(self, segment: Segment, gait: int) -> WeakEquations:
+        """Return the weak form of one segment, which is part of a numbered gait phase."""
+        state = self.filter.state(self.robot, self.log, segment.first, segment.last, self.tilted)
+        mode, window = self.contact_modes[segment.feet], self.window
+        torque = self.log.torque[segment.first : segment.last]
+        wrench = self._wrench(mode, segment)
+        left = mode.left_side(state, torque, wrench)
         columns = None
         if self.corrections.size:
-            calm = self.calm.windows(self.log.position, stretch.first, stretch.last)
-            columns = self._columns(stretch.feet, support, state, calm, torque[:, self.joints], wrench)
+            acceleration_kernels = self.acceleration_kernels.windows(self.log.position, segment.first, segment.last)
+            columns = self._columns(segment.feet, mode, state, acceleration_kernels, torque[:, self.joints], wrench)
         centres = window.apply(state.position)
-        jacobian = support.jacobian(centres) if support.feet else None
-        encoder, root = support.responses(centres, jacobian)
+        jacobian = mode.jacobian(centres) if mode.feet else None
+        encoder, root = mode.responses(centres, jacobian)
         projection, half = None, len(window.taps) // 2
         if wrench is not None:  # all rows are seen, but friction acts on the joints' alone
-            projection = np.broadcast_to(np.eye(len(support.rows)), (len(centres), *2 * [len(support.rows)]))
+            projection = np.broadcast_to(np.eye(len(mode.rows)), (len(centres), *2 * [len(mode.rows)]))
         if jacobian is not None:
-            forces = jacobian[:, :, support.rows]
+            forces = jacobian[:, :, mode.rows]
             projection = null_projection(forces)
             left = without_contact_forces(left, at_every_row(forces, half, window.step, len(left)))
         of_acceleration, of_torque = window.overlaps(self.filter.sharp[2], np.ones(1))
-        time = self.log.time[stretch.first + half :: window.step][: len(centres)]
+        time = self.log.time[segment.first + half :: window.step][: len(centres)]
         return WeakEquations(
             time=time,
-            since=time - (-np.inf if stretch.begins is None else self.log.time[stretch.begins]),
-            until=(np.inf if stretch.ends is None else self.log.time[stretch.ends]) - time,
+            since=time - (-np.inf if segment.begins is None else self.log.time[segment.begins]),
+            until=(np.inf if segment.ends is None else self.log.time[segment.ends]) - time,
             gait=gait,
             residual=_seen(projection, window.apply(left)[:, :, None])[:, :, 0],
             velocity=np.ascontiguousarray(state.velocity[:, self.joints]),
             taps=window.taps,
             step=window.step,
             projection=None if projection is None else projection[:, :, -len(self.joints) :],
-            standing=self._standing(stretch.feet),
+            standing=self._standing(segment.feet),
             encoder_response=_seen(projection, encoder),
             root_response=_seen(projection, root),
             encoder_noise=self.noise.position,
             torque_noise=self.noise.torque[self.joints],
             acceleration_overlap=of_acceleration,
             torque_overlap=of_torque,
-            columns=None if columns is None else _seen(projection, columns),
+            regressors=None if columns is None else _seen(projection, columns),
             torque=window.apply(torque[:, self.joints]),
             elapsed=time - self.log.time[0],
-            temperature=self._temperature(stretch),
-            wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(support.foot)],
+            temperature=self._temperature(segment),
+            wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(mode.foot)],
         )
 
-    def _temperature(self, stretch: Stretch) -> Array | None:
+    def _temperature(self, segment: Segment) -> Array | None:
         if self.log.temperature is None:
             return None
-        return self.window.apply(self.log.temperature[stretch.first : stretch.last, self.joints])
+        return self.window.apply(self.log.temperature[segment.first : segment.last, self.joints])
 
-    def _wrench(self, support: Support, stretch: Stretch) -> Array | None:
-        """Return the measured wrench on the standing foot at the stretch's rows, shape (T, 6), if it is looked at."""
-        if not support.sensed or self.log.foot_wrench is None:
+    def _wrench(self, mode: ContactMode, segment: Segment) -> Array | None:
+        """Return the measured wrench on the standing foot at the segment's rows, shape (T, 6), if it is looked at."""
+        if not mode.sensed or self.log.foot_wrench is None:
             return None
-        return self.log.foot_wrench[stretch.first : stretch.last, self.log.foot_names.index(support.foot)]
+        return self.log.foot_wrench[segment.first : segment.last, self.log.foot_names.index(mode.foot)]
 
     def _standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
         if self.robot.base == "fixed":
@@ -131,7 +131,7 @@ class WeakForm:
     def _columns(
         self,
         feet: tuple[str, ...],
-        support: Support,
+        mode: ContactMode,
         state: State,
         acceleration: Array,
         torque: Array,
@@ -147,18 +147,18 @@ class WeakForm:
                 smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
             )
         smoothed = State(smooth(state.position), smooth(state.velocity), acceleration, turn)
-        own = np.eye(len(support.rows))[:, len(support.rows) - len(self.joints) :]
+        own = np.eye(len(mode.rows))[:, len(mode.rows) - len(self.joints) :]
         found = []
         if self.corrections.bodies:
-            root = support.root(smoothed)
-            found.append(inertia_columns(self.robot, support.rooted, support.rows, smoothed, root))
+            root = mode.root(smoothed)
+            found.append(inertia_regressors(self.robot, mode.rooted, mode.rows, smoothed, root))
         if self.corrections.gains:
             found.append(smooth(torque)[:, None] * own)
-            found.append(zero_columns(self.robot, support.rooted, support.rows, feet, smoothed))
+            found.append(zero_regressors(self.robot, mode.rooted, mode.rows, feet, smoothed))
         if self.corrections.wrenches:
-            sensors = np.zeros((len(smoothed.position), len(support.rows), self.corrections.wrenches, WRENCH_SIZE))
+            sensors = np.zeros((len(smoothed.position), len(mode.rows), self.corrections.wrenches, WRENCH_SIZE))
             if wrench is not None:
-                own_sensor = sensors[:, :6, _sensed_feet(self.robot, self.log).index(support.foot)]
+                own_sensor = sensors[:, :6, _sensed_feet(self.robot, self.log).index(mode.foot)]
                 own_sensor[:, :, :6], own_sensor[:, :, 6] = np.eye(6), smooth(wrench)
             found.append(sensors.reshape(*sensors.shape[:2], -1))
         if rotors := list(self.corrections.rotors):
@@ -201,7 +201,7 @@ def weak_form(
     log: RobotLog,
     joints: Sequence[int] | NDArray[np.int64],
     phases: tuple[SupportPhase, ...],
-    segments: tuple[slice, ...],
+    unbroken: tuple[slice, ...],
     period: float,
     settings: Settings,
     *,
@@ -217,7 +217,7 @@ def weak_form(
         Evenly sampled within each segment.
     joints
         Columns of the joints whose friction is asked for; each must have a measured torque.
-    phases, segments
+    phases, unbroken
         Support phases, and rows that no filter may cross the ends of.
     period
         [s].
@@ -227,39 +227,41 @@ def weak_form(
         Whether the wrenches on standing surfaces are looked at, where the log has them and inertias are corrected.
     """
     columns = np.asarray(joints, dtype=np.int64)
-    noise = measure_noise(log.position, log.torque, segments, log.foot_wrench)
+    noise = measure_noise(log.position, log.torque, unbroken, log.foot_wrench)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
     window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
-    calm = calm_acceleration(log.position, noise.position, segments, period, window, kernels.smooth[2])
-    margin = max(kernels.margin, calm.margin)
-    stretches = cut_stretches(phases, segments, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
+    acceleration_kernels = joint_acceleration(log.position, noise.position, unbroken, period, window, kernels.smooth[2])
+    margin = max(kernels.margin, acceleration_kernels.margin)
+    segments = cut_segments(phases, unbroken, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
     corrections = replace(corrections, wrenches=len(sensed))
-    supports = {feet: find_support(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in stretches)}
-    seen = [feet for feet, support in supports.items() if _wanted(support, corrections, settings)]
+    contact_modes = {
+        feet: find_contact_mode(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in segments)
+    }
+    seen = [feet for feet, mode in contact_modes.items() if _wanted(mode, corrections, settings)]
     return WeakForm(
         robot=robot,
         log=log,
         joints=columns,
-        stretches=tuple(stretch for stretch in stretches if stretch.feet in seen),
-        supports=supports,
+        segments=tuple(segment for segment in segments if segment.feet in seen),
+        contact_modes=contact_modes,
         window=window,
         filter=kernels,
-        calm=calm,
+        acceleration_kernels=acceleration_kernels,
         noise=noise,
         tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
         corrections=corrections,
     )
 
 
-def _wanted(support: Support, corrections: Corrections, settings: Settings) -> bool:
+def _wanted(mode: ContactMode, corrections: Corrections, settings: Settings) -> bool:
     """Return whether a support is used.
 
     Several surfaces are only if asked for, as they add little; no loop of feet is where encoder zeros are set free, as
     they turn the contact forces too.
     """
-    if not support.feet:
+    if not mode.feet:
         return True
-    loops = support.foot != "" and settings.double_support != "fit"
-    return sees_friction(support) and not loops and not corrections.zeros
+    loops = mode.foot != "" and settings.double_support != "fit"
+    return sees_friction(mode) and not loops and not corrections.zeros

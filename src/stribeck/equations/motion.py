@@ -1,4 +1,4 @@
-"""Motion at a stretch's rows, each derivative from the window that suits it."""
+"""Motion at a segment's rows, each derivative from the window that suits it."""
 
 from __future__ import annotations
 

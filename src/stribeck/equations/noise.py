@@ -15,8 +15,8 @@ ORDER = 6
 MAD_TO_STANDARD_DEVIATION = 1.4826
 """Standard deviation over median absolute deviation of a normal distribution [1]."""
 
-LISTEN = 60_000
-"""Rows [1] that are listened to."""
+MOST_ROWS = 60_000
+"""Rows [1] of the pilot fit."""
 
 POSITION_FLOOR, TORQUE_FLOOR = 1e-7, 1e-3
 """[rad], [N m]: what rounding and clocks leave even of a perfect sensor.
@@ -38,7 +38,7 @@ class NoiseLevels:
 
 
 def measure_noise(
-    position: Array, torque: Array, segments: tuple[slice, ...], wrench: Array | None = None
+    position: Array, torque: Array, unbroken: tuple[slice, ...], wrench: Array | None = None
 ) -> NoiseLevels:
     """Return the noise of positions and torques, shape (T, n), and wrenches, (T, feet, 6), by their sixth differences.
 
@@ -47,26 +47,26 @@ def measure_noise(
     """
     if wrench is None:
         wrench = np.zeros((len(position), 0, 6))
-    heard = _levels(wrench.reshape(len(wrench), 6 * wrench.shape[1]), segments).reshape(wrench.shape[1:])
+    rows_read = _levels(wrench.reshape(len(wrench), 6 * wrench.shape[1]), unbroken).reshape(wrench.shape[1:])
     return NoiseLevels(
-        np.maximum(_levels(position, segments), POSITION_FLOOR),
-        np.maximum(_levels(torque, segments), TORQUE_FLOOR),
-        np.maximum(heard, WRENCH_FLOOR),
+        np.maximum(_levels(position, unbroken), POSITION_FLOOR),
+        np.maximum(_levels(torque, unbroken), TORQUE_FLOOR),
+        np.maximum(rows_read, WRENCH_FLOOR),
     )
 
 
-def listened_to(signal: Array, segments: tuple[slice, ...]) -> list[Array]:
-    """Return the first rows of a signal's segments, shape (T, n) -> (t, n) each, `LISTEN` together."""
-    parts, heard = [], 0
-    for segment in segments:
-        rows = slice(segment.start, min(segment.stop, segment.start + LISTEN - heard))
-        heard += max(0, rows.stop - rows.start)
+def leading_rows(signal: Array, unbroken: tuple[slice, ...]) -> list[Array]:
+    """Return the first rows of a signal's segments, shape (T, n) -> (t, n) each, `MOST_ROWS` together."""
+    parts, rows_read = [], 0
+    for segment in unbroken:
+        rows = slice(segment.start, min(segment.stop, segment.start + MOST_ROWS - rows_read))
+        rows_read += max(0, rows.stop - rows.start)
         parts.append(signal[rows.start : max(rows.start, rows.stop)])
     return parts
 
 
-def _levels(signal: Array, segments: tuple[slice, ...]) -> Array:
-    parts = [part for part in listened_to(signal, segments) if len(part) > ORDER]
+def _levels(signal: Array, unbroken: tuple[slice, ...]) -> Array:
+    parts = [part for part in leading_rows(signal, unbroken) if len(part) > ORDER]
     if not parts:
         return np.zeros(signal.shape[1])
     differences = np.abs(np.concatenate([np.diff(part, ORDER, axis=0) for part in parts]))

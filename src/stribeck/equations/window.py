@@ -30,7 +30,7 @@ class Window:
     step: int
 
     def count(self, rows: int) -> int:
-        """Return how many windows lie inside a stretch of rows."""
+        """Return how many windows lie inside a segment of rows."""
         return max(0, (rows - len(self.taps)) // self.step + 1)
 
     def rows(self, count: int) -> int:

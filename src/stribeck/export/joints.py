@@ -21,10 +21,10 @@ Quantity = tuple[float, str]
 
 @dataclass(frozen=True, kw_only=True)
 class JointTerms:
-    """What a model is told of a joint, by the format's attribute, and the parameters that it has no place for."""
+    """What is stated of a joint, by the format's attribute, and the parameters that it has no place for."""
 
     stated: dict[str, Quantity] = field(default_factory=dict)
-    unsaid: dict[str, Quantity] = field(default_factory=dict)
+    left_out: dict[str, Quantity] = field(default_factory=dict)
 
 
 def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerms]:
@@ -57,8 +57,8 @@ def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
         if term in identified and names[term]:
             values = [loaded.get(name, there[name].value) for name in names[term]]
             stated[words[term]] = sum(values) / len(values), there[names[term][0]].unit
-    unsaid = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
-    return JointTerms(stated=stated, unsaid=unsaid)
+    left_out = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
+    return JointTerms(stated=stated, left_out=left_out)
 
 
 def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended: list[str]) -> list[str]:
@@ -71,7 +71,7 @@ def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended
     model
         Name of the robot's model file.
     joints
-        What the model is told of each joint.
+        What is stated of each joint.
     mended
         Joints whose body was found to be impossible.
     """
@@ -88,7 +88,7 @@ def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended
             f"No body has the inertia found for these, so they have the nearest possible: {', '.join(mended)}."
         )
     for name, terms in joints.items():
-        lost = f"; no place here for {_listed(terms.unsaid)}" if terms.unsaid else ""
+        lost = f"; no place here for {_listed(terms.left_out)}" if terms.left_out else ""
         lines.append(f"Joint {name}: {_listed(terms.stated)}{lost}.")
     kept = [name for name in result.joints if name not in joints]
     if kept:

@@ -1,7 +1,7 @@
 """The links of a model file behind the bodies that were corrected, and their new inertias.
 
 Pinocchio makes one body of all links that are fixed to each other, or whose joints the robot file locks. A log cannot
-tell these apart, so they share the correction.
+distinguish these, so they share the correction.
 """
 
 from __future__ import annotations

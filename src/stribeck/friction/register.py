@@ -154,7 +154,7 @@ def _shape_complaint(law: FrictionLaw, values: Array) -> str:
 
 
 def _power_complaint(law: FrictionLaw, values: Array) -> str:
-    """Return whether friction feeds energy in, or jumps without saying so."""
+    """Return whether friction violates passivity, or jumps without saying so."""
     values = np.where([parameter.name == "offset" for parameter in law.parameters], 0.0, values)
     torque = law.torque(VELOCITY, values)
     wrong = VELOCITY * torque < -ROUNDING * (1 + np.abs(torque))

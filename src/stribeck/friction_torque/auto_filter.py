@@ -15,8 +15,8 @@ from stribeck.typing import Array
 
 SHORTEST = FilterSettings(kind="savitzky-golay", window=7)
 """Filter of the motion that goes into the model's acceleration, which needs velocities but hardly accelerations."""
-LISTEN = 30_000
-"""Usable samples that are listened to."""
+MOST_SAMPLES = 30_000
+"""Usable samples that the cutoff is chosen from."""
 MASSLESS = 1e-9
 """A joint with less than this share of the largest joint inertia has no acceleration of its own."""
 
@@ -37,7 +37,7 @@ def cutoff_from_log(
     Raises
     ------
     LogError
-        If no stretch is long enough to have a spectrum.
+        If no segment is long enough to have a spectrum.
     """
     motion_filter = make_filter(SHORTEST, period)
     # The torque is kept raw and the velocity differentiated, whatever the log itself holds.
@@ -45,21 +45,21 @@ def cutoff_from_log(
     settings = settings.model_copy(update=raw)
     accelerations: list[Array] = []
     positions: list[Array] = []
-    heard = 0
+    used = 0
     for chunk in friction_torque(robot, log, segments, phases, motion_filter, period, settings):
         for whole in chunk.runs():
-            run = slice(whole.start, min(whole.stop, whole.start + LISTEN - heard))
+            run = slice(whole.start, min(whole.stop, whole.start + MOST_SAMPLES - used))
             position = log.position[chunk.rows[run]]
             accelerations.append(_model_acceleration(robot, chunk, run, position))
             positions.append(position[:, robot.torque_controlled])
-            heard += run.stop - run.start
-            if heard >= LISTEN:
+            used += run.stop - run.start
+            if used >= MOST_SAMPLES:
                 return choose_cutoff(accelerations, 1 / period, positions)
     return choose_cutoff(accelerations, 1 / period, positions)
 
 
 def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array) -> Array:
-    """Return the model's acceleration over a run of one support, NaN where a fit may not use a joint, shape (t, k)."""
+    """Return the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, k)."""
     samples = chunk.samples
     feet = samples.support_names[samples.support[run.start]].split("+")
     surface = next((foot for foot in feet if foot in robot.contacts and robot.contacts[foot].kind == "surface"), None)

@@ -38,7 +38,7 @@ ORIENTATION_FILTER = FilterSettings(kind="savitzky-golay", window=11)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Chunk:
-    """Friction torque of a stretch of a log.
+    """Friction torque of a part of a log.
 
     Attributes
     ----------
@@ -58,14 +58,14 @@ class Chunk:
     guessed: NDArray[np.bool_]
 
     def runs(self) -> Iterator[slice]:
-        """Yield the samples that follow one another without a break on the same support."""
+        """Yield the samples that follow one another without a break in one contact mode."""
         breaks = np.flatnonzero((np.diff(self.rows) > 1) | (np.diff(self.samples.support) != 0)) + 1
         for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
             yield slice(start, stop)
 
 
 def support_name(phase: SupportPhase) -> str:
-    """Return the name of a phase's support, e.g. "left_foot+right_foot"."""
+    """Return the name of a phase's contact mode, e.g. "left_foot+right_foot"."""
     return "+".join(phase.feet) if phase.feet else phase.kind
 
 
@@ -108,37 +108,37 @@ def friction_torque(
         If the law shall be averaged over the window of a filter that has none.
     """
     _require_channels(log, settings)
-    supports, support_of_row, block_of_row, calm = _label_rows(
+    modes, mode_of_row, block_of_row, steady = _label_rows(
         phases, len(log.time), max(1, round(settings.block / period))
     )
-    names = tuple(dict.fromkeys("+".join(support.feet) for support in supports))
-    name_of = np.array([names.index("+".join(support.feet)) for support in supports], dtype=np.int64)
+    names = tuple(dict.fromkeys("+".join(mode.feet) for mode in modes))
+    name_of = np.array([names.index("+".join(mode.feet)) for mode in modes], dtype=np.int64)
     guesses = [
-        k for k, each in enumerate(supports) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
+        k for k, each in enumerate(modes) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
     ]
     # A log with its own joint velocities comes without derivatives of the orientation.
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
     known = robot.torque_controlled
-    swinging = np.array([_swinging(robot, support.feet)[known] for support in supports])
+    swinging = np.array([_swinging(robot, mode.feet)[known] for mode in modes])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
-    for stretch in _stretches(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
-        kept = np.flatnonzero((support_of_row[stretch] >= 0) & (np.arange(stretch.start, stretch.stop) % stride == 0))
+    for span in _spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
+        kept = np.flatnonzero((mode_of_row[span] >= 0) & (np.arange(span.start, span.stop) % stride == 0))
         if len(kept) == 0:
             continue
-        wide = slice(stretch.start - reach, stretch.stop + reach)
+        wide = slice(span.start - reach, span.stop + reach)
         state, torque = _differentiate(robot, log, wide, motion_filter, turn_filter, settings)
-        jerk, snap = _bends(state, kept + reach, reach, period, known)
+        jerk, snap = _higher_derivatives(state, kept + reach, reach, period, known)
         if len(kept) < len(torque):
             state, torque = state.take(kept + reach), torque[kept + reach]
-        rows = kept + stretch.start
-        support = support_of_row[rows]
-        friction, usable, wrench = _by_support(robot, supports, support, state, torque, settings)
+        rows = kept + span.start
+        mode = mode_of_row[rows]
+        friction, usable, wrench = _by_mode(robot, modes, mode, state, torque, settings)
         yield Chunk(
             rows=rows,
             wrench=wrench,
-            guessed=np.isin(support, guesses),
+            guessed=np.isin(mode, guesses),
             samples=Samples(
                 joint_names=tuple(robot.joint_names[c] for c in known),
                 period=period,
@@ -146,9 +146,9 @@ def friction_torque(
                 velocity=state.velocity[:, known],
                 acceleration=state.acceleration[:, known],
                 friction_torque=friction[:, known],
-                usable=usable[:, known] & (calm[rows, None] | swinging[support]),
+                usable=usable[:, known] & (steady[rows, None] | swinging[mode]),
                 block=block_of_row[rows],
-                support=name_of[support],
+                support=name_of[mode],
                 support_names=names,
                 prismatic=tuple(robot.prismatic[c] for c in known),
                 nodes=nodes,
@@ -158,50 +158,50 @@ def friction_torque(
         )
 
 
-class _Support(NamedTuple):
+class _ContactMode(NamedTuple):
     """Which feet stand, and which of them has stood longest: that one has come to rest."""
 
     feet: tuple[str, ...]
     rested: str
 
 
-def _supports(phases: tuple[SupportPhase, ...]) -> tuple[_Support, ...]:
-    """Return the support of each phase."""
-    found: list[_Support] = []
+def _contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[_ContactMode, ...]:
+    """Return the contact mode of each phase."""
+    modes: list[_ContactMode] = []
     for k, phase in enumerate(phases):
-        before = found[-1] if k and phases[k - 1].stop == phase.start else None
+        before = modes[-1] if k and phases[k - 1].stop == phase.start else None
         stayed = [foot for foot in phase.feet if before and foot in before.feet]
         rested = before.rested if before and before.rested in stayed else next(iter([*stayed, *phase.feet]), "")
-        found.append(_Support(phase.feet, rested))
-    return tuple(found)
+        modes.append(_ContactMode(phase.feet, rested))
+    return tuple(modes)
 
 
 def _label_rows(
     phases: tuple[SupportPhase, ...], rows: int, longest: int
-) -> tuple[tuple[_Support, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the supports, each row's one, -1 where it is not used, the block it belongs to, and whether it is calm.
+) -> tuple[tuple[_ContactMode, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the contact modes, each row's, -1 where it is not used, each row's block, and whether it is steady.
 
     A block is a phase, or an equal part of one that lasts longer than `longest` rows.
     """
     used = [
-        (phase, support)
-        for phase, support in zip(phases, _supports(phases), strict=True)
+        (phase, mode)
+        for phase, mode in zip(phases, _contact_modes(phases), strict=True)
         if phase.kind != "flight" and phase.last > phase.first
     ]
-    supports = tuple(dict.fromkeys(support for _, support in used))
-    support, block, calm = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
+    modes = tuple(dict.fromkeys(mode for _, mode in used))
+    mode, block, steady = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
     begun = 0
-    for phase, here in used:
+    for phase, stands in used:
         length = phase.last - phase.first
         parts = max(1, round(length / longest))
-        support[phase.first : phase.last] = supports.index(here)
+        mode[phase.first : phase.last] = modes.index(stands)
         block[phase.first : phase.last] = begun + np.arange(length) * parts // length
-        calm[phase.calm_first : phase.calm_last] = True
+        steady[phase.steady_first : phase.steady_last] = True
         begun += parts
-    return supports, support, block, calm
+    return modes, mode, block, steady
 
 
-def _stretches(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
+def _spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
     """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
     for segment in segments:
         for start in range(segment.start + margin, segment.stop - margin, CHUNK):
@@ -239,7 +239,7 @@ def _differentiate(
     return state, motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
 
 
-def _bends(
+def _higher_derivatives(
     state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
 ) -> tuple[Array | None, Array | None]:
     """Return second and third derivative of the velocity, so that it is right `reach` rows before and after, (N, n)."""
@@ -271,10 +271,10 @@ def _widened(rows: slice, motion_filter: Filter) -> slice:
     return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)
 
 
-def _by_support(
+def _by_mode(
     robot: Robot,
-    supports: tuple[_Support, ...],
-    support: NDArray[np.int64],
+    modes: tuple[_ContactMode, ...],
+    mode: NDArray[np.int64],
     state: State,
     torque: Array,
     settings: Settings,
@@ -283,26 +283,25 @@ def _by_support(
     friction = np.full(torque.shape, np.nan)
     usable = np.zeros(torque.shape, dtype=bool)
     wrench = np.full((len(torque), 6), np.nan)
-    for k in np.unique(support):
-        rows: slice | NDArray[np.int64] = np.flatnonzero(support == k)
+    for k in np.unique(mode):
+        rows: slice | NDArray[np.int64] = np.flatnonzero(mode == k)
         if len(rows) == len(torque):  # type: ignore[arg-type]
             rows = slice(None)
         part = state if isinstance(rows, slice) else state.take(rows)
-        found = _one_support(robot, supports[k], part, torque[rows], settings)
-        friction[rows], usable[rows], wrench[rows] = found
+        friction[rows], usable[rows], wrench[rows] = _one_mode(robot, modes[k], part, torque[rows], settings)
     return friction, usable, wrench
 
 
-def _one_support(
-    robot: Robot, support: _Support, state: State, torque: Array, settings: Settings
+def _one_mode(
+    robot: Robot, mode: _ContactMode, state: State, torque: Array, settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
     if robot.base == "fixed":
         _, needed = rooted_inverse_dynamics(robot.tree, state.position, state.velocity, state.acceleration)
         return torque - needed, np.ones(torque.shape[1], dtype=bool), np.nan
-    feet = support.feet
+    feet = mode.feet
     standing = robot.standing(feet)
-    by_rest = sorted(feet, key=lambda foot: foot != support.rested)
+    by_rest = sorted(feet, key=lambda foot: foot != mode.rested)
     surface = next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
     if surface is not None:
         rooted, root = robot.rooted_at(surface), standing_root(robot, surface, state)

@@ -51,8 +51,10 @@ class JointFit:
         Grid points tried.
     cost
         Half the sum of squared training residuals [N^2 m^2] (of the loss, if robust).
-    settled
-        Whether the last descent came to its end; if not, the samples hardly tell its parameters apart.
+    converged
+        Whether the last descent converged; if not, the samples hardly distinguish its parameters.
+    variance_shares
+        Of each parameter: what its variance is made of, by name, adding up to one; None if the method does not know.
     """
 
     parameters: tuple[Parameter, ...]
@@ -67,7 +69,8 @@ class JointFit:
     blocks: int
     starts: int
     cost: float
-    settled: bool
+    converged: bool
+    variance_shares: tuple[dict[str, float], ...] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -75,33 +78,33 @@ class JointFit:
         return tuple(parameter.name for parameter in self.parameters)
 
 
-def describe_fit(problem: FitProblem, best: Descent, loss: Loss, bend: float, starts: int) -> JointFit:
-    """Attach covariance, intervals and counts to the minimum that was found."""
+def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float, starts: int) -> JointFit:
+    """Attach covariance, intervals and counts to the minimum that was estimate."""
     values, logs = best.values, problem.logarithmic
     residual = problem.friction_torque - problem.predict(values)
     jacobian = internal_jacobian(problem, values)
-    psi, slope = influence(residual / bend, loss) if bend else (residual, 1.0)
-    score = psi * (bend or 1.0) / max(slope, 0.1)
-    found = block_covariance(jacobian, score, problem.block, _prior(problem))
-    deviation = np.sqrt(np.diag(found.covariance))
+    psi, slope = influence(residual / loss_scale, loss) if loss_scale else (residual, 1.0)
+    score = psi * (loss_scale or 1.0) / max(slope, 0.1)
+    estimate = block_covariance(jacobian, score, problem.block, _prior(problem))
+    deviation = np.sqrt(np.diag(estimate.covariance))
     factor = np.where(logs, values, 1.0)
     bounds = problem.bounds
-    intervals = intervals_95(values, deviation, found.degrees_of_freedom, logs)
+    intervals = intervals_95(values, deviation, estimate.degrees_of_freedom, logs)
     distance = np.min(np.abs(to_internal(values, logs)[:, None] - to_internal(bounds.T, logs).T), axis=1)
     return JointFit(
         parameters=problem.parameters,
         values=values,
         standard_errors=deviation * factor,
-        covariance=found.covariance * np.outer(factor, factor),
+        covariance=estimate.covariance * np.outer(factor, factor),
         intervals=np.clip(intervals, bounds[:, :1], bounds[:, 1:]),
-        degrees_of_freedom=found.degrees_of_freedom,
-        at_bound=best.held | (distance < AT_BOUND * deviation),
+        degrees_of_freedom=estimate.degrees_of_freedom,
+        at_bound=best.at_bound | (distance < AT_BOUND * deviation),
         rms=float(np.sqrt(np.mean(residual**2))),
         samples=len(residual),
         blocks=len(np.unique(problem.block)),
         starts=starts,
         cost=best.cost,
-        settled=best.settled,
+        converged=best.converged,
     )
 
 

@@ -80,7 +80,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     segments, gaps = _split(log.time, longest)
     if max(part.stop - part.start for part in segments) < FEWEST:
         raise LogError(
-            f"{where}: no stretch of {FEWEST} rows is without a step longer than {longest:.6g} s (the typical one is "
+            f"{where}: no segment of {FEWEST} rows is without a step longer than {longest:.6g} s (the typical one is "
             f"{step:.6g} s); allow longer steps with [log] max_gap"
         )
     if gaps:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.survey import FrictionSamples
+from stribeck.friction_torque.stage import FrictionSamples
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.weakness import USUAL, Criteria
 from stribeck.preparation import PreparedLog, Progress
@@ -73,7 +73,7 @@ class Finding:
 
 
 FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], FrictionSamples]
-"""Works the friction torque of logs out by a robot; `stribeck.friction_torque.survey.FrictionTorqueStage`."""
+"""Works the friction torque of logs out by a robot; `stribeck.friction_torque.stage.FrictionTorqueStage`."""
 
 
 class Find(Protocol):

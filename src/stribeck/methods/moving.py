@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations.stretches import cut_stretches
+from stribeck.equations.segments import cut_segments
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.identification.curve_fit.problem import FitProblem
@@ -17,16 +17,16 @@ from stribeck.robot import Robot
 from stribeck.typing import Array
 
 TOP_SPEED = 99.9
-"""Percentile of |v| [%] that the nodes of the friction curves reach to; impacts are faster."""
+"""Percentile of |v| [%] that the knots of the friction curves reach to; impacts are faster."""
 
 SPEED_SPACING = 0.010
 """Over which speeds are looked at beforehand [s]."""
 
 MOST_SPEEDS = 200_000
-"""Speeds [1] that are looked at: of longer logs, one of some stretches."""
+"""Speeds [1] that are looked at: of longer logs, one of some segments."""
 
 FEWEST = 5
-"""Speeds in a stretch [1]; less is not worth the trouble."""
+"""Speeds in a segment [1]; less is not worth the trouble."""
 
 
 def joints_that_move(
@@ -54,23 +54,23 @@ def joints_that_move(
 
 
 def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
-    """Return speeds of the torque-controlled joints, shape (N, n), and the stretches that they are from, shape (N,)."""
-    found = []
+    """Return speeds of the torque-controlled joints, shape (N, n), and the segments that they are from, shape (N,)."""
+    cut = []
     for part in prepared:
         period = part.sampling.period
         step = max(1, round(SPEED_SPACING / period))
-        stretches = cut_stretches(part.support.phases, part.sampling.segments, period, 0, FEWEST * step)
-        found += [(part, step, stretch) for stretch in stretches]
-    if not found:
+        segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, FEWEST * step)
+        cut += [(part, step, segment) for segment in segments]
+    if not cut:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: no support phase is longer than what is left out around contact "
             "changes"
         )
-    many = sum((stretch.last - stretch.first) // step for _, step, stretch in found)
+    many = sum((segment.last - segment.first) // step for _, step, segment in cut)
     speeds: list[Array] = []
     blocks: list[NDArray[np.int64]] = []
-    for part, step, stretch in found[:: -(-many // MOST_SPEEDS)]:
-        position = part.log.position[stretch.first : stretch.last : step, robot.torque_controlled]
+    for part, step, segment in cut[:: -(-many // MOST_SPEEDS)]:
+        position = part.log.position[segment.first : segment.last : step, robot.torque_controlled]
         speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
         blocks.append(np.full(len(position) - 1, len(blocks)))
     return np.concatenate(speeds), np.concatenate(blocks)

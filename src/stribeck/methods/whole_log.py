@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations.base_parameters import base_parameters
 from stribeck.equations.build import WeakForm, weak_form
-from stribeck.equations.lazily import all_equations
+from stribeck.equations.equation_sequence import equation_sequence
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.assembled import Assembled
 from stribeck.identification.joint_fit import JointFit
@@ -19,9 +18,8 @@ from stribeck.identification.judgement.excitation import NOISE_FACTOR
 from stribeck.identification.judgement.weakness import Criteria
 from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
-from stribeck.identification.whole_log.intervals import joint_fits
-from stribeck.identification.whole_log.lack_of_fit import lack_warnings
-from stribeck.inertial_parameters import SIZE
+from stribeck.identification.whole_log.tests_of_fit.score_tests import score_test_warnings
+from stribeck.identification.whole_log.uncertainty.intervals import joint_fits
 from stribeck.log import RobotLog
 from stribeck.methods.contract import SHARED, Finding, FrictionTorque, Method
 from stribeck.methods.corrected import corrected_log, corrected_robot
@@ -29,21 +27,20 @@ from stribeck.methods.moving import joints_that_move
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
-from stribeck.settings import Settings
-from stribeck.weak_equations import WRENCH_SIZE
+from stribeck.settings import Priors, Settings
 
-CRITERIA = Criteria(widest=0.33, takes_law_for_exact=False, lends_bends=True)
+CRITERIA = Criteria(widest=0.33, assumes_exact_law=False, shares_shapes=True)
 """The width finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
 (studies/verdicts.py)."""
 
 SUSPICIOUS = 1.5
-"""Chi^2 a degree of freedom [1] from which a warning is given."""
+"""Chi^2 per degree of freedom [1] from which a warning is given."""
 
-DISAGREEING = 4.0
-"""Disagreement about the model [1] from which a warning is given: parts differ by twice as much as errors make them."""
+HETEROGENEOUS = 4.0
+"""Heterogeneity over folds [1] from which a warning is given: parts differ by twice as much as errors make them."""
 
 FAR = 10.0
-"""Corrections of bodies [1], over how wrong a model is believed to be, from which no model is as wrong as that."""
+"""Corrections [1], in prior standard deviations, from which no model and no sensor is as wrong as that."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -78,7 +75,7 @@ class WholeLog:
 
     @property
     def validations(self) -> dict[str, Validation | None]:
-        """How the law does on stretches that it was not fitted to."""
+        """How the law does on held-out segments."""
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
@@ -95,45 +92,39 @@ class WholeLog:
     @property
     def warnings(self) -> list[str]:
         """A sentence where errors are not what they were taken to be, or bodies or friction not what they can be."""
-        found = []
+        texts = []
         if self.fit.chi_square >= SUSPICIOUS:
-            found.append(
-                f"chi^2 a degree of freedom is {self.fit.chi_square:.2g}: the equations of motion are off by more than "
-                "noise and the model's measured errors explain; look at delays, calibration and contacts, or set "
-                "corrections to 'calibration'; the intervals are widened accordingly"
+            texts.append(
+                f"chi^2 per degree of freedom is {self.fit.chi_square:.2g}: residuals are larger than the estimated "
+                "variance components explain; check delays, calibration and contacts, or set corrections to "
+                "'calibration'; intervals are widened by the overdispersion"
             )
-        if self.fit.disagreement >= DISAGREEING:
-            found.append(
-                f"what parts of the log say about the model differs {np.sqrt(self.fit.disagreement):.0f} times as much "
-                "as noise would make it: bodies would be made to explain errors of other kinds, such as friction "
-                "beyond the law, cables, or motors that log no torque; corrections are kept small accordingly"
+        if self.fit.heterogeneity >= HETEROGENEOUS:
+            texts.append(
+                "heterogeneity over folds: parts of the log differ about the model "
+                f"{np.sqrt(self.fit.heterogeneity):.0f} times as much as noise explains, e.g. by friction beyond the "
+                "law, cables, or motors that log no torque; corrections are kept small accordingly"
             )
         if bodies := self._bodies_far_off():
-            found.append(
-                f"the log would have {', '.join(bodies)} over {FAR:.0f} times as far from the model as models are "
-                "wrong: the equations of motion are wrong in another way, and the friction found with them may be; "
-                "look at the signs and units of the torques and at motors that log none, or set corrections to 'none'"
+            texts.append(
+                f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: something else "
+                "than inertias is wrong, and the friction may be wrong with it; check signs and units of the torques "
+                "and motors that log none, or set corrections to 'none'"
             )
         if self._wrenches_far_off():
-            found.append(
-                f"the wrench sensors of the feet would be over {FAR:.0f} times as far off as such sensors are: "
+            texts.append(
+                f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations: "
                 "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
             )
-        return found + lack_warnings(self.fit.lacks, self.joints)
+        return texts + score_test_warnings(self.fit.score_tests, self.joints)
 
     def _wrenches_far_off(self) -> bool:
-        """Return whether zeros and gains of wrench sensors are beyond belief."""
-        there = self.fit.model.corrections
-        first = there.size - len(there.rotors) - WRENCH_SIZE * there.wrenches
-        own = self.fit.solution.corrections[first : there.size - len(there.rotors)]
-        return bool(np.any(np.abs(own) > FAR))
+        """Return whether zeros and gains of wrench sensors are farther off than any prior allows."""
+        return bool(np.any(self.fit.wrenches_off > FAR))
 
     def _bodies_far_off(self) -> list[str]:
-        """Return the bodies whose corrections are beyond belief."""
-        bodies = self.fit.model.corrections.bodies
-        coordinates = self.fit.undoubted[: SIZE * len(bodies)].reshape(-1, SIZE)
-        furthest = np.abs(coordinates).max(axis=1, initial=0.0)
-        return [name for name, far in zip(bodies, furthest, strict=True) if far > FAR]
+        """Return the bodies whose corrections are farther off than any prior allows."""
+        return [name for name, far in self.fit.bodies_off.items() if far > FAR]
 
 
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
@@ -142,27 +133,23 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     Raises
     ------
     NothingIdentifiedError
-        If no joint moves enough, or no stretch can be used.
+        If no joint moves enough, or no segment can be used.
     """
     columns, top_speed = joints_that_move(prepared, robot, law)
     forms = weak_forms(prepared, robot, columns, settings)
     corrections = forms[0].corrections
-    if corrections.bodies:
-        supports = {feet: support for form in forms for feet, support in form.supports.items()}  # of all logs, once
-        independent, sums = base_parameters(robot, supports.values())
-        corrections = replace(corrections, independent=independent, sums=sums)
-    equations = all_equations(forms)
+    equations = equation_sequence(forms)
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
     fit = fit_whole_log(
         equations,
-        equations.supports,
+        equations.feet,
         equations.gaits,
         corrections,
         law,
         top_speed,
         rest,
-        settings.intervals == "bootstrap",
+        settings.priors,
     )
     return WholeLog(
         fit=fit,
@@ -221,7 +208,7 @@ def find(
 
 WHOLE_LOG = Method(
     name="whole-log",
-    uses=(SHARED - {"standing_legs"}) | {"corrections", "intervals"},
+    uses=(SHARED - {"standing_legs"}) | {"corrections"} | {f"priors.{key}" for key in Priors.model_fields},
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
     find=find,
 )

@@ -65,23 +65,23 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
     Parameters
     ----------
     accelerations
-        By the model from the measured torque [rad/s^2], a stretch without gaps each, shape (t, n); a joint that a
-        stretch says nothing about is NaN.
+        By the model from the measured torque [rad/s^2], a segment without gaps each, shape (t, n); a joint that a
+        segment says nothing about is NaN.
     rate
         [Hz].
     positions
-        Measured over the same stretches [rad], shape (t, n). S is the part of the model's acceleration that is
+        Measured over the same segmentes [rad], shape (t, n). S is the part of the model's acceleration that is
         coherent with the position and clear of N, and N the noise of the position's second derivative, which is what
         the filter meets.
 
     Raises
     ------
     LogError
-        If no stretch has 64 samples.
+        If no segment has 64 samples.
     """
-    windows = _candidate_windows(rate, max((len(stretch) for stretch in accelerations), default=0))
-    measured = [np.diff(stretch, 2, axis=0) * rate**2 for stretch in positions]
-    spectra = average_spectra([stretch[1:-1] for stretch in accelerations], measured, rate)
+    windows = _candidate_windows(rate, max((len(segment) for segment in accelerations), default=0))
+    measured = [np.diff(segment, 2, axis=0) * rate**2 for segment in positions]
+    spectra = average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
     signal, noise = _common(spectra, rate)
     power = signal.sum(axis=0)
     moving = power > STILL * power.max()

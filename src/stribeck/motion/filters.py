@@ -25,7 +25,7 @@ TAKES = {
     "backward": {"compensate_delay"},
     "log": set[str](),
 }
-"""The settings that each kind of filter listens to."""
+"""The settings that each kind of filter uses."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -128,7 +128,7 @@ def resolve_auto(settings: FilterSettings, choice: CutoffChoice) -> FilterSettin
     Raises
     ------
     SettingsError
-        If "auto" is told a window or a cutoff.
+        If "auto" is given a window or a cutoff.
     """
     _refuse_unused(settings)
     return settings.model_copy(update={"kind": "savitzky-golay", "cutoff": choice.cutoff})

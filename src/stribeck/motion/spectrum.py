@@ -1,4 +1,4 @@
-"""Power and cross spectra averaged over many stretches of a log (Welch's method)."""
+"""Power and cross spectra averaged over many segments of a log (Welch's method)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stribeck.errors import LogError
 from stribeck.typing import Array
 
 MIN_SAMPLES = 64
-"""Shortest stretch that has a spectrum."""
+"""Shortest segment that has a spectrum."""
 MIN_PARTS = 8
 """About how many parts a spectrum is averaged over, at least, where the log is long enough."""
 MAX_PART = 4.0
@@ -50,21 +50,21 @@ class Spectra:
 
 
 def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float) -> Spectra:
-    """Average the spectra of two signals over half-overlapping parts of all stretches, under a Hann window.
+    """Average the spectra of two signals over half-overlapping parts of all segments, under a Hann window.
 
     Parameters
     ----------
     first, second
-        The signals of each stretch, shape (t, n); a column with NaN is left out of the average of its part.
+        The signals of each segment, shape (t, n); a column with NaN is left out of the average of its part.
     rate
         [Hz].
 
     Raises
     ------
     LogError
-        If no stretch has 64 samples.
+        If no segment has 64 samples.
     """
-    length = _part_length(np.array([np.isfinite(stretch).sum(axis=0) for stretch in first]), rate)
+    length = _part_length(np.array([np.isfinite(segment).sum(axis=0) for segment in first]), rate)
     joints = first[0].shape[1]
     first_power, second_power = np.zeros((2, length // 2 + 1, joints))
     cross_power = np.zeros((length // 2 + 1, joints), dtype=np.complex128)
@@ -95,25 +95,25 @@ def _part_length(samples: NDArray[np.int64], rate: float) -> int:
     Parameters
     ----------
     samples
-        Of each signal in each stretch, shape (stretches, n).
+        Of each signal in each segment, shape (segments, n).
     rate
         [Hz]
     """
     longest = samples.max(axis=0)
     if longest.max() < MIN_SAMPLES:
         raise LogError(
-            f"log: the longest usable stretch has {longest.max()} samples; choosing a filter from the "
+            f"log: the longest usable segment has {longest.max()} samples; choosing a filter from the "
             f"spectrum takes {MIN_SAMPLES}, so set [identify.filter] kind = 'savitzky-golay' and a window"
         )
     ordered = -np.sort(-samples[:, longest >= MIN_SAMPLES], axis=0)
     filled = ordered.cumsum(axis=0)
-    half = np.argmax(2 * filled >= filled[-1], axis=0)  # half of a signal's samples are in stretches this long
+    half = np.argmax(2 * filled >= filled[-1], axis=0)  # half of a signal's samples are in segments this long
     typical = int(np.take_along_axis(ordered, half[None], axis=0).min())
     return max(MIN_SAMPLES, min(typical, int(filled[-1].min()) // MIN_PARTS, int(MAX_PART * rate)))
 
 
 def _transform(signal: Array, length: int, rate: float) -> NDArray[np.complex128]:
-    """Return the Fourier transforms of a stretch's parts, shape (F, n, parts), NaN where a part has a NaN."""
+    """Return the Fourier transforms of a segment's parts, shape (F, n, parts), NaN where a part has a NaN."""
     _, _, parts = scipy.signal.stft(
         signal,
         rate,

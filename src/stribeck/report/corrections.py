@@ -14,7 +14,7 @@ from stribeck.samples import Samples
 from stribeck.typing import Array
 
 LEAST_KNOWN = 0.1
-"""Share [1] of a body's uncertainty that the log must have settled for the body to be listed."""
+"""Share [1] of a body's prior variance that the log must remove for the body to be listed."""
 
 BINS = 24
 """Of the velocity, over which a branch is averaged."""
@@ -22,28 +22,28 @@ BINS = 24
 
 def corrections(result: Result) -> Section | None:
     """Return the section with the corrections that the log supports, or None where none were asked for."""
-    found = result.corrections
-    if found is None:
+    errors = result.corrections
+    if errors is None:
         return None
     bodies = [
         _row(name, body)
-        for name, body in sorted(found.bodies.items(), key=lambda item: -item[1].known)
+        for name, body in sorted(errors.bodies.items(), key=lambda item: -item[1].known)
         if body.known >= LEAST_KNOWN
     ]
     calibration = [
         {
             "name": name,
-            "gain": [100 * part for part in found.torque_gain.get(name, ())],
-            "zero": [1e3 * part for part in found.encoder_zero.get(name, ())],
+            "gain": [100 * part for part in errors.torque_gain.get(name, ())],
+            "zero": [1e3 * part for part in errors.encoder_zero.get(name, ())],
         }
-        for name in dict.fromkeys([*found.torque_gain, *found.encoder_zero])
+        for name in dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])
     ]
     body = render(
         "corrections.html.j2",
-        chi_square=found.chi_square,
-        disagreement=found.disagreement,
+        chi_square=errors.chi_square,
+        heterogeneity=errors.disagreement,
         bodies=bodies,
-        others=len(found.bodies) - len(bodies),
+        others=len(errors.bodies) - len(bodies),
         calibration=calibration,
         figures=branch_figures(result),
     )

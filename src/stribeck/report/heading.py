@@ -32,6 +32,6 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
 
 
 def _rubs(joint: JointResult) -> bool:
-    """Return whether friction of a joint is told from zero: of one without any there is nothing to explain."""
+    """Return whether friction of a joint is significant: of one without any there is nothing to explain."""
     found = joint.parameters
     return any(found[name].interval_95[0] > 0 for name in ("viscous", "coulomb") if name in found)

@@ -72,7 +72,7 @@ def joint_data(
     samples: Samples,
     reference: Reference = NO_REFERENCE,
 ) -> JointData:
-    """Collect what is drawn of a joint, from these samples (all that were kept, or the clear stretch)."""
+    """Collect what is drawn of a joint, from these samples (all that were kept, or the close-up)."""
     prismatic = name in evidence.prismatic
     time, velocity, torque = _usable(samples, name)
     values, covariance = fitted_values(name, joint, evidence, law)

@@ -1,4 +1,4 @@
-"""The four figures of a joint: friction over velocity, over time, what the law leaves, and velocity coverage."""
+"""The four figures of a joint: friction over velocity, over time, its residual, and velocity coverage."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def friction_over_velocity(data: JointData) -> Axes:
 
 
 def friction_over_time(data: JointData) -> Axes:
-    """Draw the friction torque of one clear stretch and what the law says it is."""
-    axes = new_axes("time from the start of the stretch [s]", f"friction [{data.torque_unit}]")
+    """Draw the friction torque of a few seconds and what the law says it is."""
+    axes = new_axes("time [s]", f"friction [{data.torque_unit}]")
     step = max(1, -(-len(data.time) // MOST_POINTS))
     time, velocity, torque = data.time[::step] - data.time[0], data.velocity[::step], data.torque[::step]
     breaks = np.flatnonzero(np.diff(time) > MOST_BREAK * np.median(np.diff(time))) + 1
@@ -56,7 +56,7 @@ def friction_over_time(data: JointData) -> Axes:
 
 
 def residual_over_velocity(data: JointData, prediction: Array) -> Axes:
-    """Draw what the law leaves, as a density with its mean; structure here is friction that the law does not have."""
+    """Draw the residual as a density with its mean; structure here is friction that the law does not have."""
     axes = new_axes(f"velocity [{data.velocity_unit}]", f"measured − law [{data.torque_unit}]")
     residual = data.torque - prediction
     limits = robust_limits(data.velocity, share=0.0, margin=0.03)

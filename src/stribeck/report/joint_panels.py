@@ -28,9 +28,9 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
     for index, (name, joint) in enumerate(result.joints.items()):
         data = joint_data(name, joint, evidence, law, evidence.samples, reference)
         figures = _figures(f"j{index}", name, joint, data)
-        stretch = _stretch_figure(f"j{index}t", name, joint, evidence, law)
-        if stretch is not None and joint.parameters:
-            figures.insert(1, stretch)
+        close_up = _close_up_figure(f"j{index}t", name, joint, evidence, law)
+        if close_up is not None and joint.parameters:
+            figures.insert(1, close_up)
         panels.append(
             {
                 "anchor": f"joint-{index}",
@@ -62,7 +62,7 @@ def _figures(prefix: str, name: str, joint: JointResult, data: JointData) -> Fig
         return [(over_velocity, "Friction torque over velocity: samples only, no law is fitted.")]
     residual = inline_svg(
         residual_over_velocity(data, prediction),
-        f"{name}: what the law leaves of the friction torque, over velocity",
+        f"{name}: residual of the friction torque, over velocity",
         f"{prefix}r",
     )
     stribeck_velocity = joint.parameters.get("stribeck_velocity")
@@ -73,17 +73,17 @@ def _figures(prefix: str, name: str, joint: JointResult, data: JointData) -> Fig
     )
     return [
         (over_velocity, "Friction torque over velocity"),
-        (residual, "What the law leaves, and its mean"),
+        (residual, "Residual of the law, and its mean"),
         (coverage, "Velocity coverage"),
     ]
 
 
-def _stretch_figure(
+def _close_up_figure(
     prefix: str, name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw
 ) -> tuple[Markup, str] | None:
-    if evidence.stretch is None:
+    if evidence.close_up is None:
         return None
-    data = joint_data(name, joint, evidence, law, evidence.stretch)
+    data = joint_data(name, joint, evidence, law, evidence.close_up)
     if len(data.time) < 2:
         return None
     span = f"{data.time[0]:.2f} to {data.time[-1]:.2f} s of the log"

@@ -1,4 +1,4 @@
-"""The support timeline: which feet stood when, and which of that time was used."""
+"""The timeline of contact modes: which feet stood when, and which of that time was used."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stribeck.report.page import Section, render
 from stribeck.typing import Array
 
 COLUMNS = 600
-"""Steps across the figure; a step is drawn as high as the share of its time that the support holds."""
+"""Steps across the figure; a step is drawn as high as the share of its time that the contact mode has."""
 
 MOST_EXACT = 250
 """Phases up to which a figure shows their very borders instead of shares."""
@@ -19,7 +19,7 @@ CLOSE_UP = 12.0
 """Length of the close-up beside a long log [s]."""
 
 ROW_HEIGHT = 32.0
-"""Height of a support's strip with its name [SVG units]."""
+"""Height of a contact mode's strip with its name [SVG units]."""
 
 BAR = 0.54
 """Share of a row that its strip takes; above it is the name."""
@@ -28,24 +28,24 @@ Phases = list[tuple[float, float, str, bool]]
 
 
 def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
-    """Return the section with the timeline, a close-up of a long log, and the time a support; None without time.
+    """Return the section with the timeline, a close-up of a long log, and the time of each mode; None without time.
 
     Parameters
     ----------
     recorded
-        Start [s], end [s], support name, whether it is used; in log order.
+        Start [s], end [s], contact mode, whether it is used; in log order.
     clear
-        Where the clear stretch of the joints' panels begins [s]: the close-up shows it.
+        Where the close-up of the joints' panels begins [s]: this close-up shows it.
     """
     phases = one_clock(recorded)
     start, end = (phases[0][0], max(phase[1] for phase in phases)) if phases else (0.0, 0.0)
     if end <= start:
         return None
     names = list(dict.fromkeys(phase[2] for phase in phases))
-    figures = [(inline_svg(_strips(phases, names, start, end), "Support phases over the whole log", "p0"), "Whole log")]
+    figures = [(inline_svg(_strips(phases, names, start, end), "Contact modes over the whole log", "p0"), "Whole log")]
     if end - start > 2 * CLOSE_UP:
         near = min(max(start if clear is None else clear - 1.0, start), end - CLOSE_UP)
-        drawing = inline_svg(_strips(phases, names, near, near + CLOSE_UP), "Support phases, close-up", "p1")
+        drawing = inline_svg(_strips(phases, names, near, near + CLOSE_UP), "Contact modes, close-up", "p1")
         figures.append((drawing, f"Close-up of {CLOSE_UP:.0f} s"))
     rows = [
         {
@@ -57,7 +57,7 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
         for name in names
     ]
     body = render("timeline.html.j2", figures=figures, rows=rows, several=phases != recorded)
-    return Section(anchor="timeline", title="Support timeline", body=body)
+    return Section(anchor="timeline", title="Contact modes over time", body=body)
 
 
 def one_clock(phases: Phases) -> Phases:

@@ -68,7 +68,7 @@ def write_report(
             sides(result, evidence, law),
             corrections(result),
             power(result),
-            timeline(evidence.phases, _start(evidence.stretch)),
+            timeline(evidence.phases, _start(evidence.close_up)),
             provenance(result, evidence),
         ]
         page = render_page(
@@ -80,8 +80,8 @@ def write_report(
         temporary.write_text(page, encoding="utf-8")
 
 
-def _start(stretch: Samples | None) -> float | None:
-    return float(stretch.time[0]) if stretch is not None and len(stretch.time) else None
+def _start(close_up: Samples | None) -> float | None:
+    return float(close_up.time[0]) if close_up is not None and len(close_up.time) else None
 
 
 def warnings(result: Result) -> Section | None:

@@ -32,13 +32,17 @@ TermDecision = Literal["kept", "refused", "open"]
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterEstimate:
-    """A fitted parameter: value, standard error, 95 % interval, unit and verdict."""
+    """A fitted parameter: value, standard error, 95 % interval, unit and verdict.
+
+    `variance_shares` says what the squared standard error is made of, by name, adding up to one, if the method knows.
+    """
 
     value: float
     standard_error: float
     interval_95: tuple[float, float]
     unit: str
     verdict: Verdict
+    variance_shares: dict[str, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,8 +160,8 @@ def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
 class BodyCorrection:
     """What the log says about a body's inertia; before and after, in the frame of the joint that carries the body.
 
-    `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass [kg m^2]. `known` is the share of what was
-    uncertain about the body beforehand that the log has settled, from 0 to 1.
+    `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass [kg m^2]. `known` is the share of the prior
+    variance of the body that the log removes, from 0 to 1.
     """
 
     mass: tuple[float, float]
@@ -172,9 +176,9 @@ class BodyCorrection:
 class Corrections:
     """What a whole log says beside friction.
 
-    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. `disagreement` is the same of
-    what parts of the log say about the model; where it is larger than 1, the model is believed the more. Gains [1] and
-    zeros [rad] are (value, standard error), to be taken off.
+    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. `disagreement` is the
+    heterogeneity over folds, the same for differences between parts of the log about the model; above 1 the prior is
+    given more weight. Gains [1] and zeros [rad] are (value, standard error), to be taken off.
     """
 
     chi_square: float
@@ -206,13 +210,13 @@ class Evidence:
     covariance
         Per joint, of the fitted parameters in the order of `JointResult.parameters`.
     phases
-        Support timeline: (start [s], end [s], support name, whether it was used), in log order.
-    stretch
-        One clear stretch at the full rate, treated like `samples`.
+        Contact modes over time: (start [s], end [s], name, whether it was used), in log order.
+    close_up
+        A few seconds at the full rate, treated like `samples`.
     provenance
         Versions, settings and choices, as label and text.
     notes
-        What was done to the log on the way, a sentence each.
+        How the log was prepared, a sentence each.
     prismatic
         Joints that slide: their units are m, N and N s/m.
     correction
@@ -222,7 +226,7 @@ class Evidence:
     samples: Samples
     covariance: dict[str, Array]
     phases: list[tuple[float, float, str, bool]]
-    stretch: Samples | None
+    close_up: Samples | None
     provenance: list[tuple[str, str]]
     notes: list[str] = field(default_factory=list)
     prismatic: frozenset[str] = frozenset()
@@ -348,7 +352,10 @@ class _Document(TypedDict):
 
 
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
-    """Return a joint as plain data; what only the law "auto" has is left out of others."""
+    """Return a joint as plain data; what only some laws or methods have is left out of others."""
     plain = asdict(joint)
     del plain["law"]  # the result's
+    for parameter in plain["parameters"].values():
+        if parameter["variance_shares"] is None:
+            del parameter["variance_shares"]
     return {key: value for key, value in plain.items() if value is not None or key not in ("terms", "mean_load")}

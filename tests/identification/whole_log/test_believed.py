@@ -1,41 +1,44 @@
 """What is believed beforehand is what the log shows: of the model's errors, and of what joints have in common."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
-from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.model import ZERO, ModelCorrections, model_corrections
-from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.solve import Solution, solve
-from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.identification.whole_log.model.basis import make_basis
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.layout import ModelLayout
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
+from stribeck.identification.whole_log.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
+from stribeck.identification.whole_log.solver.solve import Solution, solve
+from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections
 
 JOINTS, SAMPLES, NOISE = 12, 2000, 0.1
+ZERO = Priors().encoder_zero
 SLOPE, GAIN, SPEED = 40.0, 0.3, 0.15
 
 
-def friction(velocity: Array, values: Array, corrections: int, noise: float, seed: int = 0) -> tuple[Statistic, Curves]:
+def friction(
+    velocity: Array, values: Array, noise: float, seed: int = 0, **corrections: int
+) -> tuple[NormalEquations, Curves]:
     """Return what measurements of the friction of all joints say, with nothing on the corrections."""
     law = get_law("stribeck")
     ones = np.ones(JOINTS)
-    curves = Curves(law, make_nodes(law, ones), ones, ones)
-    statistic = Statistic(curves.nodes, corrections)
-    size = curves.nodes.functions.shape[1]
-    design = curves.nodes.windows(velocity, np.ones(1), 1, len(velocity))
+    curves = Curves(law, make_basis(law, ones), ones, ones, Priors())
+    size = curves.basis.functions.shape[1]
+    normal_equations = NormalEquations(curves.basis, ModelLayout(joints=JOINTS, per_joint=size, **corrections))
+    design = curves.basis.windows(velocity, np.ones(1), 1, len(velocity))
     generator = np.random.default_rng(seed)
     for k in range(JOINTS):
         own, block = design[:, k] / noise, slice(k * size, (k + 1) * size)
         torque = law.torque(velocity[:, k], values[k]) / noise + generator.standard_normal(len(velocity))
-        statistic.gram[block, block] = own.T @ own
-        statistic.right[block] = own.T @ torque
-        statistic.square += float(torque @ torque)
-    statistic.count = velocity.size
-    return statistic, curves
+        normal_equations.information[block, block] = own.T @ own
+        normal_equations.right_hand_side[block] = own.T @ torque
+        normal_equations.square += float(torque @ torque)
+    normal_equations.count = velocity.size
+    return normal_equations, curves
 
 
 def moving() -> tuple[Array, Array]:
@@ -55,36 +58,25 @@ def moving() -> tuple[Array, Array]:
     return velocity, values
 
 
-def elsewhere(gain: float, speed: float) -> tuple[Statistic, Curves, ModelCorrections, Solution, Solution]:
-    """Return a log, what is fitted to it, the best solution, and one whose joint 4 has another gain and velocity."""
-    statistic, curves = friction(*moving(), corrections=0, noise=0.3 * NOISE)
-    model = model_corrections(Corrections(), np.zeros(0))
-    right = solve(statistic, curves, model)
-    lost = right.internal.copy()
-    lost[4, 2:4] = gain, np.log(speed)
-    return statistic, curves, model, right, replace(right, internal=lost, cost=np.inf)
-
-
 def with_zeros(wrong: float, seed: int) -> tuple[Array, Array, tuple[Curves, ModelCorrections, Solution]]:
     """Return 60 zeros of encoders, what the log shows of them within 0.05 ZERO, and what is believed with it."""
-    statistic, curves = friction(*moving(), corrections=60 + 3, noise=NOISE)
+    normal_equations, curves = friction(*moving(), noise=NOISE, zeros=60, tilts=3)
     generator = np.random.default_rng(seed)
     zeros, error = wrong * ZERO * generator.standard_normal(60), 0.05 * ZERO
-    first = statistic.nodes.size
-    known = np.arange(first, first + 60)
-    statistic.gram[known, known] = error**-2
+    known = np.arange(normal_equations.layout.size)[normal_equations.layout.part("zeros")]
+    normal_equations.information[known, known] = error**-2
     measured = zeros + error * generator.standard_normal(60)
-    statistic.right[known] = statistic.gram[known, known] * measured
-    model = model_corrections(Corrections(zeros=60, tilts=3), np.zeros(0))
-    start = solve(statistic, curves, model)
-    return zeros, measured, solve_and_believe(statistic, curves, model, start)
+    normal_equations.right_hand_side[known] = normal_equations.information[known, known] * measured
+    model = model_corrections(Corrections(zeros=60, tilts=3), np.zeros(0), Priors())
+    start = solve(normal_equations, curves, model)
+    return zeros, measured, solve_with_empirical_bayes(normal_equations, curves, model, start)
 
 
 @pytest.mark.parametrize("wrong", [0.1, 0.4, 1.0])
 def test_how_wrong_the_model_is_believed_to_be_is_what_the_log_shows(wrong: float) -> None:
     zeros, measured, (_, believed, solution) = with_zeros(wrong, seed=1)
-    assert believed.spread[:60] == pytest.approx(wrong, rel=0.25)
-    assert believed.spread[60:] == pytest.approx(1.0)  # what nothing shows is believed as before
+    assert believed.prior_std[:60] == pytest.approx(wrong, rel=0.25)
+    assert believed.prior_std[60:] == pytest.approx(1.0)  # what nothing shows is believed as before
     found = believed.values(solution.corrections)[0][:60]
     assert found == pytest.approx(measured, abs=0.1 * ZERO)
     assert np.linalg.norm(found - zeros) < 1.01 * np.linalg.norm(measured - zeros)  # a belief that fits does no harm
@@ -100,15 +92,15 @@ def test_what_is_right_is_believed_to_be_right() -> None:
 
 def test_bends_of_curves_that_are_alike_are_found_better_together() -> None:
     velocity, values = moving()
-    model = model_corrections(Corrections(), np.zeros(0))
+    model = model_corrections(Corrections(), np.zeros(0), Priors())
     errors = []
     for seed in range(4):
-        statistic, curves = friction(velocity, values, corrections=0, noise=3 * NOISE, seed=seed)
-        alone = solve(statistic, curves, model)
-        together, _, solution = solve_and_believe(statistic, curves, model, alone)
-        assert together.alike is not None
-        assert np.exp(together.alike[0, 3]) == pytest.approx(SPEED, rel=0.2)
-        assert np.all(np.isnan(together.alike[:, [0, 1, 4]]))  # sizes of friction are each joint's own
+        normal_equations, curves = friction(velocity, values, noise=3 * NOISE, seed=seed)
+        alone = solve(normal_equations, curves, model)
+        together, _, solution = solve_with_empirical_bayes(normal_equations, curves, model, alone)
+        assert together.group_prior is not None
+        assert np.exp(together.group_prior[0, 3]) == pytest.approx(SPEED, rel=0.2)
+        assert np.all(np.isnan(together.group_prior[:, [0, 1, 4]]))  # sizes of friction are each joint's own
         errors.append([(curves.external(each.internal) / values - 1) ** 2 for each in (alone, solution)])
     before, after = np.sqrt(np.mean(errors, axis=(0, 2)))
     assert after[3] < 0.6 * before[3]
@@ -118,31 +110,25 @@ def test_bends_of_curves_that_are_alike_are_found_better_together() -> None:
 def test_joints_that_differ_are_left_different() -> None:
     velocity, values = moving()
     values[:, 3] = np.geomspace(0.05, 0.4, JOINTS)
-    statistic, curves = friction(velocity, values, corrections=0, noise=0.02 * NOISE)
-    model = model_corrections(Corrections(), np.zeros(0))
-    _, _, solution = solve_and_believe(statistic, curves, model, solve(statistic, curves, model))
+    normal_equations, curves = friction(velocity, values, noise=0.02 * NOISE)
+    model = model_corrections(Corrections(), np.zeros(0), Priors())
+    _, _, solution = solve_with_empirical_bayes(normal_equations, curves, model, solve(normal_equations, curves, model))
     assert curves.external(solution.internal)[:, 3] == pytest.approx(values[:, 3], rel=0.03)
-
-
-def test_a_joint_in_another_dip_comes_back_to_those_it_is_like() -> None:
-    statistic, curves, model, _, lost = elsewhere(gain=1.0, speed=3.0)
-    true = moving()[1][4]
-    assert curves.external(solve(statistic, curves, model, lost).internal)[4, 3] > 10 * true[3]
-    _, _, solution = solve_and_believe(statistic, curves, model, lost)
-    assert curves.external(solution.internal)[4] == pytest.approx(true, rel=0.1)
 
 
 def test_a_joint_that_shows_next_to_nothing_is_as_uncertain_as_one_more_of_its_kind() -> None:
     velocity, values = moving()
-    statistic, curves = friction(velocity, values, corrections=0, noise=0.02 * NOISE)
-    own = slice(0, statistic.nodes.size // JOINTS)
-    statistic.gram[own] *= 1e-9
-    statistic.right[own] *= 1e-9
-    model = model_corrections(Corrections(), np.zeros(0))
-    curves, _, solution = solve_and_believe(statistic, curves, model, solve(statistic, curves, model))
-    added = np.diag(by_what_is_common(curves, solution)).reshape(JOINTS, -1)
-    assert curves.alike is not None
-    spread = curves.alike[1, 3]
-    assert solution.covariance[3, 3] == pytest.approx(spread**2, rel=0.01)
-    assert added[0, 3] == pytest.approx(spread**2 / (JOINTS - 1), rel=0.05)  # that of the others' mean
+    normal_equations, curves = friction(velocity, values, noise=0.02 * NOISE)
+    own = slice(0, normal_equations.basis.size // JOINTS)
+    normal_equations.information[own] *= 1e-9
+    normal_equations.right_hand_side[own] *= 1e-9
+    model = model_corrections(Corrections(), np.zeros(0), Priors())
+    curves, _, solution = solve_with_empirical_bayes(
+        normal_equations, curves, model, solve(normal_equations, curves, model)
+    )
+    added = np.diag(group_mean_covariance(curves, solution)).reshape(JOINTS, -1)
+    assert curves.group_prior is not None
+    prior_std = curves.group_prior[1, 3]
+    assert solution.covariance[3, 3] == pytest.approx(prior_std**2, rel=0.01)
+    assert added[0, 3] == pytest.approx(prior_std**2 / (JOINTS - 1), rel=0.05)  # that of the others' mean
     assert added[1:, 3].max() < 0.01 * added[0, 3]  # which know their own

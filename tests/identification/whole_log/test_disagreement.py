@@ -4,14 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.whole_log.test_believed import NOISE, SAMPLES, friction, moving
+from tests.identification.whole_log.test_believed import NOISE, SAMPLES, ZERO, friction, moving
 
-from stribeck.identification.whole_log.believed import solve_and_believe
-from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.disagreement import by_doubt, disagreement, doubt_of
-from stribeck.identification.whole_log.model import ZERO, ModelCorrections, model_corrections
-from stribeck.identification.whole_log.solve import Solution, solve
-from stribeck.identification.whole_log.statistic import Statistic, merged
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
+from stribeck.identification.whole_log.solver.empirical_bayes import solve_with_empirical_bayes
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
+from stribeck.identification.whole_log.solver.solve import Solution, solve
+from stribeck.identification.whole_log.uncertainty.covariance_budget import through
+from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
+from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections
 
@@ -19,7 +21,7 @@ PARTS, ZEROS, UNSEEN, ERROR = 8, 40, 3, 0.2
 OFFSET = 4
 
 
-def parts_of_a_log(zeros: Array, lasting: float, shared: float, seed: int) -> tuple[list[Statistic], Curves]:
+def parts_of_a_log(zeros: Array, lasting: float, shared: float, seed: int) -> tuple[list[NormalEquations], Curves]:
     """Return what parts say of friction and of zeros, whose errors are larger than they say by what lasts.
 
     All parts together are thought to know each zero to `ERROR`, in units of `ZERO`. In the same units, what lasts for
@@ -31,18 +33,18 @@ def parts_of_a_log(zeros: Array, lasting: float, shared: float, seed: int) -> tu
     found = []
     for k in range(PARTS):
         rows = slice(k * SAMPLES // PARTS, (k + 1) * SAMPLES // PARTS)
-        part, curves = friction(velocity[rows], values, ZEROS + UNSEEN, NOISE, seed=100 * seed + k)
-        there = part.nodes.size + np.arange(ZEROS)
+        part, curves = friction(velocity[rows], values, NOISE, 100 * seed + k, zeros=ZEROS, tilts=UNSEEN)
+        there = np.arange(part.layout.size)[part.layout.part("zeros")]
         errors = np.hypot(np.sqrt(PARTS) * ERROR, lasting) * generator.standard_normal(ZEROS)
-        part.gram[there, there] = (np.sqrt(PARTS) * ERROR * ZERO) ** -2
-        part.right[there] = part.gram[there, there] * (zeros + ZERO * (errors + of_all))
+        part.information[there, there] = (np.sqrt(PARTS) * ERROR * ZERO) ** -2
+        part.right_hand_side[there] = part.information[there, there] * (zeros + ZERO * (errors + of_all))
         found.append(part)
     return found, curves
 
 
-def fitted(parts: list[Statistic], curves: Curves) -> tuple[Statistic, Curves, ModelCorrections, Solution]:
-    total, model = merged(parts), model_corrections(Corrections(zeros=ZEROS, tilts=UNSEEN), np.zeros(0))
-    return total, *solve_and_believe(total, curves, model, solve(total, curves, model))
+def fitted(parts: list[NormalEquations], curves: Curves) -> tuple[NormalEquations, Curves, ModelCorrections, Solution]:
+    total, model = merged(parts), model_corrections(Corrections(zeros=ZEROS, tilts=UNSEEN), np.zeros(0), Priors())
+    return total, *solve_with_empirical_bayes(total, curves, model, solve(total, curves, model))
 
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0, 25.0])
@@ -50,12 +52,12 @@ def test_disagreement_is_by_how_much_squared_errors_are_larger_than_they_are_tak
     zeros = ZERO * np.random.default_rng(5).standard_normal(ZEROS)
     lasting = np.sqrt((ratio - 1) * PARTS) * ERROR
     parts, curves = parts_of_a_log(zeros, lasting, 0.0, seed=1)
-    of_model, of_joints = disagreement(parts=parts, **named(fitted(parts, curves)))
+    of_model, of_joints = heterogeneity(parts=parts, **named(fitted(parts, curves)))
     assert of_model == pytest.approx(ratio, rel=0.25)
     assert np.mean(of_joints > 1) < 0.1  # nothing lasts in their friction
 
 
-def named(found: tuple[Statistic, Curves, ModelCorrections, Solution]) -> dict[str, object]:
+def named(found: tuple[NormalEquations, Curves, ModelCorrections, Solution]) -> dict[str, object]:
     return dict(zip(("total", "curves", "model", "solution"), found, strict=True))
 
 
@@ -70,11 +72,11 @@ def test_a_joint_whose_friction_changes_from_part_to_part_is_found() -> None:
             rows = slice(k * SAMPLES // PARTS, (k + 1) * SAMPLES // PARTS)
             own = values.copy()
             own[0, OFFSET] += change
-            part, curves = friction(velocity[rows], own, 0, NOISE, seed=100 * seed + k)
+            part, curves = friction(velocity[rows], own, NOISE, seed=100 * seed + k)
             parts.append(part)
-        total, model = merged(parts), model_corrections(Corrections(), np.zeros(0))
-        curves, model, solution = solve_and_believe(total, curves, model, solve(total, curves, model))
-        of_model, of_joints = disagreement(total, parts, curves, model, solution)
+        total, model = merged(parts), model_corrections(Corrections(), np.zeros(0), Priors())
+        curves, model, solution = solve_with_empirical_bayes(total, curves, model, solve(total, curves, model))
+        of_model, of_joints = heterogeneity(total, parts, curves, model, solution)
         assert of_model == 1.0
         assert np.mean(of_joints[1:] > 1) < 0.1
         found.append(of_joints[0, OFFSET])
@@ -86,7 +88,7 @@ def test_a_joint_whose_friction_changes_from_part_to_part_is_found() -> None:
 
 def test_one_part_says_nothing_of_it() -> None:
     parts, curves = parts_of_a_log(np.zeros(ZEROS), 1.0, 0.0, seed=1)
-    assert disagreement(parts=[merged(parts)], **named(fitted(parts, curves)))[0] == 1.0
+    assert heterogeneity(parts=[merged(parts)], **named(fitted(parts, curves)))[0] == 1.0
 
 
 def test_errors_that_parts_share_are_allowed_for_by_what_they_do_not_share() -> None:
@@ -96,9 +98,12 @@ def test_errors_that_parts_share_are_allowed_for_by_what_they_do_not_share() -> 
         zeros = 0.3 * ZERO * np.random.default_rng(seed).standard_normal(ZEROS)
         parts, curves = parts_of_a_log(zeros, lasting, lasting, seed)
         total, curves, model, solution = fitted(parts, curves)
-        doubt = doubt_of(disagreement(total, parts, curves, model, solution)[0], PARTS)
-        curves, doubted, wary = solve_and_believe(total, curves, replace(model, doubt=doubt), solution)
-        variance = np.diag(wary.covariance + by_doubt(doubted, wary))[wary.internal.size :]
+        overdispersion = overdispersion_of(heterogeneity(total, parts, curves, model, solution)[0], PARTS)
+        curves, doubted, wary = solve_with_empirical_bayes(
+            total, curves, replace(model, overdispersion=overdispersion), solution
+        )
+        added = (doubted.overdispersion - 1) * through(wary, wary.layout.nearly_right)
+        variance = np.diag(wary.covariance + added)[wary.layout.model]
         assert np.sqrt(variance[ZEROS:]) == pytest.approx(1.0)  # what nothing shows is as unknown as ever
         before.append(solution.corrections[:ZEROS] - zeros / ZERO)
         after.append(wary.corrections[:ZEROS] - zeros / ZERO)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.joint_descent import descend_joints, joint_costs
-from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.profile import Quadratic
+from stribeck.identification.whole_log.model.basis import make_basis
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.solver.joint_descent import descend_joints, joint_costs
+from stribeck.identification.whole_log.terms.profile_likelihood import Quadratic
+from stribeck.settings import Priors
 
 LAW, SPEED = get_law("stribeck"), np.array([1.0, 2.0, 0.5])
-CURVES = Curves(LAW, make_nodes(LAW, SPEED), SPEED, np.ones(3))
+CURVES = Curves(LAW, make_basis(LAW, SPEED), SPEED, np.ones(3), Priors())
 TRUTH = np.array([[0.3, 1.2, 0.4, 0.2, 0.1, 30.0], [0.5, 0.7, 0.2, 0.3, -0.1, 20.0], [0.1, 2.0, 0.6, 0.1, 0.0, 60.0]])
 
 
@@ -39,7 +40,7 @@ def test_joints_that_are_fitted_together_end_where_each_ends_by_itself(logs: lis
 
 def test_no_step_leads_further_down(logs: list[Quadratic]) -> None:
     ends, costs = descend_joints(logs, CURVES, CURVES.inside(TRUTH))
-    np.testing.assert_allclose(costs, joint_costs(logs, CURVES, ends))
+    np.testing.assert_allclose(costs, joint_costs(logs, CURVES).costs(ends))
     low, high = CURVES.bounds
     for change in 1e-2 * np.random.default_rng(4).standard_normal((50, *ends.shape)):
-        assert np.all(joint_costs(logs, CURVES, np.clip(ends + change, low, high)) > costs - 1e-2)
+        assert np.all(joint_costs(logs, CURVES).costs(np.clip(ends + change, low, high)) > costs - 1e-2)

@@ -7,7 +7,7 @@ import pytest
 
 from stribeck import Robot, identify
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.lack_of_fit import SENTENCES, Lack, lack_warnings
+from stribeck.identification.whole_log.tests_of_fit.score_tests import SENTENCES, ScoreTest, score_test_warnings
 from stribeck.log import RobotLog
 from stribeck.settings import Settings
 from stribeck.typing import Array
@@ -78,8 +78,8 @@ def test_a_law_of_velocity_is_never_told_of(corrections: str, arm: Robot, exact:
 
 
 def test_a_sentence_a_kind_says_the_clearest_of_each_joint_and_nothing_of_the_others() -> None:
-    told = Lack("load", size=0.3, share=0.25, surprise=90.0, told=True)
-    shadow, quiet = Lack("drift", 0.2, 0.16, 40.0, True), Lack("play", 0.1, 0.08, 20.0, False)
-    (text,) = lack_warnings([(told, shadow), (quiet,), (told,)], ["knee", "hip", "ankle"])
+    flagged = ScoreTest("load", size=0.3, share=0.25, minus_log10_p=90.0, flagged=True)
+    shadow, quiet = ScoreTest("drift", 0.2, 0.16, 40.0, True), ScoreTest("play", 0.1, 0.08, 20.0, False)
+    (text,) = score_test_warnings([(flagged, shadow), (quiet,), (flagged,)], ["knee", "hip", "ankle"])
     assert text.startswith(f"{SENTENCES['load']}: knee (25 %), ankle (25 %)")
     assert "hip" not in text

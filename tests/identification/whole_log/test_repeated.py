@@ -8,22 +8,24 @@ from scipy.linalg import toeplitz
 from tests.identification.whole_log.test_whitening import some_equations
 
 from stribeck.friction import get_law
-from stribeck.identification.whole_log import repeated
-from stribeck.identification.whole_log.cosines import COSINES, repeated_columns
-from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.fading import fading
-from stribeck.identification.whole_log.levels import first_levels
-from stribeck.identification.whole_log.model import model_corrections
-from stribeck.identification.whole_log.nodes import make_nodes
-from stribeck.identification.whole_log.repeated import (
+from stribeck.identification.whole_log.model.basis import make_basis
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.layout import ModelLayout
+from stribeck.identification.whole_log.model.model_corrections import model_corrections
+from stribeck.identification.whole_log.noise.autocorrelation import autocorrelation
+from stribeck.identification.whole_log.noise.variance_components import first_components
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
+from stribeck.identification.whole_log.solver.solve import solve
+from stribeck.identification.whole_log.uncertainty import reml
+from stribeck.identification.whole_log.uncertainty.random_effects import COSINES, random_effect_columns
+from stribeck.identification.whole_log.uncertainty.reml import (
     ROCKING,
     ROUNDS,
     partly_pooled,
-    repeated_variances,
-    spread_of_repeated,
+    random_effect_covariance,
+    reml_variances,
 )
-from stribeck.identification.whole_log.solve import solve
-from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections, WeakEquations
 
@@ -31,15 +33,15 @@ INERTIA = np.array([[0.5, 0.1, 0.0], [0.1, 0.4, 0.2], [0.0, 0.2, 0.3]])  # of wh
 VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])  # viscous, Coulomb, offset
 
 
-def steps(repeated: float, rocking: float = 0.0) -> list[WeakEquations]:
+def steps(repeated: float, root_turns: float = 0.0) -> list[WeakEquations]:
     """Steps on two feet: friction, little noise, and errors that come back with every step on the same foot.
 
     These are torques [N m], and angular accelerations [rad/s^2] that fade as the levels' errors do.
     """
     generator = np.random.default_rng(3)
     torques = repeated * generator.standard_normal((2, 4, 3))
-    chords = np.linalg.cholesky(toeplitz(np.append(fading(3), np.zeros(36))))
-    turns = rocking * chords @ generator.standard_normal((2, 40, 3))
+    chords = np.linalg.cholesky(toeplitz(np.append(autocorrelation(3), np.zeros(36))))
+    turns = root_turns * chords @ generator.standard_normal((2, 40, 3))
     law = get_law("coulomb-viscous")
     found = []
     for seed in range(30):
@@ -50,9 +52,9 @@ def steps(repeated: float, rocking: float = 0.0) -> list[WeakEquations]:
         friction = np.column_stack([law.torque(velocity[:, k], VALUES[k]) for k in range(3)])
         windows = np.stack([friction[3 * k : 3 * k + 7].T @ step.taps for k in range(40)])
         noise = 0.005 * generator.standard_normal((40, 3))
-        torque = repeated_columns(step) @ torques[seed % 2].ravel()
+        torque = random_effect_columns(step) @ torques[seed % 2].ravel()
         step = replace(step, velocity=velocity, residual=windows + noise + torque.reshape(40, 3))
-        if rocking:
+        if root_turns:
             response = np.tile(INERTIA, (40, 1, 1))
             step = replace(step, root_response=np.concatenate([np.zeros((40, 3, 3)), response], axis=2))
             step = replace(step, residual=step.residual + turns[seed % 2] @ INERTIA.T)
@@ -60,31 +62,34 @@ def steps(repeated: float, rocking: float = 0.0) -> list[WeakEquations]:
     return found
 
 
-def fitted(equations: list[WeakEquations], rocking: float = 0.0) -> tuple[Array, Array, Array]:
+def fitted(equations: list[WeakEquations], root_turns: float = 0.0) -> tuple[Array, Array, Array]:
     """Return repeated levels, errors and standard errors of the friction."""
     law = get_law("coulomb-viscous")
-    nodes = make_nodes(law, np.ones(3))
-    curves = Curves(law, nodes, np.ones(3), np.ones(3))
-    model = model_corrections(Corrections(), np.zeros(0))
-    turns = np.full(equations[0].root_response.shape[2] // 2, rocking)
-    columns = 2 * COSINES * (3 + len(turns))
-    statistic = Statistic(nodes, columns, 2)
+    basis = make_basis(law, np.ones(3))
+    curves = Curves(law, basis, np.ones(3), np.ones(3), Priors())
+    model = model_corrections(Corrections(), np.zeros(0), Priors())
+    turns = np.full(equations[0].root_response.shape[2] // 2, root_turns)
+    effects = COSINES * (3 + len(turns))
+    layout = ModelLayout(joints=3, per_joint=basis.size // 3, gaits=2, gait_effects=effects)
+    normal_equations = NormalEquations(basis, layout)
     for part in equations:
-        statistic.add(part, first_levels(part, np.zeros(3), np.zeros(3)))
-    solution = solve(statistic.without_last(columns), curves, model)
-    levels, covariance = spread_of_repeated(statistic, statistic.count, curves, model, solution, turns)
-    return levels, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(covariance))[:9]
+        normal_equations.add(part, first_components(part, np.zeros(3), np.zeros(3)))
+    solution = solve(normal_equations.without("gaits"), curves, model)
+    components, added = random_effect_covariance(
+        normal_equations, normal_equations.count, curves, model, solution, turns
+    )
+    return components, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(solution.covariance + added))[:9]
 
 
 def test_without_them_next_to_nothing_is_found() -> None:
-    levels, errors, deviations = fitted(steps(0.0))
-    assert np.all(levels < 0.003)
+    components, errors, deviations = fitted(steps(0.0))
+    assert np.all(components < 0.003)
     assert np.sqrt(np.mean((errors / deviations) ** 2)) < 2
 
 
 def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
-    levels, errors, deviations = fitted(steps(0.05))
-    assert np.all((levels > 0.025) & (levels < 0.1))
+    components, errors, deviations = fitted(steps(0.05))
+    assert np.all((components > 0.025) & (components < 0.1))
     assert np.mean(np.abs(errors) < 2 * deviations) > 0.85
     _, _, without = fitted(steps(0.0))
     offsets = slice(2, None, 3)
@@ -94,9 +99,9 @@ def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
 def test_a_rocking_foot_is_noise_that_every_step_repeats() -> None:
     response = np.tile(np.eye(3), (40, 1, 2))
     step = replace(some_equations(40, False, 0), root_response=response)
-    columns = repeated_columns(step).reshape(40, 3, COSINES, 6)[:, 1, :, 3:]  # of the second joint, by turns
+    columns = random_effect_columns(step).reshape(40, 3, COSINES, 6)[:, 1, :, 3:]  # of the second joint, by turns
     assert np.all(columns[:, :, [0, 2]] == 0)
-    covariance = toeplitz(np.append(fading(step.lags), np.zeros(39 - step.lags)))
+    covariance = toeplitz(np.append(autocorrelation(step.lags), np.zeros(39 - step.lags)))
     progress = step.since / (step.since + step.until)
     for k in range(COSINES):
         wave = np.cos(np.pi * k * progress)
@@ -104,10 +109,10 @@ def test_a_rocking_foot_is_noise_that_every_step_repeats() -> None:
 
 
 def test_rocking_widens_the_intervals() -> None:
-    equations = steps(0.0, rocking=0.05)
-    levels, errors, deviations = fitted(equations, rocking=0.05)
+    equations = steps(0.0, root_turns=0.05)
+    components, errors, deviations = fitted(equations, root_turns=0.05)
     _, _, without = fitted(equations)
-    assert levels[3:] == pytest.approx(ROCKING * 0.05)
+    assert components[3:] == pytest.approx(ROCKING * 0.05)
     assert np.all(deviations > without)
     assert np.all(np.abs(errors) < 2 * deviations)
 
@@ -121,7 +126,7 @@ def test_variances_are_right_on_average_and_none_where_there_are_none() -> None:
     for _ in range(300):
         effects = np.tile(np.sqrt(true), each) * generator.standard_normal(joints * each)
         pull = information @ effects + root.T @ generator.standard_normal(joints * each)
-        found.append(repeated_variances(information, pull, joints))
+        found.append(reml_variances(information, pull, joints))
     assert np.mean(found, axis=0) == pytest.approx(true, rel=0.15, abs=0.1)
     assert np.median(found, axis=0)[0] < 0.03
 
@@ -132,7 +137,7 @@ def test_chance_alone_finds_none_in_many_joints() -> None:
     found = []
     for _ in range(100):
         pull = generator.standard_normal(joints * each)
-        found.append(repeated_variances(np.eye(joints * each), pull, joints))
+        found.append(reml_variances(np.eye(joints * each), pull, joints))
     error = np.sqrt(2 / each)  # of one joint by itself, that would find 0.4 of it on average
     assert np.mean(found) < 0.2 * error
     assert np.quantile(found, 0.9) < 0.5 * error
@@ -147,8 +152,8 @@ def test_a_joint_that_stands_out_from_many_keeps_its_own_however_often_they_are_
     pull = 4 * effects + 2 * generator.standard_normal(joints * each)
     found = []
     for rounds in (ROUNDS, ROUNDS + 1, 10 * ROUNDS):
-        monkeypatch.setattr(repeated, "ROUNDS", rounds)
-        found.append(repeated_variances(4 * np.eye(joints * each), pull, joints))
+        monkeypatch.setattr(reml, "ROUNDS", rounds)
+        found.append(reml_variances(4 * np.eye(joints * each), pull, joints))
     assert 4 < found[0][-1] < 18
     assert found[0][:-1].max() < 0.05 * found[0][-1]
     assert np.sqrt(found[1]) == pytest.approx(np.sqrt(found[0]), rel=0.02, abs=0.02)
@@ -160,9 +165,9 @@ def test_a_joint_that_shows_nothing_disturbs_no_other() -> None:
     joints, each = 3, 16
     seen = np.tile([1.0, 0.0, 1.0], each)
     pull = 2 * seen * generator.standard_normal(joints * each)
-    blind = repeated_variances(np.diag(seen), pull, joints)
+    blind = reml_variances(np.diag(seen), pull, joints)
     both = [0, 2]
-    without = repeated_variances(np.eye(2 * each), pull.reshape(each, joints)[:, both].ravel(), 2)
+    without = reml_variances(np.eye(2 * each), pull.reshape(each, joints)[:, both].ravel(), 2)
     assert blind[both] == pytest.approx(without, rel=1e-6)
 
 
@@ -172,8 +177,8 @@ def test_a_joint_that_stands_out_keeps_its_value_and_the_others_share_theirs() -
     own[4] = 20.0
     shared = partly_pooled(own, np.full(30, 0.1**2))
     assert shared[4] == pytest.approx(20, rel=1e-3)
-    alike = partly_pooled(np.delete(own, 4), np.full(29, 0.1**2))
-    assert np.std(alike) < 0.5 * np.std(np.delete(own, 4))
+    group_prior = partly_pooled(np.delete(own, 4), np.full(29, 0.1**2))
+    assert np.std(group_prior) < 0.5 * np.std(np.delete(own, 4))
 
 
 def test_a_joint_alone_shares_with_none() -> None:

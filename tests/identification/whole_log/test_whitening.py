@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from stribeck.identification.whole_log.errors import update_levels
-from stribeck.identification.whole_log.fading import driving, fading
-from stribeck.identification.whole_log.levels import ErrorLevels
-from stribeck.identification.whole_log.whitening import make_whitener
+from stribeck.identification.whole_log.noise.autocorrelation import autocorrelation, innovation_weights
+from stribeck.identification.whole_log.noise.update import update_components
+from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
+from stribeck.identification.whole_log.noise.whitening import make_whitener
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
@@ -34,14 +34,14 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
         torque_noise=generator.uniform(0.5, 1, joints),
         acceleration_overlap=np.correlate(sharp, sharp, mode="full")[8::3],
         torque_overlap=full,
-        columns=None,
+        regressors=None,
         torque=generator.standard_normal((windows, joints)),
         elapsed=np.arange(windows) * 0.01,
     )
 
 
 UNREST = np.array([[3.0, 2.0, 1.5, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0, 1.5]])
-LEVELS = ErrorLevels(
+LEVELS = VarianceComponents(
     np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]),
     np.repeat([0.1, 0.2], 3),
     UNREST,
@@ -51,20 +51,20 @@ LEVELS = ErrorLevels(
 )
 
 
-def covariance(equations: WeakEquations, levels: ErrorLevels) -> Array:
+def covariance(equations: WeakEquations, components: VarianceComponents) -> Array:
     """As the docstring of `WeakEquations` has it, dense."""
     windows, rows = equations.residual.shape
     lags = equations.lags
     G, P = equations.encoder_response, equations.weights
-    V = levels.response(equations) * levels.at(equations)[:, None, :]
+    V = components.response(equations) * components.at(equations)[:, None, :]
     dense = np.zeros((windows, rows, windows, rows))
     for k in range(windows):
         for other in range(max(0, k - lags), min(windows, k + lags + 1)):
             j = abs(k - other)
             rho_a = equations.acceleration_overlap[j] if j < len(equations.acceleration_overlap) else 0.0
-            part = rho_a * G[k] @ np.diag((equations.encoder_noise * levels.shake) ** 2) @ G[other].T
+            part = rho_a * G[k] @ np.diag((equations.encoder_noise * components.encoder_scale) ** 2) @ G[other].T
             part += equations.torque_overlap[j] * P[k] @ np.diag(equations.torque_noise**2) @ P[other].T
-            dense[k, :, other, :] = part + fading(lags)[j] * V[k] @ V[other].T
+            dense[k, :, other, :] = part + autocorrelation(lags)[j] * V[k] @ V[other].T
     return dense.reshape(windows * rows, windows * rows)
 
 
@@ -87,19 +87,19 @@ def test_levels_are_found_from_what_is_left_over() -> None:
         factor = np.linalg.cholesky(covariance(equations, LEVELS))
         parts.append((equations, factor @ generator.standard_normal(len(factor))))
     zeros = np.zeros(3), np.zeros(3)
-    levels = ErrorLevels(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
+    components = VarianceComponents(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
     for _ in range(15):
-        levels = update_levels(levels, parts)
-    heard = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands
-    np.testing.assert_allclose(levels.calm[heard], LEVELS.calm[heard], rtol=0.5)
-    assert np.all(levels.unrest[:, 0] > 1.5)
-    np.testing.assert_allclose(levels.unrest[:, 3], 1.0)
-    np.testing.assert_allclose(levels.shake, LEVELS.shake, rtol=0.25)
+        components = update_components(components, parts)
+    pilot = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands
+    np.testing.assert_allclose(components.away_from_contacts[pilot], LEVELS.away_from_contacts[pilot], rtol=0.5)
+    assert np.all(components.contact_scale[:, 0] > 1.5)
+    np.testing.assert_allclose(components.contact_scale[:, 3], 1.0)
+    np.testing.assert_allclose(components.encoder_scale, LEVELS.encoder_scale, rtol=0.25)
 
 
 def test_levels_are_larger_around_contact_changes() -> None:
     equations = some_equations(40, False)
-    near = LEVELS.at(equations) / LEVELS.calm[LEVELS.which(equations)]
+    near = LEVELS.at(equations) / LEVELS.away_from_contacts[LEVELS.which(equations)]
     np.testing.assert_allclose(near[0], np.repeat([3.0, 4.0], [3, 6]))  # 0.03 s after one
     np.testing.assert_allclose(near[-1], np.repeat([2.0, 1.5], [3, 6]))  # 0.03 s before the next
     np.testing.assert_allclose(near[25], 1.0)
@@ -108,11 +108,11 @@ def test_levels_are_larger_around_contact_changes() -> None:
 @pytest.mark.parametrize("lags", [1, 4, 9])
 def test_no_frequency_is_taken_to_be_free_of_errors(lags: int) -> None:
     frequency = np.linspace(0, np.pi, 501)
-    spectrum = 1 + 2 * np.cos(np.outer(frequency, np.arange(1, lags + 1))) @ fading(lags)[1:]
+    spectrum = 1 + 2 * np.cos(np.outer(frequency, np.arange(1, lags + 1))) @ autocorrelation(lags)[1:]
     assert spectrum.min() > 0.01 * spectrum.max()
 
 
 @pytest.mark.parametrize("lags", [1, 4, 9])
 def test_drives_make_errors_that_fade_as_they_should(lags: int) -> None:
-    effect = driving(fading(lags))
-    np.testing.assert_allclose(np.correlate(effect, effect, mode="full")[lags:], fading(lags), atol=1e-5)
+    effect = innovation_weights(autocorrelation(lags))
+    np.testing.assert_allclose(np.correlate(effect, effect, mode="full")[lags:], autocorrelation(lags), atol=1e-5)

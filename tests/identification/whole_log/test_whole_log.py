@@ -11,14 +11,14 @@ from tests.arm import arm_log, write_arm
 from stribeck import Robot, identify
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.levels import FIRST_MODEL
-from stribeck.identification.whole_log.listening import places_to_listen
-from stribeck.identification.whole_log.model import model_corrections
+from stribeck.identification.whole_log.model.model_corrections import model_corrections
+from stribeck.identification.whole_log.noise.variance_components import FIRST_MODEL
+from stribeck.identification.whole_log.solver.pilot_fit import pilot_places
 from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.preparation import prepare
 from stribeck.result import read_result
-from stribeck.settings import Settings
+from stribeck.settings import Priors, Settings
 from stribeck.weak_equations import Corrections
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
@@ -86,8 +86,10 @@ def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
     truth = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
     exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=16.0, seed=3)
     held = exact.velocity is not None and np.abs(exact.velocity) < 0.02
-    stuck = replace(exact, torque=exact.torque - held * known.friction_torque)  # as if nothing held the joint at rest
-    log = with_noise(stuck, position=1e-6, torque=0.02, seed=4)
+    stiction = replace(
+        exact, torque=exact.torque - held * known.friction_torque
+    )  # as if nothing held the joint at rest
+    log = with_noise(stiction, position=1e-6, torque=0.02, seed=4)
     settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
     for name, joint in identify(log, arm, settings).joints.items():
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
@@ -112,18 +114,18 @@ def test_every_leg_is_listened_to_while_it_stands() -> None:
     )
     log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
     found = whole_log(log, robot, WHOLE_LOG)
-    first = np.full_like(found.fit.levels.model, FIRST_MODEL)
+    first = np.full_like(found.fit.components.model, FIRST_MODEL)
     legs = robot.standing(tuple(robot.contacts))[found.columns]
-    assert np.all((found.fit.levels.model != first)[:, legs])
+    assert np.all((found.fit.components.model != first)[:, legs])
 
 
 def test_stretches_of_every_support_are_listened_to() -> None:
     steps = [("left",), ("right",)] * 20
-    places = places_to_listen([*steps, ("left", "right"), *steps])
-    heard = [place % 2 for place in places if place != len(steps)]
+    places = pilot_places([*steps, ("left", "right"), *steps])
+    pilot = [place % 2 for place in places if place != len(steps)]
     assert len(steps) in places
     assert len(places) == 9
-    assert sum(heard) == 4
+    assert sum(pilot) == 4
     assert max(np.diff(places)) < len(steps)
 
 
@@ -177,6 +179,19 @@ def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log:
         assert max(xx, yy, zz) < xx + yy + zz - max(xx, yy, zz)  # triangle inequality
 
 
+def test_priors_say_how_far_models_may_be_off(arm: Robot, exact_arm_log: RobotLog) -> None:
+    log, wrong = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4), with_wrong_bodies(arm)
+    changes = {}
+    for name, share in {"usual": 1.0, "trusted": 1e-3}.items():
+        bodies = {"mass": 0.05 * share, "centre_of_mass": 7.5e-3 * share, "moments": 0.12 * share}
+        settings = Settings(method="whole-log", priors=Priors(**bodies))
+        corrections = identify(log, wrong, settings).corrections
+        assert corrections is not None
+        changes[name] = max(abs(body.mass[1] / body.mass[0] - 1) for body in corrections.bodies.values())
+    assert changes["usual"] > 0.01
+    assert changes["trusted"] < 1e-3
+
+
 def test_bodies_beyond_belief_are_told(arm: Robot, exact_arm_log: RobotLog) -> None:
     """A motor that logs no torque: the fit can but make the bodies that it carries light."""
     torque = exact_arm_log.torque.copy()
@@ -187,7 +202,7 @@ def test_bodies_beyond_belief_are_told(arm: Robot, exact_arm_log: RobotLog) -> N
     assert not any("of its friction" in text for text in warnings)  # elbow has no torque to be friction
     assert "elbow" in warning
     found = whole_log(replace(exact_arm_log, torque=torque), arm, settings)
-    assert np.all(found.fit.model.spread <= 1.0)  # and no model is believed to be as wrong as that
+    assert np.all(found.fit.model.prior_std <= 1.0)  # and no model is believed to be as wrong as that
     assert not any("10 times" in text for text in identify(exact_arm_log, arm, settings).warnings)
 
 
@@ -201,18 +216,18 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
     log = with_noise(exact, position=2e-5, torque=1.0, seed=3)
     sensed = 1.03 * exact.foot_wrench + np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
     settings = Settings(method="whole-log")
-    error, deviation, told = {}, {}, {}
+    error, deviation, flagged = {}, {}, {}
     for name, wrench in {"none": None, "right": sensed, "wrong sign": -sensed}.items():
         found = whole_log(replace(log, foot_wrench=wrench), with_wrong_bodies(robot), settings)
         column = [parameter.name for parameter in law.parameters].index("offset")
         error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
         deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
-        told[name] = any("wrench sensors" in text for text in found.warnings)
+        flagged[name] = any("wrench sensors" in text for text in found.warnings)
     assert np.mean(deviation["right"]) < 0.75 * np.mean(deviation["none"])
     assert np.mean(np.abs(error["right"])) < 0.75 * np.mean(np.abs(error["none"]))
     for name in error:
         assert np.sqrt(np.mean((error[name] / deviation[name]) ** 2)) < 2, name
-    assert told == {"none": False, "right": False, "wrong sign": True}
+    assert flagged == {"none": False, "right": False, "wrong sign": True}
 
 
 def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -234,7 +249,7 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
 
 
 def test_gains_of_limbs_that_carry_little_do_not_move_those_of_the_legs() -> None:
-    model = model_corrections(Corrections(gains=4), np.array([40.0, 1.2, 15.0, 0.2]))
+    model = model_corrections(Corrections(gains=4), np.array([40.0, 1.2, 15.0, 0.2]), Priors())
     np.testing.assert_array_equal(model.loaded, [0, 2])
     np.testing.assert_array_equal(model.scales > 0, [True, False, True, False])
 
@@ -301,10 +316,10 @@ def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
     assert "Corrections of the model" in (tmp_path / "out/report.html").read_text()
 
 
-def deviations(log: RobotLog, robot: Robot, intervals: str) -> tuple[np.ndarray, np.ndarray]:
+def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Errors and standard errors of viscous friction, Coulomb friction and offset, shape (joints, 3) each."""
     law, names = get_law("coulomb-viscous"), ("viscous", "coulomb", "offset")
-    settings = WHOLE_LOG.model_copy(update={"law": law.name, "intervals": intervals, "rest": 0.01})
+    settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
     fits = whole_log(log, robot, settings).fits.values()
     places = [fit.names.index(name) for fit in fits for name in names]
     found = np.array([[fit.values, fit.standard_errors] for fit in fits])[:, :, places[:3]]
@@ -316,37 +331,18 @@ def test_intervals_are_wider_where_steps_disagree(arm: Robot) -> None:
     truth = {name: TRUTH[name] for name in ("viscous", "coulomb", "offset")}
     exact, _ = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=60.0, seed=5)
     noisy = with_noise(exact, position=1e-5, torque=0.1, seed=6)
-    error, drawn = deviations(noisy, arm, "bootstrap")
-    assert 0.5 < np.median(drawn / deviations(noisy, arm, "model")[1]) < 1.5  # nothing disagrees
-    assert 0.6 < np.sqrt(np.mean((error / drawn) ** 2)) < 1.6
-    spread = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
-    uneven = replace(noisy, torque=noisy.torque + spread[(noisy.time / 1.6).astype(int)])  # offsets come and go
-    error, drawn = deviations(uneven, arm, "bootstrap")
-    _, believed = deviations(uneven, arm, "model")  # parts of the log disagree, too, which its intervals know
-    for each in (drawn, believed):
-        assert np.mean(np.abs(error / each) < 2) > 0.8
-    even = deviations(noisy, arm, "model")[1]
-    assert np.median((believed / even)[:, 2]) > 3
-
-
-def test_drawn_steps_leave_what_no_step_knows_as_uncertain_as_it_was_believed(
-    arm: Robot, exact_arm_log: RobotLog
-) -> None:
-    noisy = with_noise(exact_arm_log, position=1e-5, torque=0.1, seed=6)
-    known = {
-        intervals: whole_log(noisy, arm, Settings(method="whole-log", intervals=intervals))
-        .corrections.bodies["shoulder_yaw"]
-        .known
-        for intervals in ("model", "bootstrap")
-    }  # it turns about the vertical: neither its mass nor where it is matters
-    assert known["bootstrap"] == pytest.approx(known["model"], abs=0.1)
+    error, even = deviations(noisy, arm)
+    assert 0.6 < np.sqrt(np.mean((error / even) ** 2)) < 1.6
+    prior_std = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
+    uneven = replace(noisy, torque=noisy.torque + prior_std[(noisy.time / 1.6).astype(int)])  # offsets come and go
+    error, wider = deviations(uneven, arm)  # parts of the log disagree, which its intervals know
+    assert np.mean(np.abs(error / wider) < 2) > 0.8
+    assert np.median((wider / even)[:, 2]) > 3
 
 
 def test_settings_that_it_does_not_use_are_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
     with pytest.raises(SettingsError, match="loss is 'huber', which the method 'whole-log' does not use"):
         identify(exact_arm_log, arm, WHOLE_LOG.model_copy(update={"loss": "huber"}))
-    with pytest.raises(SettingsError, match="intervals is 'bootstrap', which the method 'curve-fit' does not use"):
-        identify(exact_arm_log, arm, Settings(intervals="bootstrap"))
 
 
 def test_a_log_without_motion_is_refused(arm: Robot, exact_arm_log: RobotLog) -> None:

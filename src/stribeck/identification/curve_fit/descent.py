@@ -21,16 +21,16 @@ EVALUATIONS = 100
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where a descent ended: values, cost, the parameters that bounds hold, and whether it settled."""
+    """Where a descent ended: values, cost, the parameters at a bound, and whether it converged."""
 
     values: Array
     cost: float
-    held: NDArray[np.bool_]
-    settled: bool
+    at_bound: NDArray[np.bool_]
+    converged: bool
 
 
 def descend(
-    problem: FitProblem, start: Array, loss: Loss = "linear", bend: float = 0.0, tolerance: float = FINE
+    problem: FitProblem, start: Array, loss: Loss = "linear", loss_scale: float = 0.0, tolerance: float = FINE
 ) -> Descent:
     """Minimise (6.4) by SciPy's trust-region-reflective algorithm, scales by their logarithm."""
     logs = problem.logarithmic
@@ -53,16 +53,16 @@ def descend(
         method="trf",
         x_scale="jac",
         loss=loss,
-        f_scale=bend / scale if bend else 1.0,
+        f_scale=loss_scale / scale if loss_scale else 1.0,
         ftol=tolerance,
         xtol=tolerance,
         gtol=tolerance**1.5,
         max_nfev=EVALUATIONS,
     )
-    held = solution.active_mask != 0
-    ended = np.where(held, np.where(solution.active_mask < 0, lower, upper), solution.x)  # SciPy stops just short
+    at_bound = solution.active_mask != 0
+    ended = np.where(at_bound, np.where(solution.active_mask < 0, lower, upper), solution.x)  # SciPy stops just short
     values = np.clip(to_external(ended, logs), bounds[:, 0], bounds[:, 1])  # a logarithm's way there and back rounds
-    return Descent(values, float(solution.cost * scale**2), held, solution.status > 0)
+    return Descent(values, float(solution.cost * scale**2), at_bound, solution.status > 0)
 
 
 def to_internal(values: Array, logarithmic: NDArray[np.bool_]) -> Array:

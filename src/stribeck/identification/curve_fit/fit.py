@@ -42,20 +42,20 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
     """
     # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
     with one_blas_thread():
-        best, bend, starts = _minimise(problem, loss)
-        return describe_fit(problem, best, loss, bend, starts)
+        best, loss_scale, starts = _minimise(problem, loss)
+        return describe_fit(problem, best, loss, loss_scale, starts)
 
 
 def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float, int]:
-    """Return the best minimum, the residual at which the loss bends [N m], 0 if never, and the number of starts."""
+    """Return the best minimum, the scale of the loss [N m], 0 if it has none, and the number of starts."""
     step = -(-len(problem.velocity) // SUBSET)
     subset = problem.take(slice(None, None, step))
     starts = grid_starts(subset)
     descents = [descend(subset, values, tolerance=ROUGH) for _, values in starts[:BEST_STARTS]]
     best = min(descents, key=lambda descent: descent.cost)
-    bend = 0.0
+    loss_scale = 0.0
     if loss != "linear":  # twice: outliers inflate the first scale
         for _ in range(2):
-            bend = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
-            best = descend(subset, best.values, loss, bend, ROUGH)
-    return descend(problem, best.values, loss, bend), bend, len(starts)
+            loss_scale = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
+            best = descend(subset, best.values, loss, loss_scale, ROUGH)
+    return descend(problem, best.values, loss, loss_scale), loss_scale, len(starts)

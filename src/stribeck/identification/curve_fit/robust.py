@@ -17,7 +17,7 @@ TINY = 1e-150
 """Scale [N m] of residuals that are all zero: its square is still a number."""
 
 TUNING: dict[Loss, float] = {"linear": 1.0, "soft_l1": 1.345, "huber": 1.345, "cauchy": 2.385}
-"""Residual, in standard deviations [1], at which a loss bends: 95 % efficiency on normal noise (Huber, Cauchy)."""
+"""Loss scales, in standard deviations of the residual [1]: 95 % efficiency on normal noise (Huber, Cauchy)."""
 
 
 def robust_scale(residual: Array) -> float:
@@ -29,7 +29,7 @@ def robust_scale(residual: Array) -> float:
 def influence(ratio: Array, loss: Loss) -> tuple[Array, float]:
     """Return the influence psi of residuals and its mean slope [1].
 
-    `ratio` is the residual over the loss's bend, shape (N,). SciPy minimises sum rho(z) / 2 with z = ratio^2, so
+    `ratio` is the residual over the loss's scale, shape (N,). SciPy minimises sum rho(z) / 2 with z = ratio^2, so
     psi = ratio rho'(z); the mean slope is E[d psi / d ratio].
     """
     z = ratio**2

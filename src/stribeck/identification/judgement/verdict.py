@@ -10,7 +10,7 @@ from stribeck.friction import FrictionLaw, unit_for
 from stribeck.identification.curve_fit.problem import FitProblem, joint_problem
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.excitation import Excitation, excitation
-from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, why_strong, why_weak
+from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, why_identified, why_weak
 from stribeck.result import JointResult, ParameterEstimate, Validation
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -20,7 +20,7 @@ POWER_DEAD_ZONE = 1e-3
 """Share [1] of rms velocity times rms torque: less power than this, of either sign, is rounding or standstill."""
 
 NOT_FITTED = "it moves too little where the method can use the log"
-"""Of a joint that the samples show to move, but not on the supports that a fit used."""
+"""Of a joint that the samples show to move, but not in the contact modes that a fit used."""
 
 
 def judge(
@@ -74,9 +74,9 @@ def _judge_joint(
     reason = why_weak(fit, weak, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction and not reason:
         reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
-    if not fit.settled and not reason:
-        reason = "the fit came to no end: the samples hardly tell the parameters apart"
-    enough = f"{why_strong(criteria)} ({moved.blocks} blocks, {moved.reversals} reversals)"
+    if not fit.converged and not reason:
+        reason = "the fit did not converge: the samples hardly distinguish the parameters"
+    enough = f"{why_identified(criteria)} ({moved.blocks} blocks, {moved.reversals} reversals)"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -85,6 +85,7 @@ def _judge_joint(
                 interval_95=(float(fit.intervals[i, 0]), float(fit.intervals[i, 1])),
                 unit=unit_for(parameter, prismatic),
                 verdict="weak" if weak[i] else "identified",
+                variance_shares=None if fit.variance_shares is None else fit.variance_shares[i],
             )
             for i, parameter in enumerate(fit.parameters)
         },
@@ -100,7 +101,7 @@ def _judge_joint(
 
 
 def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:
-    """Return the share of samples in which friction would feed power in, v (R - offset) < 0, (7.9).
+    """Return the share of samples in which friction would add power, v (R - offset) < 0, (7.9).
 
     The paper's tau_f is -R, so its P = v tau_f is positive there. Torque of a fitted armature is not friction.
     """

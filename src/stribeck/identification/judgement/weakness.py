@@ -33,16 +33,16 @@ class Criteria:
     ----------
     widest
         Width of a 95 % interval over the value [1].
-    takes_law_for_exact
+    assumes_exact_law
         Whether the intervals leave out that the law may be wrong: what lies beyond a Stribeck velocity that the joint
         does not clear is weak then.
-    lends_bends
-        Whether joints that are alike lend each other the bends of their curves.
+    shares_shapes
+        Whether the shape of a joint's curve may come from the other joints, by a group prior.
     """
 
     widest: float = 1.0
-    takes_law_for_exact: bool = True
-    lends_bends: bool = False
+    assumes_exact_law: bool = True
+    shares_shapes: bool = False
 
 
 USUAL = Criteria()
@@ -54,8 +54,8 @@ def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArr
 
     Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
     is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
-    the joint does not clear, if the interval takes the law for exact, which decides there how the torque is shared out.
-    A bend that other joints lent is weak where the friction that it bends is not told from zero.
+    the joint does not clear, if the interval assumes an exact law, which decides there how the torque is shared out.
+    A shape parameter from the group prior is weak where the friction that it shapes is not significant.
     """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
@@ -67,23 +67,23 @@ def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArr
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
     weak = np.asarray(fit.at_bound | cut | (high - low > criteria.widest * reference))
-    if criteria.takes_law_for_exact and not _clears(fit, weak, velocity):
+    if criteria.assumes_exact_law and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
-    if criteria.lends_bends:
-        weak |= np.isin(fit.names, _lent(fit))
+    if criteria.shares_shapes:
+        weak |= np.isin(fit.names, _shape_of_nothing(fit))
     return weak
 
 
-def _lent(fit: JointFit) -> list[str]:
-    """Return the bends of friction that is not told from zero: other joints know them, this one does not."""
-    zero = {name for name, low in zip(fit.names, fit.intervals[:, 0], strict=True) if low <= 0}
+def _shape_of_nothing(fit: JointFit) -> list[str]:
+    """Return the shape parameters of friction that is not significant: other joints determine them."""
+    insignificant = {name for name, low in zip(fit.names, fit.intervals[:, 0], strict=True) if low <= 0}
     jumps = {each.name for each in fit.parameters if each.name == "load" or (each.unit == "N m" and each.lower == 0)}
-    if jumps <= zero:
+    if jumps <= insignificant:
         return [each.name for each in fit.parameters if each.starts or each.name == "stribeck_gain"]
-    return ["stribeck_velocity", "exponent"] if "stribeck_gain" in zero else []
+    return ["stribeck_velocity", "exponent"] if "stribeck_gain" in insignificant else []
 
 
-def why_strong(criteria: Criteria) -> str:
+def why_identified(criteria: Criteria) -> str:
     """Return what the intervals of a joint without weak parameters have in common."""
     least = criteria.widest
     return f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
@@ -106,7 +106,7 @@ def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic:
     causes = [] if without else _causes(fit, weak, velocity, prismatic)  # which are of the shape of friction
     if not causes:
         causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
-    return f"{'no friction is told from zero: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
+    return f"{'no friction is significant: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
 
 
 def _resisting(fit: JointFit) -> list[int]:
@@ -147,10 +147,10 @@ def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], v
     speed = values["stribeck_velocity"]
     slower = float(np.mean(np.abs(velocity) < speed))
     causes = []
-    found = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
-    if found and slower >= MOST:
+    inside = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
+    if inside and slower >= MOST:
         causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
-    elif found and slower <= FEW:
+    elif inside and slower <= FEW:
         causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
     elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
         causes.append(f"its top speed, {top:.2g} {unit}, does not clear the Stribeck velocity, {speed:.2g} {unit}")

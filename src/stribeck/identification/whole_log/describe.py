@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.identification.whole_log.bodies import CENTRE, MASS
 from stribeck.identification.whole_log.estimate import WholeLogFit
 from stribeck.inertial_parameters import SIZE
 from stribeck.result import BodyCorrection, Corrections
+from stribeck.settings import Priors
 from stribeck.typing import Array
 
 
@@ -21,36 +21,37 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
     joints, encoders
         Names of the joints that were fitted, and of all joints.
     """
-    there = fit.model.corrections
-    friction = fit.solution.internal.size
-    errors = np.sqrt(np.diag(fit.solution.covariance)[friction:] * fit.widening)
-    inertial = there.inertial_parameters.size
-    body_errors = errors[:inertial].reshape(-1, SIZE)
-    before, change = there.inertial_parameters, fit.corrections[:inertial].reshape(-1, SIZE)
+    there, layout = fit.model.corrections, fit.model.layout
+    errors = np.sqrt(fit.solution.model_variance * fit.widening)
+    body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
+    before, change = there.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
     bodies = {
-        name: _describe(before[k], before[k] + change[k], body_errors[k])
+        name: _describe(before[k], before[k] + change[k], body_errors[k], fit.model.priors)
         for k, name in enumerate(there.bodies)
         if before[k, 0] > 0
     }
-    own = slice(inertial, there.size)
-    calibration = fit.corrections[own]
-    calibration_errors = errors[own] * fit.model.scales[: there.size - inertial]
-    pairs = list(zip(calibration.tolist(), calibration_errors.tolist(), strict=True))
+    units = np.concatenate([np.ones(before.size), fit.model.scales])
+
+    def pairs(name: str) -> list[tuple[float, float]]:
+        own = layout.part(name)
+        return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
+
+    gains = pairs("gains")
     return Corrections(
         chi_square=fit.chi_square,
-        disagreement=fit.disagreement,
+        disagreement=fit.heterogeneity,
         bodies=bodies,
-        torque_gain={joints[k]: pairs[k] for k in fit.model.loaded},
-        encoder_zero=dict(zip(encoders, pairs[there.gains : there.gains + there.zeros], strict=False)),
+        torque_gain={joints[k]: gains[k] for k in fit.model.loaded},
+        encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
     )
 
 
-def _describe(before: Array, after: Array, errors: Array) -> BodyCorrection:
+def _describe(before: Array, after: Array, errors: Array, priors: Priors) -> BodyCorrection:
     return BodyCorrection(
         mass=(float(before[0]), float(after[0])),
-        mass_error=float(MASS * errors[0] * after[0]),
+        mass_error=float(priors.mass * errors[0] * after[0]),
         centre_of_mass=(_centre(before), _centre(after)),
-        centre_of_mass_error=tuple((CENTRE * errors[1:4]).tolist()),
+        centre_of_mass_error=tuple((priors.centre_of_mass * errors[1:4]).tolist()),
         inertia=(_inertia(before), _inertia(after)),
         known=float(1 - np.mean(np.minimum(errors, 1.0) ** 2)),
     )

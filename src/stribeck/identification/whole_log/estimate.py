@@ -1,4 +1,4 @@
-"""The spine of the whole-log fit: listen to some stretches, sum up all of them, solve."""
+"""The spine of the whole-log fit: pilot fit, normal equations, terms, empirical Bayes, covariance budget."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import AUTO, FrictionLaw
-from stribeck.identification.whole_log.believed import by_what_is_common, solve_and_believe
-from stribeck.identification.whole_log.bootstrap import bootstrap_covariance
-from stribeck.identification.whole_log.choose import FOLDS, Choice, settle_terms
-from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.disagreement import by_doubt, disagreement, doubt_of
-from stribeck.identification.whole_log.factors import unsupported
-from stribeck.identification.whole_log.lack_of_fit import Lack, lacks_of_fit
-from stribeck.identification.whole_log.levels import ErrorLevels
-from stribeck.identification.whole_log.listening import Heard, listen, places_to_listen, with_all_terms
-from stribeck.identification.whole_log.model import ModelCorrections
-from stribeck.identification.whole_log.narrowing import narrowings
-from stribeck.identification.whole_log.repeated import spread_of_repeated
-from stribeck.identification.whole_log.restarts import with_restarts
-from stribeck.identification.whole_log.solve import Solution, solve
-from stribeck.identification.whole_log.statistic import Statistic, merged
-from stribeck.identification.whole_log.summing import sum_up, sum_up_folds
-from stribeck.identification.whole_log.suspects import find_suspects
-from stribeck.identification.whole_log.validation import left_over, validate
-from stribeck.identification.whole_log.varying import VaryingCurves
+from stribeck.identification.whole_log.model.covariates import unsupported
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
+from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
+from stribeck.identification.whole_log.solver.accumulation import accumulate, accumulate_folds
+from stribeck.identification.whole_log.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
+from stribeck.identification.whole_log.solver.pilot_fit import PilotFit, fit_pilot, pilot_places, with_all_terms
+from stribeck.identification.whole_log.solver.solve import Solution, solve
+from stribeck.identification.whole_log.terms.term_selection import FOLDS, Choice, select_terms
+from stribeck.identification.whole_log.tests_of_fit.alternative_terms import find_alternatives
+from stribeck.identification.whole_log.tests_of_fit.score_tests import ScoreTest, run_score_tests
+from stribeck.identification.whole_log.tests_of_fit.validation import left_over, validate
+from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
+from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
+from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
+from stribeck.inertial_parameters import SIZE
 from stribeck.result import TermVerdict, Validation
+from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections, WeakEquations
 
 LEAST_TRAINING = 4
-"""Stretches [1] in all for each one that is held out for the validation."""
+"""Segments [1] in all for each one that is held out for the validation."""
 
 FEWEST, FEWEST_STEPS = 30, 5
-"""Stretches in all, and a gait phase [1], that are looked at for errors that every step repeats, and for suspects."""
+"""Segments in all, and a gait phase [1], that are tested for random effects and alternative terms."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,43 +48,43 @@ class WholeLogFit:
         The coordinates of friction and of the model's corrections.
     solution
         Their values and covariance.
-    levels
+    budget
+        The terms of this covariance.
+    components
         Of the errors that no sensor makes.
-    statistic
+    normal_equations
         The log, summed up.
-    stretches
+    segments
         Number of them.
     residual_rms
         What the fit leaves of each joint's friction torque on those that the levels were measured on [N m], shape (n,).
     validation
-        Of each joint, on some of the stretches that the levels were measured on, by a fit of all others; None where
-        there are too few stretches.
-    bootstrapped
-        Whether the covariance is that of logs drawn from this log's stretches, however large errors were taken to be.
+        Of each joint, on some of the segments that the levels were measured on, by a fit of all others; None where
+        there are too few segments.
     terms, mean_load
         Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
-    disagreement, differing
+    heterogeneity, joint_heterogeneity
         How much more the parts of the log disagree about the model than errors would make them [1], squared, and about
         each joint's parameters, shape (n, p).
-    undoubted
+    undiscounted
         Coordinates of the corrections that the log would have if its parts agreed, shape (c,).
-    lacks
+    score_tests
         Of each joint, friction that no law of velocity describes.
     """
 
     curves: Curves
     model: ModelCorrections
     solution: Solution
-    levels: ErrorLevels
-    statistic: Statistic
-    stretches: int
+    budget: CovarianceBudget
+    components: VarianceComponents
+    normal_equations: NormalEquations
+    segments: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
-    lacks: tuple[tuple[Lack, ...], ...]
-    disagreement: float
-    differing: Array
-    undoubted: Array
-    bootstrapped: bool = False
+    score_tests: tuple[tuple[ScoreTest, ...], ...]
+    heterogeneity: float
+    joint_heterogeneity: Array
+    undiscounted: Array
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
 
@@ -99,15 +99,27 @@ class WholeLogFit:
         return self.model.values(self.solution.corrections)[0]
 
     @property
+    def wrenches_off(self) -> Array:
+        """How far wrench sensors are off, over how far such sensors are [1]."""
+        return np.abs(self.solution.x[self.solution.layout.part("wrenches")])
+
+    @property
+    def bodies_off(self) -> dict[str, float]:
+        """How far each body would be off if parts of the log agreed, over how far models are [1]."""
+        coordinates = self.undiscounted[self.model.layout.part("bodies")].reshape(-1, SIZE)
+        furthest = np.abs(coordinates).max(axis=1, initial=0.0)
+        return dict(zip(self.model.corrections.bodies, furthest.tolist(), strict=True))
+
+    @property
     def chi_square(self) -> float:
         """Chi^2 a degree of freedom [1]: one if the errors are as large as they are taken to be."""
-        free = self.statistic.count - self.solution.internal.size
+        free = self.normal_equations.count - self.solution.internal.size
         return self.solution.chi_square / max(free, 1)
 
     @property
     def widening(self) -> float:
         """What variances are multiplied by as errors are larger than they were taken to be [1]."""
-        return 1.0 if self.bootstrapped else max(1.0, self.chi_square)
+        return max(1.0, self.chi_square)
 
 
 def fit_whole_log(
@@ -118,14 +130,14 @@ def fit_whole_log(
     law: FrictionLaw,
     top_speed: Array,
     rest: Array,
-    bootstrapped: bool = False,
+    priors: Priors,
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
     Parameters
     ----------
     equations
-        Of all stretches; worked out when they are asked for, so that they are never all in memory.
+        Of all segments; worked out when they are asked for, so that they are never all in memory.
     supports
         The feet that each of them stands on.
     gaits
@@ -138,96 +150,82 @@ def fit_whole_log(
         Of each joint [rad/s], shape (n,).
     rest
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
-    bootstrapped
-        Whether the covariance is that of logs drawn from this log's stretches.
+    priors
+        Of friction, model and sensors.
     """
-    places = places_to_listen(supports)
+    places = pilot_places(supports)
     some = [equations[k] for k in places]
-    heard, auto = listen(some, corrections, law, top_speed, rest), law.name == AUTO
+    pilot, auto = fit_pilot(some, corrections, law, top_speed, rest, priors), law.name == AUTO
     if auto:
-        factored, heard = with_all_terms(equations, some, heard)
-        equations, some = factored, [factored.of(part) for part in some]
+        modulated, pilot = with_all_terms(equations, some, pilot)
+        equations, some = modulated, [modulated.of(part) for part in some]
     held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
     seen = [k for k in range(len(equations)) if k not in held_out]
-    suspects = find_suspects(some, heard.curves.top_speed)
-    parts = _folds(seen, gaits)
-    for narrow in narrowings(heard.curves, corrections, heard.statistic, heard.solution, len(some) / len(equations)):
-        folds, repeating = sum_up_folds(equations, parts, heard.levels, heard.curves, narrow, gaits, suspects)
-        steps, statistic = repeating.without_last(suspects.size, gaits), merged(folds)
-        settled, choice = _settled(heard, statistic, folds, steps, some)
-        if narrow.holds(settled.known[0]):
-            break
-    heard = settled
-    undoubted = heard.solution.corrections
-    differ, differing = disagreement(statistic, folds, heard.curves, heard.model, heard.solution)
-    if differ > 1:
-        heard = _believed(replace(heard, model=replace(heard.model, doubt=doubt_of(differ, len(folds)))), statistic)
+    alternatives = find_alternatives(some, pilot.curves.top_speed, priors.torque_gain)
+    folds, repeating = accumulate_folds(
+        equations, _folds(seen, gaits), pilot.components, pilot.curves, pilot.model, gaits, alternatives
+    )
+    steps, normal_equations = repeating.without("alternatives"), merged(folds)
+    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, some)
+    undiscounted = pilot.solution.corrections
+    of_model, joint_heterogeneity = heterogeneity(normal_equations, folds, pilot.curves, pilot.model, pilot.solution)
+    if of_model > 1:
+        pilot = _with_empirical_bayes(
+            replace(pilot, model=replace(pilot.model, overdispersion=overdispersion_of(of_model, len(folds)))),
+            normal_equations,
+        )
     unseen = list(held_out.values())
     none = (None,) * len(top_speed)
-    validation = validate(unseen, statistic, heard.curves, heard.levels, *heard.known) if unseen else none
-    statistic.merge(sum_up(unseen, heard.levels, heard.curves, heard.model, narrow))
-    heard = _believed(heard, statistic)
-    curves, model = heard.curves, heard.model
-    solution = with_restarts(statistic, curves, model, heard.solution)  # by all that is believed by now
-    heard = replace(heard, solution=solution)
-    repeated, covariance = _spread(equations, steps, statistic.count, heard, bootstrapped)
+    validation = validate(unseen, normal_equations, pilot.curves, pilot.components, *pilot.known) if unseen else none
+    normal_equations.merge(accumulate(unseen, pilot.components, pilot.curves, pilot.model))
+    pilot = _with_empirical_bayes(pilot, normal_equations)
+    curves, model, solution = pilot.curves, pilot.model, pilot.solution
+    effect_std, added = random_effect_covariance(
+        steps, normal_equations.count, curves, model, solution, pilot.components.root_turns
+    )
+    budget = covariance_budget(solution, model.overdispersion, added, group_mean_covariance(curves, solution))
     return WholeLogFit(
         curves=curves,
         model=model,
-        solution=replace(solution, covariance=covariance),
-        levels=heard.levels,
-        statistic=statistic,
-        stretches=len(equations),
-        residual_rms=left_over(some, curves, heard.levels, *heard.known, heard.known[0][None])[0],
+        solution=replace(solution, covariance=budget.total),
+        budget=budget,
+        components=pilot.components,
+        normal_equations=normal_equations,
+        segments=len(equations),
+        residual_rms=left_over(some, curves, pilot.components, *pilot.known, pilot.known[0][None])[0],
         validation=validation,
-        disagreement=differ,
-        differing=np.ones_like(differing) if bootstrapped else differing,
-        undoubted=undoubted,
-        bootstrapped=bootstrapped,
+        heterogeneity=of_model,
+        joint_heterogeneity=joint_heterogeneity,
+        undiscounted=undiscounted,
         terms=choice.verdicts if choice else (),
-        mean_load=statistic.loads[1] / statistic.loads[0] if choice else None,
-        lacks=lacks_of_fit(repeating, statistic.count, curves, model, solution, repeated),
+        mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
+        score_tests=run_score_tests(repeating, normal_equations.count, curves, model, solution, effect_std),
     )
 
 
-def _settled(
-    heard: Heard, statistic: Statistic, folds: list[Statistic], steps: Statistic, some: list[WeakEquations]
-) -> tuple[Heard, Choice | None]:
+def _with_terms(
+    pilot: PilotFit,
+    normal_equations: NormalEquations,
+    folds: list[NormalEquations],
+    steps: NormalEquations,
+    some: list[WeakEquations],
+) -> tuple[PilotFit, Choice | None]:
     """Return the solution of what is seen, and the terms that its joints have, if these are to be chosen."""
-    curves, model = heard.curves, heard.model
-    solution = with_restarts(statistic, curves, model, solve(statistic, curves, model, heard.solution))
+    curves, model = pilot.curves, pilot.model
+    solution = solve(normal_equations, curves, model, pilot.solution)
     choice = None
     if isinstance(curves, VaryingCurves):
-        refused = unsupported(some, curves.slow, statistic.loads)
-        rocking = heard.levels.rocking
-        choice = settle_terms(statistic, folds, steps, curves, model, solution, rocking, refused)
+        refused = unsupported(some, curves.slow, normal_equations.loads)
+        root_turns = pilot.components.root_turns
+        choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)
         curves, solution = choice.curves, choice.start
-    return _believed(replace(heard, curves=curves, solution=solution), statistic), choice
+    return _with_empirical_bayes(replace(pilot, curves=curves, solution=solution), normal_equations), choice
 
 
-def _believed(heard: Heard, statistic: Statistic) -> Heard:
+def _with_empirical_bayes(pilot: PilotFit, normal_equations: NormalEquations) -> PilotFit:
     """Return the solution of a log, and what is believed with it."""
-    curves, model, solution = solve_and_believe(statistic, heard.curves, heard.model, heard.solution)
-    return replace(heard, curves=curves, model=model, solution=solution)
-
-
-def _spread(
-    equations: Sequence[WeakEquations], steps: Statistic, total: int, heard: Heard, bootstrapped: bool
-) -> tuple[Array, Array]:
-    """Return the repeated errors' standard deviations, and the covariance of all coordinates.
-
-    Beside the solution's, or that of logs drawn from this one, it is of repeated errors, of what is not known of what
-    joints have in common, and of a model that is doubted.
-    """
-    curves, model, solution = heard.curves, heard.model, heard.solution
-    repeated, covariance = spread_of_repeated(steps, total, curves, model, solution, heard.levels.rocking)
-    if bootstrapped:
-        drawn = bootstrap_covariance(equations, heard.levels, curves, model, solution)
-        covariance = covariance - solution.covariance + drawn
-    covariance = covariance + by_what_is_common(curves, solution)
-    if model.doubt > 1:
-        covariance = covariance + by_doubt(model, solution)
-    return repeated, covariance
+    curves, model, solution = solve_with_empirical_bayes(normal_equations, pilot.curves, pilot.model, pilot.solution)
+    return replace(pilot, curves=curves, model=model, solution=solution)
 
 
 def _folds(seen: list[int], gaits: int) -> list[tuple[list[int], list[int]]]:

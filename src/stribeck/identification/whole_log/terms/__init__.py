@@ -1,1 +1,1 @@
-"""Which terms a joint's friction has."""
+"""Which terms each joint's friction has."""

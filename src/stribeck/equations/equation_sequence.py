@@ -1,0 +1,46 @@
+"""The equations of whole logs as a sequence that is never all in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stribeck.equations.build import WeakForm
+from stribeck.equations.segments import Segment
+from stribeck.weak_equations import WeakEquations
+
+
+@dataclass(frozen=True, eq=False)
+class EquationSequence(Sequence[WeakEquations]):
+    """The equations of several logs' segments with their gait phases, worked out when they are asked for."""
+
+    parts: tuple[tuple[WeakForm, Segment, int], ...]
+
+    def __len__(self) -> int:
+        return len(self.parts)
+
+    def __getitem__(self, k: int) -> WeakEquations:  # type: ignore[override]
+        form, segment, gait = self.parts[k]
+        return form.equations(segment, gait)
+
+    @property
+    def feet(self) -> tuple[tuple[str, ...], ...]:
+        """The feet that each segment stands on."""
+        return tuple(segment.feet for _, segment, _ in self.parts)
+
+    @property
+    def gaits(self) -> int:
+        """How many gait phases there are."""
+        return 1 + max((gait for _, _, gait in self.parts), default=-1)
+
+
+def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
+    """Return the equations of all segments of some logs; every log's supports are gait phases of their own."""
+    gaits: dict[tuple[int, tuple[str, ...]], int] = {}
+    parts = []
+    for number, form in enumerate(forms):
+        for segment in form.segments:
+            steps = segment.begins is not None or segment.ends is not None
+            gait = gaits.setdefault((number, segment.feet), len(gaits)) if steps else -1
+            parts.append((form, segment, gait))
+    return EquationSequence(tuple(parts))

@@ -1,0 +1,81 @@
+"""Accelerations that corrections of the model act on: hardly any noise in them, however little a joint moves.
+
+Noise would be taken for motion that needs no torque, and inertias would come out too small; a window that is longer
+than it needs to be loses motion, and they come out too large. So every joint has a window of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from stribeck.equations.motion import savgol
+from stribeck.equations.noise import leading_rows
+from stribeck.equations.window import Window
+from stribeck.typing import Array
+
+SHARE = 5e-4
+"""Power of the noise over that of the motion [1] that a joint's window brings it down to."""
+
+SHORTEST, LONGEST = 0.03, 0.2
+"""Of the windows [s]."""
+
+DECAY = 5
+"""Power [1] of the window's length that the noise's power falls with."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointAcceleration:
+    """Kernels of each joint, shape (n, L), convolved with the weak form's `window`."""
+
+    kernels: Array
+    window: Window
+
+    @property
+    def margin(self) -> int:
+        """Rows that are needed on either side of a segment."""
+        return int(self.kernels.shape[1] - len(self.window.taps)) // 2
+
+    def windows(self, position: Array, first: int, last: int) -> Array:
+        """Return the accelerations at the windows of rows [first, last), which have the margin, shape (K, n)."""
+        rows = np.ascontiguousarray(position[first - self.margin : last + self.margin].T)
+        own = sliding_window_view(rows, self.kernels.shape[1], axis=1)[:, :: self.window.step]  # (n, K, L)
+        middle = own[:, :, self.kernels.shape[1] // 2, None]  # a derivative of nearly equal numbers loses digits
+        return np.ascontiguousarray(((own - middle) @ self.kernels[:, :, None])[:, :, 0].T)
+
+
+def joint_acceleration(
+    position: Array, noise: Array, unbroken: tuple[slice, ...], period: float, window: Window, kernel: Array
+) -> JointAcceleration:
+    """Return every joint's kernel for a log, as long as its noise asks for.
+
+    Parameters
+    ----------
+    position, noise
+        Of its joints [rad], shape (T, n), and the noise's standard deviation, shape (n,).
+    unbroken
+        Rows that no filter may cross the ends of.
+    period
+        [s].
+    window
+        The weak form's.
+    kernel
+        Savitzky-Golay's of an acceleration, shape (L,), that noise and motion are told apart with.
+    """
+    plain = JointAcceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
+    parts = [part for part in leading_rows(position, unbroken) if len(part) > 2 * plain.margin]
+    noise_power = noise**2 * float(np.sum(kernel**2))
+    found = [plain.windows(part, plain.margin, len(part) - plain.margin) for part in parts]
+    power = np.mean(np.concatenate(found) ** 2, axis=0) if found else noise_power
+    lengths = (
+        len(kernel)
+        * period
+        * (noise_power / (SHARE * np.maximum(power - noise_power, 1e-9 * noise_power))) ** (1 / DECAY)
+    )
+    own = [np.convolve(window.taps, savgol(each, period)[2]) for each in np.clip(lengths, SHORTEST, LONGEST)]
+    kernels = np.zeros((len(own), max(len(each) for each in own)))
+    for row, each in zip(kernels, own, strict=True):
+        row[(kernels.shape[1] - len(each)) // 2 :][: len(each)] = each
+    return JointAcceleration(kernels, window)

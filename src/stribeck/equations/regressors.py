@@ -1,0 +1,119 @@
+"""What errors of the model and of the sensors' calibration would do to the equations: the columns of the corrections.
+
+All are taken at the windows' centres, of the smoothed motion: corrections are small, so that this costs nothing.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from stribeck.dynamics.root_motion import standing_root
+from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
+from stribeck.dynamics.state import Orientation, State
+from stribeck.inertial_parameters import SIZE, carried
+from stribeck.robot import Robot
+from stribeck.robot.rooting import RootedModel
+from stribeck.typing import Array
+
+TURN = 1e-5
+"""Step of the differences [rad] or [m]: rounding and curvature both stay below a part in ten thousand."""
+
+
+@cache
+def _workspace(rooted: RootedModel) -> tuple[pin.Model, pin.Data]:
+    model = pin.Model(rooted.model)
+    if rooted.floating:
+        model.gravity.linear = np.zeros(3)  # it enters as the root's acceleration
+    return model, model.createData()
+
+
+def inertia_regressors(
+    robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], state: State, root: RootMotion | None
+) -> Array:
+    """Return the derivatives of inverse dynamics by the bodies' inertial parameters, shape (K, rows, 10 bodies).
+
+    Rows are counted as `inertia_matrix` orders them: those of a floating root first, then the robot's joints.
+
+    The bodies are those of `robot.tree`, each with its parameters in its own joint's frame, whatever foot stands: a
+    body that is passed the other way has moved into another frame, which its parameters follow linearly.
+    """
+    model, data = _workspace(rooted)
+    size, columns, samples = rooted.root_size, rooted.columns, len(state.position)
+    order = np.concatenate([np.arange(size), size + np.argsort(columns)])[rows]
+    places, moves = _bodies_in(rooted, robot.tree)
+    configuration = np.tile(pin.neutral(model), (samples, 1))
+    configuration[:, model.nq - len(columns) :] = state.position[:, columns]
+    rates = np.zeros((2, samples, model.nv))
+    rates[0, :, size:], rates[1, :, size:] = state.velocity[:, columns], state.acceleration[:, columns]
+    if root is not None:
+        rates[0, :, :size] = 0.0 if root.velocity is None else root.velocity
+        rates[1, :, :size] = 0.0 if root.acceleration is None else root.acceleration
+        rates[1, :, :3] -= root.gravity
+    found = np.empty((samples, len(rows), len(places), SIZE))
+    for k, (q, v, a) in enumerate(zip(configuration, *rates, strict=True)):  # Pinocchio has no batched call for it
+        regressor = pin.computeJointTorqueRegressor(model, data, q, v, a)
+        found[k] = regressor.reshape(model.nv, -1, SIZE)[order[:, None], places]
+    for body, move in moves.items():
+        found[:, :, body] = found[:, :, body] @ move
+    return found.reshape(samples, len(rows), -1)
+
+
+@cache
+def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64], dict[int, Array]]:
+    """Return where the bodies of the robot's own tree are in another, and what their parameters become there.
+
+    Only those that are passed the other way, between the roots of both, have moved into another frame.
+    """
+    if rooted is tree:
+        return np.arange(tree.model.njoints - 1), {}
+    homes = [rooted.bodies[body] for body in range(1, tree.model.njoints)]
+    moves = {k: carried(pose.homogeneous) for k, (_, pose) in enumerate(homes) if not pose.isIdentity()}
+    return np.array([joint - 1 for joint, _ in homes]), moves
+
+
+def zero_regressors(
+    robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], feet: tuple[str, ...], state: State
+) -> Array:
+    """Return minus the rows' derivatives by joint positions, then by the tilt, shape (K, rows, all joints + 3).
+
+    Rows are counted as `inertia_matrix` orders them.
+
+    They are what encoders whose zeros are wrong do, and an IMU that is mounted askew (none on a fixed base, or where
+    the foot is taken to be level).
+    """
+    count, windows = state.position.shape[1], len(state.position)
+    moved = _moved(state)
+    root = standing_root(robot, feet[0], moved) if robot.base == "floating" else None
+    effort = np.hstack(rooted_inverse_dynamics(rooted, moved.position, moved.velocity, moved.acceleration, root))
+    torque = effort[:, rows].reshape(-1, windows, len(rows))
+    columns = np.zeros((windows, len(rows), count + 3))
+    columns[:, :, : len(torque) - 1] = (torque[:1] - torque[1:]).transpose(1, 2, 0) / TURN
+    return columns
+
+
+def _moved(state: State) -> State:
+    """Return the state as it is, then with each joint moved, then with the root link turned about each of its axes."""
+    windows, count = state.position.shape
+    copies = 1 + count + (0 if state.orientation is None else 3)
+    position = np.tile(state.position, (copies, 1)).reshape(copies, windows, count)
+    position[1 + np.arange(count), :, np.arange(count)] += TURN
+    turn = state.orientation
+    if turn is not None:
+        quaternion = np.tile(turn.quaternion, (copies, 1)).reshape(copies, windows, 4)
+        for axis in range(3):
+            half = 0.5 * TURN * np.eye(3)[axis]  # quaternion of a small turn, its scalar one
+            vector, scalar = turn.quaternion[:, :3], turn.quaternion[:, 3:]
+            quaternion[1 + count + axis, :, :3] += scalar * half + np.cross(vector, half)
+            quaternion[1 + count + axis, :, 3] -= vector @ half
+        still = np.zeros((copies * windows, 3))
+        turn = Orientation(quaternion.reshape(-1, 4), still, still)
+    return State(
+        position.reshape(-1, count),
+        np.tile(state.velocity, (copies, 1)),
+        np.tile(state.acceleration, (copies, 1)),
+        turn,
+    )

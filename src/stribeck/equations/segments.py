@@ -1,0 +1,71 @@
+"""Which rows of a log the weak form uses, cut into segments of one support."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from itertools import pairwise
+
+from stribeck.contact import SupportPhase
+
+TRIM_LIFTED, TRIM_LANDED, TRIM_END = 0.05, 0.07, 0.02
+"""Left out after a foot has lifted, after one has landed, and before either [s]: a landing foot chatters."""
+
+LONGEST = 1.6
+"""Of a segment [s]: errors of different segments count as independent."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Rows [first, last) of a log on the support of `feet`, which begins and ends at contact changes, if at any."""
+
+    first: int
+    last: int
+    feet: tuple[str, ...]
+    begins: int | None
+    ends: int | None
+
+
+def cut_segments(
+    phases: tuple[SupportPhase, ...],
+    unbroken: tuple[slice, ...],
+    period: float,
+    margin: int,
+    shortest: int,
+    surfaces: Collection[str] = (),
+) -> tuple[Segment, ...]:
+    """Return the segments of all phases in which something stands.
+
+    Parameters
+    ----------
+    phases, unbroken
+        Of the log.
+    period
+        [s].
+    margin
+        Rows that filters need on either side within a segment.
+    shortest
+        Rows that a segment must have.
+    surfaces
+        Feet that a tree may be rooted at; those that have just landed come last, as they still settle.
+    """
+    found: list[Segment] = []
+    before: tuple[str, ...] = ()
+    for phase in phases:
+        part_unbroken = next(s for s in unbroken if s.start <= phase.start < s.stop)
+        begins = phase.start if phase.start > part_unbroken.start and phase.kind != "fixed" else None
+        ends = phase.stop if phase.stop < part_unbroken.stop and phase.kind != "fixed" else None
+        first, last = max(phase.start, part_unbroken.start + margin), min(phase.stop, part_unbroken.stop - margin)
+        if begins is not None:
+            landed = not set(phase.feet) <= set(before)
+            first = max(first, begins + round((TRIM_LANDED if landed else TRIM_LIFTED) / period))
+        if ends is not None:
+            last = min(last, ends - round(TRIM_END / period))
+        feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
+        before = phase.feet
+        if phase.kind == "flight" or last - first < shortest:
+            continue
+        parts = -(-(last - first) // max(shortest, round(LONGEST / period)))
+        edges = [first + (last - first) * part // parts for part in range(parts + 1)]
+        found += [Segment(start, stop, feet, begins, ends) for start, stop in pairwise(edges)]
+    return tuple(found)

@@ -1,0 +1,230 @@
+"""The friction torque of logs worked through: every sample to the table, one of some to the fit and the report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.contact import SupportPhase
+from stribeck.errors import errors_about
+from stribeck.friction_torque.auto_filter import cutoff_from_log
+from stribeck.friction_torque.ground_reaction import GroundReaction
+from stribeck.friction_torque.stream import Chunk, friction_torque, support_name
+from stribeck.friction_torque.table import friction_table
+from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
+from stribeck.motion import make_filter, resolve_auto
+from stribeck.preparation import PreparedLog, Progress
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+from stribeck.settings import Settings
+
+CLOSE_UP = 4.0
+"""[s] of the log that the report shows over time."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LogFriction:
+    """The friction torque of one log: samples in bounded number, and notes on it.
+
+    Attributes
+    ----------
+    used
+        Samples that a fit may use for some joint.
+    samples
+        Those kept, in bounded number.
+    close_up
+        A few seconds at the full rate.
+    phases
+        Contact modes over time, as in `Evidence`.
+    notes, warnings
+        A sentence each.
+    filter_name
+        Of the filter, with its numbers.
+    """
+
+    used: int
+    samples: Samples
+    close_up: Samples
+    phases: list[tuple[float, float, str, bool]]
+    notes: list[str]
+    warnings: list[str]
+    filter_name: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FrictionSamples:
+    """The friction torque of all logs.
+
+    Attributes
+    ----------
+    logs
+        Of each log.
+    samples
+        Those kept of all of them.
+    settings
+        With the filter that was chosen.
+    notes
+        On that choice, a sentence each.
+    """
+
+    logs: tuple[LogFriction, ...]
+    samples: Samples
+    settings: Settings
+    notes: list[str]
+
+
+class FrictionTorqueStage:
+    """Works the friction torque of logs out, and not twice in a row if asked for the same.
+
+    A method that fits it and the report that shows it so share one answer. The table is of the answer given last.
+    """
+
+    def __init__(self, table: Path | None, progress: Progress) -> None:
+        self._table, self._progress = table, progress
+        self._last: tuple[object, FrictionSamples] | None = None
+
+    def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
+        """Return the friction torque of logs by a robot; one filter for all logs, chosen by the first.
+
+        Raises
+        ------
+        LogError, SettingsError
+            If a log lacks a channel that the settings ask for, is too short, or the settings do not suit it.
+        """
+        asked = tuple(logs), robot, settings  # the same logs and robot, equal settings
+        if self._last is None or self._last[0] != asked:
+            self._last = asked, self._work_out(logs, robot, settings)
+        return self._last[1]
+
+    def _work_out(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
+        self._progress("choosing the filter", 0.0)
+        settings, notes = with_filter(logs[0], robot, settings)
+        with friction_table(self._table) if self._table else nullcontext(_drop) as write:
+            parts = [
+                log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)
+            ]
+        samples = join_logs([each.samples for each in parts])
+        return FrictionSamples(logs=tuple(parts), samples=samples, settings=settings, notes=notes)
+
+
+def _drop(*_: object) -> None:
+    """Write nowhere."""
+
+
+def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tuple[Settings, list[str]]:
+    """Return the settings with the filter that a log asks for, if that is left to it, and a note on the choice.
+
+    Raises
+    ------
+    LogError
+        If no segment is long enough to have a spectrum.
+    """
+    if settings.filter.kind != "auto":
+        return settings, []
+    log, sampling = prepared.log, prepared.sampling
+    with errors_about(log.path):
+        choice = cutoff_from_log(robot, log, sampling.segments, prepared.support.phases, sampling.period, settings)
+    note = f"filter chosen from the spectrum of the model's acceleration: {choice.reason}"
+    return settings.model_copy(update={"filter": resolve_auto(settings.filter, choice)}), [note]
+
+
+def torque_chunks(
+    prepared: PreparedLog,
+    robot: Robot,
+    settings: Settings,
+    phases: tuple[SupportPhase, ...] | None = None,
+    stride: int = 1,
+) -> Iterator[Chunk]:
+    """Yield the friction torque of a log, or of some of its phases or of one of `stride` rows; see `friction_torque`.
+
+    The filter of the settings is any but "auto".
+    """
+    return friction_torque(
+        robot,
+        prepared.log,
+        prepared.sampling.segments,
+        prepared.support.phases if phases is None else phases,
+        make_filter(settings.filter, prepared.sampling.period),
+        prepared.sampling.period,
+        settings,
+        stride,
+    )
+
+
+def thinned_samples(prepared: PreparedLog, count: int, robot: Robot, settings: Settings) -> Samples:
+    """Return the samples that `log_friction` keeps of one of `count` logs, and work no others out."""
+    stride = _stride(prepared, count)
+    return join([thin(chunk, stride) for chunk in torque_chunks(prepared, robot, settings, stride=stride)])
+
+
+def log_friction(
+    prepared: PreparedLog,
+    index: int,
+    count: int,
+    robot: Robot,
+    settings: Settings,
+    write: Callable[[int, Chunk], None],
+    progress: Progress,
+) -> LogFriction:
+    """Work through log `index` of `count`: every sample to `write`, one of some to the fit.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log cannot be used.
+    """
+    log, phases = prepared.log, prepared.support.phases
+    stride = _stride(prepared, count)
+    ground = GroundReaction()
+    kept, used = [], 0
+    with errors_about(log.path):
+        for chunk in torque_chunks(prepared, robot, settings):
+            write(index, chunk)
+            kept.append(thin(chunk, stride))
+            used += int(chunk.samples.usable.any(axis=1).sum())
+            ground.compare(log, chunk)
+            progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
+        samples = join(kept)
+    notes, warnings = ground.texts(robot)
+    return LogFriction(
+        used=used,
+        samples=samples,
+        close_up=_close_up(prepared, robot, settings, samples),
+        phases=[
+            (
+                float(log.time[phase.start]),
+                float(log.time[phase.stop - 1]),
+                support_name(phase),
+                phase.last > phase.first and phase.kind != "flight",
+            )
+            for phase in phases
+        ],
+        notes=notes,
+        warnings=warnings,
+        filter_name=make_filter(settings.filter, prepared.sampling.period).name,
+    )
+
+
+def _stride(prepared: PreparedLog, count: int) -> int:
+    """Return one of how many rows is kept if there are `count` logs like this one."""
+    rows = sum(phase.last - phase.first for phase in prepared.support.phases)
+    return max(1, -(-rows * count // MOST_KEPT))
+
+
+def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: Samples) -> Samples:
+    """Return a few seconds at the full rate, around where most joints move fast."""
+    log = prepared.log
+    speed = np.abs(samples.velocity)
+    busy = np.where(samples.usable, speed / np.maximum(speed.max(axis=0), 1e-9), 0.0).sum(axis=1)
+    bins = ((samples.time - samples.time[0]) / CLOSE_UP).astype(int)
+    begin = samples.time[0] + CLOSE_UP * int(np.argmax(np.bincount(bins, busy)))
+    low, high = np.searchsorted(log.time, [begin, begin + CLOSE_UP])
+    clipped = tuple(
+        replace(phase, first=max(phase.first, int(low)), last=min(phase.last, int(high)))
+        for phase in prepared.support.phases
+    )
+    return join([chunk.samples for chunk in torque_chunks(prepared, robot, settings, clipped)])

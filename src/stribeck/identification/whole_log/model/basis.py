@@ -1,0 +1,148 @@
+"""Friction curves as sums of a few functions of velocity: what lets a whole log be summed up before a law is fitted.
+
+A law's torque is interpolated between nodes, which crowd around standstill where friction bends. All curves that the
+law can take lie close to the span of a few functions: the left singular vectors of many of them. Only sums over these
+are kept of a log.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from stribeck.friction import FrictionLaw, Parameter
+from stribeck.typing import Array
+
+FINEST = 1.5e-3
+"""Distance of the nodes around standstill, as a share of the top speed [1]."""
+
+GROWTH = 0.12
+"""What the distance grows by a unit of velocity [1]."""
+
+REACH = 1.05
+"""Outermost nodes over the top speed [1]; what lies beyond is taken to be there."""
+
+ORDER = 4
+"""Nodes [1] that a value in between is interpolated from, by Lagrange's cubic polynomial."""
+
+SPREAD = 3.0
+"""How far beyond the starts of a fit [1] the nonlinear parameters of the curves reach."""
+
+GRID = 9
+"""Values [1] of each nonlinear parameter."""
+
+TOLERANCE = 5e-4
+"""What the span may miss of a curve [1], root mean square over the nodes, relative to its largest value."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Nodes of n joints, and the functions that their curves are sums of.
+
+    Attributes
+    ----------
+    velocity
+        Of each joint's nodes [rad/s], shape (n, N).
+    functions
+        Values at the nodes of a joint: orthonormal columns, the same for all joints, shape (N, r).
+    modulated
+        Functions that the equations' factors multiply, as sums of the others, shape (r, s); (r, 0) if none.
+    covariates
+        Number f of these factors.
+    """
+
+    velocity: Array
+    functions: Array
+    modulated: Array
+    covariates: int = 0
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients of all joints, n R with R = r + f s."""
+        return int(self.velocity.shape[0] * (self.functions.shape[-1] + self.covariates * self.modulated.shape[1]))
+
+    def coefficients(self, curves: Array, *times_covariates: Array) -> Array:
+        """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times factors."""
+        base = self.functions.T @ curves
+        missing = [np.zeros_like(curves)] * (self.covariates - len(times_covariates))
+        changed = [self.modulated.T @ (self.functions.T @ each) for each in (*times_covariates, *missing)]
+        return np.concatenate([base, *changed])
+
+    def windows(self, velocity: Array, taps: Array, step: int, count: int) -> Array:
+        """Return the windows of all functions of the velocities (T, n), shape (count, n, r)."""
+        joints, basis = self.velocity.shape
+        columns = step * np.arange(count)[:, None] + np.arange(len(taps))
+        starts = len(taps) * np.arange(count + 1)
+        matrix = csr_array((np.tile(taps, count), columns.ravel(), starts), shape=(count, len(velocity)))
+        values = (matrix @ self._weights(velocity)).toarray().reshape(count, joints, basis)
+        return np.asarray((values.transpose(1, 0, 2) @ self.functions).transpose(1, 0, 2))
+
+    def _weights(self, velocity: Array) -> csr_array:
+        """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).
+
+        The weight of node i among the four is the product of the distances to the others over that of i to them.
+        """
+        samples, joints = velocity.shape
+        count = self.velocity.shape[1]
+        first = np.empty((samples, joints), dtype=np.int32)
+        for k, basis in enumerate(self.velocity):
+            first[:, k] = np.searchsorted(basis, velocity[:, k])
+        first = np.clip(first - ORDER // 2, 0, count - ORDER)
+        first += count * np.arange(joints, dtype=np.int32)
+        v = np.clip(velocity, self.velocity[:, 0], self.velocity[:, -1])
+        a, b, c, d = (v - self.velocity.ravel()[first + i] for i in range(ORDER))
+        ab, cd = a * b, c * d
+        weights = np.stack([b * cd, a * cd, ab * d, ab * c], axis=2)
+        weights /= self._spans[first]
+        columns = first[:, :, None] + np.arange(ORDER, dtype=np.int32)
+        starts = np.arange(samples + 1, dtype=np.int32) * joints * ORDER
+        return csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, joints * count))
+
+    @cached_property
+    def _spans(self) -> Array:
+        """Products of the distances of each node of four to the other three, by the first of them, (n N, ORDER)."""
+        basis = self.velocity.ravel()
+        four = np.minimum(np.arange(len(basis))[:, None] + np.arange(ORDER), len(basis) - 1)
+        apart = basis[four][:, :, None] - basis[four][:, None] + np.eye(ORDER)
+        return np.asarray(apart.prod(axis=2))
+
+
+def make_basis(law: FrictionLaw, top_speed: Array) -> Basis:
+    """Return nodes for joints with these top speeds [rad/s], shape (n,), and functions for the curves of a law."""
+    count = int(np.ceil(np.log1p(GROWTH / FINEST * REACH) / GROWTH))
+    positive = np.expm1(np.arange(1, count + 1) * np.log1p(GROWTH / FINEST * REACH) / count) * FINEST / GROWTH
+    shape = np.concatenate([-positive[::-1], [0.0], positive])
+    functions = _functions(law, shape)
+    none = np.zeros((functions.shape[1], 0))
+    return Basis(np.maximum(top_speed, 1e-9)[:, None] * shape, functions, none)
+
+
+def _functions(law: FrictionLaw, velocity: Array) -> Array:
+    """Return orthonormal functions that span the law's curves up to `TOLERANCE`, for a top speed of one."""
+    nonlinear = [parameter for parameter in law.parameters if parameter.starts]
+    curves = np.hstack(
+        [
+            law.basis(velocity, {p.name: float(value) for p, value in zip(nonlinear, point, strict=True)})
+            for point in itertools.product(*(grid_of(p) for p in nonlinear))
+        ]
+    )
+    return spanning(curves / np.maximum(np.abs(curves).max(axis=0), 1e-12), TOLERANCE)
+
+
+def grid_of(parameter: Parameter) -> Array:
+    """Return values of a nonlinear parameter that cover its starts and beyond, for a top speed of one."""
+    low, high = min(parameter.starts) / SPREAD, max(parameter.starts) * SPREAD
+    return np.geomspace(max(low, parameter.lower), min(high, parameter.upper), GRID)
+
+
+def spanning(curves: Array, tolerance: float) -> Array:
+    """Return orthonormal columns, shape (N, r), that miss no curve of (N, c) by more than a root mean square."""
+    functions = np.asarray(np.linalg.svd(curves, full_matrices=False)[0])
+    left = curves**2
+    missed = left.sum(axis=0) - np.cumsum((functions.T @ curves) ** 2, axis=0)  # (rank, curves)
+    enough = np.flatnonzero(np.sqrt(np.maximum(missed, 0.0) / len(curves)).max(axis=1) < tolerance)
+    return functions[:, : int(enough[0]) + 1] if len(enough) else functions

@@ -1,0 +1,102 @@
+"""Inertial parameters of bodies in coordinates in which every value is a body that can exist.
+
+A body has the mass m = m_0 exp(a), the centre c = c_0 + d, and the second moments Sigma_c = F exp(X) F^T about it, with
+X symmetric and F F^T = Sigma_c0, the columns of F along the principal axes. So mass and second moments stay positive,
+whatever a, d and X are, which is what physical consistency means (Wensing, Kim, Slotine 2018).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.inertial_parameters import SIZE, inertial_parameters, pseudo_inertia
+from stribeck.settings import Priors
+from stribeck.typing import Array
+
+LEAST_MASS, LEAST_RADIUS = 1e-6, 1e-3
+"""A lighter body [kg] has nothing to correct; no body is smaller than such a radius of gyration [m]."""
+
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Entries of X in the order of the coordinates; one moment is the sum of two, so each gets sqrt(2) of its prior's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """L bodies as a model has them: masses (L,), centres (L, 3), and F, shape (L, 3, 3); and the units of changes."""
+
+    mass: Array
+    centre: Array
+    factor: Array
+    priors: Priors
+
+    def corrections(self, coordinates: Array) -> tuple[Array, Array]:
+        """Return the parameters' corrections, shape (L, 10), and their derivatives, shape (L, 10, 10).
+
+        Coordinates have shape (L, 10): a, d, then X, each in units of its prior.
+        """
+        mass = self.mass * np.exp(self.priors.mass * coordinates[:, 0])
+        centre = self.centre + self.priors.centre_of_mass * coordinates[:, 1:4]
+        exponential, slopes = _exponential(_symmetric(coordinates[:, 4:], self.priors.moments), self.priors.moments)
+        turned = self.factor[:, None] @ slopes @ self.factor[:, None].transpose(0, 1, 3, 2)
+        moments = self.factor @ exponential @ self.factor.transpose(0, 2, 1)
+        matrix = _matrix(mass, centre, moments)
+        change = np.zeros((len(mass), SIZE, 4, 4))
+        change[:, 0] = self.priors.mass * _matrix(mass, centre, np.zeros_like(moments))
+        for axis in range(3):
+            shift = np.zeros((len(mass), 4, 4))
+            arm = self.priors.centre_of_mass * mass[:, None] * np.eye(3)[axis]
+            shift[:, :3, :3] = arm[:, :, None] * centre[:, None, :]
+            shift[:, :3, :3] += shift[:, :3, :3].transpose(0, 2, 1).copy()
+            shift[:, :3, 3] = shift[:, 3, :3] = arm
+            change[:, 1 + axis] = shift
+        change[:, 4:, :3, :3] = turned
+        before = _matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1))
+        return inertial_parameters(matrix - before), inertial_parameters(change).transpose(0, 2, 1)
+
+
+def bodies_of(parameters: Array, priors: Priors) -> Bodies:
+    """Return bodies from their inertial parameters, shape (L, 10); impossible moments become just possible."""
+    matrix = pseudo_inertia(parameters)
+    mass = np.maximum(matrix[:, 3, 3], LEAST_MASS)
+    centre = matrix[:, :3, 3] / mass[:, None]
+    moments = matrix[:, :3, :3] - mass[:, None, None] * centre[:, :, None] * centre[:, None, :]
+    values, axes = np.linalg.eigh(moments)
+    values = np.maximum(values, mass[:, None] * LEAST_RADIUS**2)
+    return Bodies(mass, centre, axes * np.sqrt(values)[:, None, :], priors)
+
+
+def _matrix(mass: Array, centre: Array, moments: Array) -> Array:
+    """Return pseudo-inertias, shape (L, 4, 4), from masses, centres, and second moments about them."""
+    matrix = np.empty((len(mass), 4, 4))
+    matrix[:, :3, :3] = moments + mass[:, None, None] * centre[:, :, None] * centre[:, None, :]
+    matrix[:, :3, 3] = matrix[:, 3, :3] = mass[:, None] * centre
+    matrix[:, 3, 3] = mass
+    return matrix
+
+
+def _symmetric(entries: Array, unit: float) -> Array:
+    """Return X, shape (L, 3, 3), from coordinates in a unit, shape (L, 6)."""
+    matrix = np.zeros((len(entries), 3, 3))
+    for k, (i, j) in enumerate(_PAIRS):
+        matrix[:, i, j] = matrix[:, j, i] = unit * (np.sqrt(2) if i == j else 1.0) * entries[:, k]
+    return matrix
+
+
+def _exponential(matrix: Array, unit: float) -> tuple[Array, Array]:
+    """Return exp(X), shape (L, 3, 3), and derivatives by coordinates, (L, 6, 3, 3) (Daleckii, Krein)."""
+    values, vectors = np.linalg.eigh(matrix)
+    powers = np.exp(values)
+    gap = values[:, :, None] - values[:, None, :]
+    near = np.abs(gap) < 1e-7
+    quotient = np.where(
+        near,
+        np.exp(0.5 * (values[:, :, None] + values[:, None, :])),
+        (powers[:, :, None] - powers[:, None, :]) / np.where(near, 1.0, gap),
+    )
+    transposed = vectors.transpose(0, 2, 1)
+    directions = _symmetric(np.eye(6), unit)
+    inner = transposed[:, None] @ directions @ vectors[:, None]
+    slopes = vectors[:, None] @ (quotient[:, None] * inner) @ transposed[:, None]
+    return (vectors * powers[:, None, :]) @ transposed, slopes

@@ -1,0 +1,140 @@
+"""What friction may be proportional to beside functions of velocity: load, and temperature or time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.identification.whole_log.model.basis import Basis
+from stribeck.identification.whole_log.solver.normal_equations import curve_windows, times_covariates
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
+
+LEAST_WARMING = 2.0
+"""Range of temperature [K] below which it says nothing about friction."""
+
+SHORTEST = 20.0
+"""Log [s] below which friction has no time to drift."""
+
+LEAST_SWING = 0.1
+"""Standard deviation of the load over its mean [1] below which it is as good as constant."""
+
+
+@dataclass(frozen=True, eq=False)
+class WithCovariates(Sequence[WeakEquations]):
+    """Equations with their factors, worked out when they are asked for.
+
+    The load is the torque that reaches the link, the measured torque without friction, so that friction is not taken
+    for its own cause.
+
+    Attributes
+    ----------
+    equations
+        Without factors.
+    basis
+        Those of `VaryingCurves`.
+    friction
+        Coefficients of a first, simple fit, shape (n, r).
+    slow
+        What friction changes slowly with: "temperature" or "drift".
+    middle
+        Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
+    refined
+        Coefficients of a fit with all terms, shape (n, R), from whose friction the load is found again; None before it.
+    """
+
+    equations: Sequence[WeakEquations]
+    basis: Basis
+    friction: Array
+    slow: str
+    middle: Array
+    refined: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.equations)
+
+    def __getitem__(self, k: int) -> WeakEquations:  # type: ignore[override]
+        return self.of(self.equations[k])
+
+    def of(self, part: WeakEquations) -> WeakEquations:
+        """Return equations with their factors."""
+        windows, slow = curve_windows(replace(part, covariates=None), self.basis), self._slow(part)
+        load = _carried(part, windows, self.friction)
+        if self.refined is not None:
+            load = _carried(part, times_covariates(windows, np.stack([load, slow], axis=2), self.basis), self.refined)
+        return replace(part, covariates=np.stack([load, slow], axis=2))
+
+    def _slow(self, part: WeakEquations) -> Array:
+        if self.slow == "temperature" and part.temperature is not None:
+            return np.asarray(np.nan_to_num(part.temperature - self.middle))
+        since = 0.5 * (part.elapsed - self.middle) / self.middle
+        return np.broadcast_to(since[:, None], part.torque.shape)
+
+
+def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
+    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of friction functions."""
+    return np.asarray(np.abs(part.torque - np.einsum("kjr,jr->kj", windows, friction)))
+
+
+def with_covariates(
+    equations: Sequence[WeakEquations], some: Sequence[WeakEquations], basis: Basis, friction: Array
+) -> WithCovariates:
+    """Return equations with factors, whose scale is read off `some` of them; arguments as in `WithCovariates`."""
+    temperature = [part.temperature for part in some if part.temperature is not None]
+    logged = len(temperature) == len(some) and bool(np.isfinite(np.concatenate(temperature)).any())
+    if logged:
+        return WithCovariates(equations, basis, friction, "temperature", _mean(np.concatenate(temperature)))
+    return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(some), 1e-9)))
+
+
+def unsupported(some: Sequence[WeakEquations], slow: str, loads: Array) -> list[dict[str, str]]:
+    """Return for each joint the terms that are out of the question, and why.
+
+    Parameters
+    ----------
+    some
+        Equations from the beginning to the end of a log.
+    slow
+        What friction changes slowly with: "temperature" or "drift".
+    loads
+        Number of windows, sums of loads and of their squares, shape (3, n).
+    """
+    mean = loads[1] / loads[0]
+    spread = np.sqrt(np.maximum(loads[2] / loads[0] - mean**2, 0.0))
+    reasons = []
+    for column in range(loads.shape[1]):
+        temperature = [part.temperature[:, column] for part in some if part.temperature is not None]
+        reasons.append(_slow_reasons(slow, _last(some), temperature))
+        if spread[column] < LEAST_SWING * mean[column]:
+            said = f"{mean[column]:.3g} N m give or take {spread[column]:.2g}"
+            reasons[-1]["load"] = f"its load hardly changes: {said}"
+    return reasons
+
+
+def _last(some: Sequence[WeakEquations]) -> float:
+    """Return how long a log lasts [s]."""
+    return max(float(part.elapsed[-1]) for part in some)
+
+
+def _mean(temperature: Array) -> Array:
+    """Return the mean of what is finite, shape (K, n) -> (n,); 0 where nothing is."""
+    known = np.isfinite(temperature)
+    return np.asarray(np.where(known, temperature, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
+
+
+def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str, str]:
+    """Return why a joint's friction does not change with temperature, or with time, by the terms' names."""
+    warming, drifting = "", "the log has temperatures, which say more than time"
+    if slow == "drift":
+        warming = "no temperature in the log"
+        drifting = f"the log lasts {last:.3g} s; {SHORTEST:.0f} s are needed" if last < SHORTEST else ""
+    else:
+        own = np.concatenate(temperature)
+        if not np.isfinite(own).all():
+            warming = "the log has no temperature of this joint throughout"
+        elif np.ptp(own) < LEAST_WARMING:
+            warming = f"its temperature changes by {np.ptp(own):.2g} K; {LEAST_WARMING:.0f} K are needed"
+    reasons = {"temperature": warming, "drift": drifting}
+    return {f"{part}_{kind}": why for kind, why in reasons.items() if why for part in ("viscous", "coulomb")}

@@ -1,0 +1,57 @@
+"""Friction curves and corrections of the model as functions of one vector of parameters, with its prior."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.layout import ModelLayout
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.typing import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Parametrisation:
+    """Values y(x) that a log is linear in, their derivatives J(x), and the prior, of x in the order of `layout`."""
+
+    curves: Curves
+    model: ModelCorrections
+
+    @property
+    def layout(self) -> ModelLayout:
+        """Of the m coordinates x."""
+        return self.model.layout.beside(len(self.curves.top_speed), len(self.curves.parameters))
+
+    def internal(self, x: Array) -> Array:
+        """Return the internal coordinates of the laws' parameters, shape (n, p)."""
+        return x[self.layout.friction].reshape(self.layout.joints, -1)
+
+    def values(self, x: Array) -> Array:
+        """Return y: coefficients of all friction curves, then corrections, shape (D,)."""
+        corrected = self.model.values(x[self.layout.model])[0]
+        return np.concatenate([self.curves.coefficients(self.internal(x)), corrected])
+
+    def times_jacobian(self, matrix: Array, x: Array) -> Array:
+        """Return a matrix, shape (r, D), times J, which is block-diagonal, shape (r, m).
+
+        Blocks: one a joint, shape (R, p), one a body, shape (10, 10), and a number for each other correction.
+        """
+        first, parts = 0, []
+        for blocks in (self.curves.jacobians(self.internal(x)), self.model.values(x[self.layout.model])[1]):
+            last = first + blocks.shape[0] * blocks.shape[1]
+            columns = matrix[:, first:last].reshape(len(matrix), *blocks.shape[:2])
+            product = columns.transpose(1, 0, 2) @ blocks
+            parts.append(product.transpose(1, 0, 2).reshape(len(matrix), blocks.shape[0] * blocks.shape[2]))
+            first = last
+        return np.hstack([*parts, matrix[:, first:] * self.model.scales])
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Return mean, shape (m,), and inverse covariance, shape (m, m), of x before the log speaks."""
+        mean, deviation = self.curves.prior()
+        precision = block_diag(np.diag(deviation.ravel() ** -2.0), self.model.precision)
+        return np.concatenate([mean.ravel(), np.zeros(self.model.size)]), precision

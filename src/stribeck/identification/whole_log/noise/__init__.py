@@ -1,0 +1,1 @@
+"""How large errors are and how they are correlated."""

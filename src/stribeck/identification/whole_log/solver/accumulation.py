@@ -1,0 +1,106 @@
+"""Sums the equations of many segments up, weighed by threads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import replace
+from threading import Event, Lock
+
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.layout import ModelLayout
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
+from stribeck.identification.whole_log.tests_of_fit.alternative_terms import AlternativeTerms
+from stribeck.identification.whole_log.uncertainty.random_effects import COSINES
+from stribeck.weak_equations import WeakEquations
+
+WORKERS = 2
+"""Threads [1] that weigh equations: linear algebra lets other threads run."""
+
+ByWorker = Sequence[NormalEquations]
+"""The normal equations of each worker."""
+
+
+def accumulate(
+    equations: Sequence[WeakEquations],
+    components: VarianceComponents,
+    curves: Curves,
+    model: ModelCorrections,
+) -> NormalEquations:
+    """Return the normal equations of equations."""
+    own = _nothing(curves, model)
+    _share_out(equations, components, [(place, own, None) for place in range(len(equations))])
+    return merged(own)
+
+
+def accumulate_folds(
+    equations: Sequence[WeakEquations],
+    folds: Sequence[tuple[Sequence[int], Sequence[int]]],
+    components: VarianceComponents,
+    curves: Curves,
+    model: ModelCorrections,
+    gaits: int,
+    alternatives: AlternativeTerms,
+) -> tuple[list[NormalEquations], NormalEquations]:
+    """Return the normal equations of folds, and that of the share of all that is looked at, with more columns.
+
+    Parameters
+    ----------
+    equations
+        Of all segments.
+    folds
+        Places of the segments of each: of those that are looked at, and of the others.
+    gaits, alternatives
+        The further columns: repeated errors of so many gait phases, and friction beyond the law.
+    """
+    effects = COSINES * (len(curves.top_speed) + len(components.root_turns))
+    layout = replace(_layout(curves, model), gaits=gaits, gait_effects=effects, alternatives=alternatives.size)
+    shares = [NormalEquations(curves.basis, layout, alternatives) for _ in range(WORKERS)]
+    by_fold = [_nothing(curves, model) for _ in folds]
+    tasks: list[tuple[int, ByWorker, ByWorker | None]] = []
+    for (looked_at, others), own in zip(folds, by_fold, strict=True):
+        tasks += [(place, shares, own) for place in looked_at]
+        tasks += [(place, own, None) for place in others]
+    _share_out(equations, components, tasks)
+    return [merged(own) for own in by_fold], merged(shares)
+
+
+def _nothing(curves: Curves, model: ModelCorrections) -> ByWorker:
+    return [NormalEquations(curves.basis, _layout(curves, model)) for _ in range(WORKERS)]
+
+
+def _layout(curves: Curves, model: ModelCorrections) -> ModelLayout:
+    """Return the layout of curves' coefficients and corrections."""
+    joints = len(curves.top_speed)
+    return model.layout.beside(joints, curves.basis.size // joints)
+
+
+def _share_out(
+    equations: Sequence[WeakEquations],
+    components: VarianceComponents,
+    tasks: Sequence[tuple[int, ByWorker, ByWorker | None]],
+) -> None:
+    """Take in equations by threads in turn, each in an order that never changes.
+
+    A task is the place of the equations, the normal equations that take them in, and those of their core, if any. One
+    thread at a time works equations out: Pinocchio's working memory is not for two.
+    """
+    making, over = Lock(), Event()
+
+    def work(worker: int) -> None:
+        for place, whole, core in tasks[worker::WORKERS]:
+            if over.is_set():
+                return
+            with making:
+                part = equations[place]
+            whole[worker].add(part, components, core[worker] if core else None)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        try:
+            done, _ = wait([pool.submit(work, worker) for worker in range(WORKERS)], return_when=FIRST_EXCEPTION)
+        finally:
+            over.set()  # nobody waits for what an error, or Ctrl-C, has made useless
+    for each in done:
+        each.result()

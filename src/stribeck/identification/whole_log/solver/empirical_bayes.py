@@ -1,0 +1,114 @@
+"""What is believed beforehand, measured from the log itself: how alike joints are, and how wrong the model is.
+
+A prior's standard deviation s is that under which the log is most likely: with estimates x of covariance C,
+
+    s^2 = sum x^2 / sum (1 - C / s^2)
+
+where the right sum counts how many of them the log determines (MacKay 1992). So a model that is right is believed to be
+right, a wrong one as wrong as it shows, and the bends of the friction curves, which hardly any joint shows well, are
+alike in all joints as far as the joints that show them are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
+from stribeck.identification.whole_log.solver.solve import Solution, solve
+from stribeck.typing import Array
+
+GROUP_PSEUDO_COUNT = 0.03
+"""How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
+
+MODEL_PSEUDO_COUNT = 0.001
+"""The same of how wrong model and sensors are, of which a log tells more; offsets are as good as what is believed.
+
+With as much as `GROUP_PSEUDO_COUNT`, an exact model is still believed to be off.
+"""
+
+LARGEST_PRIOR_STD = 1.0
+"""Of the errors of model and sensors [1] over what they are usually wrong by.
+
+A log with errors of other kinds would have bodies explain them, and more so with every round.
+"""
+
+GROUP_STD = 0.5
+"""How much joints differ in the nonlinear parameters and pure numbers of their law [1], before the log speaks."""
+
+ROUNDS = 4
+"""Of measuring [1]; each needs a fit of its own."""
+
+
+def solve_with_empirical_bayes(
+    normal_equations: NormalEquations, curves: Curves, model: ModelCorrections, before: Solution
+) -> tuple[Curves, ModelCorrections, Solution]:
+    """Return curves and model with what the log says of them beforehand, and the solution with that."""
+    solution = solve(normal_equations, curves, model, before)
+    for _ in range(ROUNDS):
+        curves, model = _learn_group_prior(curves, solution), _learn_prior_std(model, solution)
+        solution = solve(normal_equations, curves, model, solution)
+    return curves, model, solution
+
+
+def group_mean_covariance(curves: Curves, solution: Solution) -> Array:
+    """Return what to add to a solution's covariance, as what joints have in common is not known for certain either.
+
+    With s the standard deviation of a coordinate over the joints, of which the log determines N, their mean has the
+    variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the solution's
+    covariance (Kass and Steffey 1989).
+    """
+    assert curves.group_prior is not None  # measured beforehand
+    added = np.zeros_like(solution.covariance)
+    for k in np.flatnonzero(np.isfinite(curves.group_prior[1])).tolist():
+        own, known = _determined(curves, solution, k)
+        variance = curves.group_prior[1, k] ** 2
+        follow = solution.covariance[:, solution.layout.each_joint(k, own)].sum(axis=1) / variance
+        added += np.outer(follow, follow) * variance / (known.sum() + GROUP_PSEUDO_COUNT)
+    return added
+
+
+def _determined(curves: Curves, solution: Solution, parameter: int) -> tuple[NDArray[np.int64], Array]:
+    """Return the joints that have a parameter, shape (m,), and how much of each the log determines, from 0 to 1."""
+    joints = range(len(solution.internal))
+    own = np.array([joint for joint in joints if curves.has(joint)[parameter]], dtype=np.int64)
+    return own, (1 - solution.variance[own, parameter] / curves.prior()[1][own, parameter] ** 2).clip(0, 1)
+
+
+def _learn_group_prior(curves: Curves, solution: Solution) -> Curves:
+    mean, group_prior = curves.prior()[0], np.full((2, solution.internal.shape[1]), np.nan)
+    for k in curves.shared:
+        own, known = _determined(curves, solution, k)
+        if not len(own):
+            continue
+        off = solution.internal[own, k] - mean[own, k]
+        total = known.sum() + GROUP_PSEUDO_COUNT
+        middle = (np.sum(known * mean[own, k] + off) + GROUP_PSEUDO_COUNT * mean[own, k].mean()) / total
+        squares = np.sum((off + known * (mean[own, k] - middle)) ** 2)
+        beside = max(known.sum() - 1, 0.0) + GROUP_PSEUDO_COUNT  # one of them has gone into the middle
+        group_prior[:, k] = middle, np.sqrt((squares + GROUP_PSEUDO_COUNT * GROUP_STD**2) / beside)
+    return replace(curves, group_prior=group_prior)
+
+
+def _learn_prior_std(model: ModelCorrections, solution: Solution) -> ModelCorrections:
+    variance = solution.model_variance
+    prior_std = model.prior_std.copy()
+    for group in _groups(model):
+        known = (1 - model.overdispersion * variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
+        square = np.sum(solution.corrections[group] ** 2)
+        prior_std[group] = min(np.sqrt((square + MODEL_PSEUDO_COUNT) / (known + MODEL_PSEUDO_COUNT)), LARGEST_PRIOR_STD)
+    return replace(model, prior_std=prior_std)
+
+
+def _groups(model: ModelCorrections) -> Iterator[NDArray[np.int64]]:
+    """Yield the coordinates that are wrong alike: masses, centres, moments, gains, zeros, tilts."""
+    places = np.arange(model.size)
+    calibration = [places[model.layout.part(name)] for name in ("gains", "zeros", "tilts")]
+    for group in (*model.layout.body_groups(), *calibration):
+        if len(group):
+            yield group

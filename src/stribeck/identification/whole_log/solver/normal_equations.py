@@ -1,0 +1,154 @@
+"""What a whole log says about friction and model, summed up once: a Gaussian likelihood of fixed size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stribeck.identification.whole_log.model.basis import Basis
+from stribeck.identification.whole_log.model.layout import ModelLayout
+from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
+from stribeck.identification.whole_log.noise.whitening import make_whitener
+from stribeck.identification.whole_log.tests_of_fit.alternative_terms import AlternativeTerms
+from stribeck.identification.whole_log.uncertainty.random_effects import random_effect_columns
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
+
+
+@dataclass(eq=False)
+class NormalEquations:
+    """Normal equations of the coefficients of all friction curves, then of corrections and random effects.
+
+        chi^2(x) = square - 2 right^T x + x^T gram x
+
+    A law is fitted to this without another look at the log, and those of several segments or logs add up.
+
+    Attributes
+    ----------
+    basis
+        And functions that the friction curves are sums of.
+    layout
+        Of the D values x.
+    alternatives
+        Friction beyond the law that is looked for, if any.
+    information, right_hand_side
+        Shape (D, D) and (D,).
+    square, count
+        Sum of squared whitened residuals without friction, and their number.
+    loads
+        Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n); zeros without loads.
+    """
+
+    basis: Basis
+    layout: ModelLayout
+    alternatives: AlternativeTerms | None = None
+    information: Array = field(init=False)
+    right_hand_side: Array = field(init=False)
+    loads: Array = field(init=False)
+    square: float = 0.0
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        size = self.layout.size
+        self.information, self.right_hand_side = np.zeros((size, size)), np.zeros(size)
+        self.loads = np.zeros((3, self.layout.joints))
+
+    def add(
+        self, equations: WeakEquations, components: VarianceComponents, core: NormalEquations | None = None
+    ) -> None:
+        """Take in the equations of a segment; `core`, some without further columns, takes them in as well."""
+        further: list[tuple[slice, Array]] = []  # by the place of their columns
+        if self.layout.gaits and equations.gait >= 0:
+            further.append((self.layout.gait(equations.gait), random_effect_columns(equations)))
+        if self.alternatives:
+            further.append((self.layout.part("alternatives"), self.alternatives.columns(equations)))
+        behind = [*(columns for _, columns in further), equations.residual.reshape(-1, 1)]
+        white = design(equations, self.basis, behind)
+        make_whitener(equations, components).whiten(white)
+        product = white.T @ white  # NumPy knows it to be symmetric
+        size = self.layout.corrections.stop
+        places = [(slice(0, size), slice(0, size))]  # in the product, and here
+        for place, columns in further:
+            last = places[-1][0].stop
+            places.append((slice(last, last + columns.shape[1]), place))
+        for here, place in places:
+            self.right_hand_side[place] += product[here, -1]
+            for other, there in places:
+                self.information[place, there] += product[here, other]
+        self._count(equations, product[-1, -1])
+        if core is not None:
+            core.information += product[:size, :size]
+            core.right_hand_side += product[:size, -1]
+            core._count(equations, product[-1, -1])
+
+    def _count(self, equations: WeakEquations, square: float) -> None:
+        self.square += float(square)
+        self.count += equations.residual.size
+        if equations.covariates is not None:
+            load = equations.covariates[:, :, 0]
+            self.loads += [np.full(load.shape[1], len(load)), load.sum(axis=0), (load**2).sum(axis=0)]
+
+    def merge(self, other: NormalEquations) -> None:
+        """Take in other normal equations of the same nodes and layout."""
+        self.information += other.information
+        self.right_hand_side += other.right_hand_side
+        self.square += other.square
+        self.count += other.count
+        self.loads += other.loads
+
+    def without(self, *names: str) -> NormalEquations:
+        """Return the normal equations as if its last columns, by fields of their layout, had never been."""
+        kept = NormalEquations(self.basis, self.layout.without(*names))
+        size = kept.layout.size
+        kept.information, kept.right_hand_side = (
+            self.information[:size, :size].copy(),
+            self.right_hand_side[:size].copy(),
+        )
+        kept.square, kept.count, kept.loads = self.square, self.count, self.loads.copy()
+        return kept
+
+
+def merged(parts: Sequence[NormalEquations]) -> NormalEquations:
+    """Return the normal equations of all parts together, of the same nodes and layout."""
+    whole = NormalEquations(parts[0].basis, parts[0].layout, parts[0].alternatives)
+    for part in parts:
+        whole.merge(part)
+    return whole
+
+
+def design(equations: WeakEquations, basis: Basis, behind: Sequence[Array] = ()) -> Array:
+    """Return the equations' derivatives by coefficients, then corrections, shape (K m, D).
+
+    More columns, shape (K m, any) each, may stand `behind` them.
+    """
+    windows, rows = equations.residual.shape
+    curves = curve_windows(equations, basis)
+    columns = equations.regressors
+    end = basis.size + (0 if columns is None else columns.shape[2])
+    matrix = np.empty((windows, rows, end + sum(each.shape[1] for each in behind)))
+    friction, corrections, further = np.split(matrix, [basis.size, end], axis=2)  # views
+    friction = friction.reshape(windows, rows, *curves.shape[1:])  # a view too: its last axis in two
+    if equations.projection is None:
+        friction[:] = 0.0
+        np.einsum("kjjr->kjr", friction)[:] = curves
+    else:
+        np.multiply(equations.projection[:, :, :, None], curves[:, None], out=friction)
+    if columns is not None:
+        corrections[:] = columns
+    if behind:
+        further[:] = np.concatenate(behind, axis=1).reshape(further.shape)
+    return matrix.reshape(windows * rows, -1)
+
+
+def curve_windows(equations: WeakEquations, basis: Basis) -> Array:
+    """Return the windows of all functions of velocity, those that factors multiply after the others, (K, n, R)."""
+    plain = basis.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
+    return plain if equations.covariates is None else times_covariates(plain, equations.covariates, basis)
+
+
+def times_covariates(plain: Array, covariates: Array, basis: Basis) -> Array:
+    """Return windows (K, n, r) with those of the functions that factors (K, n, f) multiply, shape (K, n, R)."""
+    changed = covariates[:, :, :, None] * (plain @ basis.modulated)[:, :, None]
+    return np.concatenate([plain, changed.reshape(*plain.shape[:2], -1)], axis=2)

@@ -1,0 +1,203 @@
+"""Chooses the terms of every joint's friction by what a whole log says of them where they were not fitted."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.friction.terms import LADDER
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.model.varying_curves import VaryingCurves, neutral_value
+from stribeck.identification.whole_log.solver.joint_descent import descend_joints
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
+from stribeck.identification.whole_log.solver.solve import Solution, solve
+from stribeck.identification.whole_log.terms.profile_likelihood import JointFold, Quadratic, joint_folds
+from stribeck.identification.whole_log.terms.selection import LEAST, Candidate, Kept, Objection, climb
+from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
+from stribeck.result import TermVerdict
+from stribeck.typing import Array
+
+FOLDS = 8
+"""Parts of a log [1] that are held out one after another."""
+
+ROUNDS = 3
+"""How often terms that repeated errors may look like are taken back [1]."""
+
+PARAMETERS = {term.name: term.parameters for term in LADDER}
+"""Term -> its parameters, the one first that is none if the term is."""
+
+LEAST_FOLDS = 4
+"""Of them [1]: fewer do not show how much their scores differ."""
+
+CLEARED = 2.0
+"""Top speed over Stribeck velocity, or over the speed up to which friction rises [1], beyond which the bend shows."""
+
+RISING = 2.0
+"""Value of slope times speed [1] where tanh has risen to 96 %."""
+
+BEST_STARTS = 2
+"""Starts [1] that are followed to their minimum."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Verdicts on the terms of each joint, the curves with those that are kept, and a fit to begin with."""
+
+    verdicts: tuple[dict[str, TermVerdict], ...]
+    curves: VaryingCurves
+    start: Solution
+
+
+def select_terms(
+    total: NormalEquations,
+    folds: list[NormalEquations],
+    repeating: NormalEquations,
+    curves: VaryingCurves,
+    model: ModelCorrections,
+    solution: Solution,
+    root_turns: Array,
+    refused: Sequence[dict[str, str]],
+) -> Choice:
+    """Return the terms of each joint that held-out scores choose and that no repeated error may look like.
+
+    Parameters
+    ----------
+    total, folds, repeating
+        The log, its parts, and a share of it with repeated errors.
+    curves, model, solution
+        A fit with all terms, which all else has while a joint is tried.
+    root_turns
+        Standard deviations of the root's angular acceleration [rad/s^2], shape (3,) or (0,).
+    refused
+        Of each joint, terms that are out of the question, and why.
+    """
+    scale = max(1.0, solution.chi_square / max(total.count - solution.internal.size, 1))
+    parts = joint_folds(total, folds, curves, model, solution)
+    trials = [JointTrial(curves.of([k]), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(parts)]
+    if len(folds) < LEAST_FOLDS:
+        few = f"{len(folds)} parts of the log can be held out; at least {LEAST_FOLDS} are needed"
+        refused = [{term.name: few for term in LADDER} for _ in trials]
+    verdicts = [climb(trial.candidate, own) for trial, own in zip(trials, refused, strict=True)]
+    for _ in range(ROUNDS):
+        choice = _chosen(verdicts, curves, trials, solution)
+        found = solve(total, choice.curves, model, choice.start)
+        _, repeated = random_effect_covariance(repeating, total.count, choice.curves, model, found, root_turns)
+        if not any(dropped := unproven(choice, found, found.covariance + repeated)):
+            break
+        for joint, own in enumerate(dropped):
+            if own:  # what the joint is refused now may let another term in
+                out = dict(refused[joint]) | {name: verdict.reason for name, verdict in own.items()}
+                verdicts[joint] = climb(trials[joint].candidate, out) | own
+                refused = [*refused[:joint], out, *refused[joint + 1 :]]
+    return _chosen(verdicts, curves, trials, solution)
+
+
+def unproven(choice: Choice, solution: Solution, repeated: Array) -> list[dict[str, TermVerdict]]:
+    """Return by joint the terms that are none after all: errors that every step repeats may look like them.
+
+    Held-out parts share these errors, and a term that explains them scores well there too. So its gain counts only by
+    the share that they leave of its variance: of the solution's covariance in the `repeated` one, which knows of them.
+    """
+    curves, names = choice.curves, [parameter.name for parameter in choice.curves.parameters]
+    share = solution.variance / replace(solution, covariance=repeated).variance
+    low = np.broadcast_to(curves.bounds[0], solution.internal.shape)
+    dropped: list[dict[str, TermVerdict]] = []
+    for joint, own in enumerate(choice.verdicts):
+        dropped.append({})
+        for name, said in own.items():
+            first = names.index(PARAMETERS[name][0]) if said.kept else 0
+            if not said.kept or said.gain is None:
+                continue
+            worth = said.gain * float(share[joint, first])
+            if worth < LEAST:
+                why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
+            elif solution.internal[joint, first] <= low[joint, first]:
+                why = f"{said.reason}, but in the log as a whole it is none"
+            else:
+                continue
+            dropped[-1][name] = replace(said, verdict="refused", reason=why)
+    return dropped
+
+
+def _chosen(
+    verdicts: Sequence[dict[str, TermVerdict]], curves: VaryingCurves, trials: Sequence[JointTrial], solution: Solution
+) -> Choice:
+    """Return the choice of these verdicts; fits start from each joint's own, and neutral values of what it lacks."""
+    kept = [frozenset(name for name, verdict in own.items() if verdict.kept) for own in verdicts]
+    start = np.concatenate([trial.fit(own) for trial, own in zip(trials, kept, strict=True)])
+    free = np.stack([curves.with_terms(own) for own in kept])
+    return Choice(
+        tuple(verdicts), curves.only(free), replace(solution, x=np.concatenate([start.ravel(), solution.corrections]))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrial:
+    """One joint that is tried with this term and that.
+
+    Attributes
+    ----------
+    curves
+        With all terms.
+    whole, folds
+        What the whole log says of it, and what each training part does with its held-out part.
+    scale
+        Squared errors over what they were taken to be [1].
+    """
+
+    curves: VaryingCurves
+    whole: Quadratic
+    folds: tuple[JointFold, ...]
+    scale: float
+
+    def fit(self, kept: Kept) -> Array:
+        """Return the best fit of these terms to the whole log, of several starts, shape (1, p)."""
+        curves = self.curves.only(self.curves.with_terms(kept)[None])
+        starts = [
+            curves.linear_start([shape], self.whole.information, self.whole.right_hand_side)
+            for shape in self._shapes(kept)
+        ]
+        starts.sort(key=lambda start: self.whole.at(curves.coefficients(start)))
+        best = starts[:BEST_STARTS]
+        ends, costs = descend_joints([self.whole] * len(best), curves.of([0] * len(best)), np.concatenate(best))
+        return ends[[np.argmin(costs)]]
+
+    def candidate(self, kept: Kept) -> Candidate:
+        """Return how these terms do on the parts of the log that they are not fitted to."""
+        whole = self.fit(kept)
+        curves = self.curves.only(self.curves.with_terms(kept)[None])
+        same = [0] * len(self.folds)
+        ends, _ = descend_joints([fold.training for fold in self.folds], curves.of(same), whole[same])
+        scores = [fold.held_out.at(curves.coefficients(end[None])) for fold, end in zip(self.folds, ends, strict=True)]
+        return Candidate(np.array(scores) / self.scale, self._objection(kept, whole))
+
+    def _shapes(self, kept: Kept) -> Iterator[dict[str, float]]:
+        """Yield sets of nonlinear parameters to start from."""
+        top = float(self.curves.top_speed[0])
+        nonlinear = [parameter for parameter in self.curves.law.parameters if parameter.starts]
+        has = dict(zip((p.name for p in self.curves.parameters), self.curves.with_terms(kept), strict=True))
+        tried = [
+            [start * top**p.start_speed_power for start in p.starts] if has[p.name] else [neutral_value(p)]
+            for p in nonlinear
+        ]
+        for point in itertools.product(*tried):
+            yield dict(zip((parameter.name for parameter in nonlinear), point, strict=True))
+
+    def _objection(self, kept: Kept, internal: Array) -> Objection | None:
+        """Return what is wrong with the shape that was found: the log does not show it whole, or it makes no sense."""
+        names = [parameter.name for parameter in self.curves.parameters]
+        values = dict(zip(names, self.curves.external(internal)[0].tolist(), strict=True))
+        top, bend, rise = float(self.curves.top_speed[0]), values["stribeck_velocity"], RISING / values["slope"]
+        if "stribeck" in kept and rise > CLEARED * bend:
+            gone = f"its Stribeck effect would be gone at {CLEARED * bend:.2g} rad/s"
+            return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"
+        for term, speed, what in (
+            ("stribeck", bend, "the Stribeck velocity"),
+            ("rounding", rise, "what it rises up to"),
+        ):
+            if term in kept and top < CLEARED * speed:
+                return "open", f"its top speed, {top:.2g} rad/s, is not {CLEARED:.0f} times {what}, {speed:.2g} rad/s"
+        return None

@@ -1,0 +1,1 @@
+"""Whether the law describes what was measured."""

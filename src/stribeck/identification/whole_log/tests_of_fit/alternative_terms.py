@@ -1,0 +1,125 @@
+"""What friction may do beyond a law of velocity, as columns that are looked for in what a fit leaves over.
+
+Per joint, with s(v) a smooth sign of the velocity, tau the torque that the sensor feels, t the time since the log
+began, and z Dahl's deflection, which follows s(v) within a distance d of travel (Dahl 1968):
+
+| what | columns |
+|---|---|
+| load | (|tau| / mean |tau| - 1) s(v), beside the sensor's gain |
+| drift | (2 t / T - 1) s(v), (2 t / T - 1) v / top speed |
+| presliding | z - s(v), of a short and of a long distance |
+| play | blows when tau changes its sign, and 10 ms later: what a bar takes away while it crosses its play |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
+
+KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7)}
+"""What may be found, and its columns."""
+
+GAIN_COLUMN, COLUMNS = 1, 8
+
+SIGN = 0.01
+"""Share of the top speed [1] within which the smooth sign rises."""
+
+DISTANCES = 1e-3, 4e-3
+"""Time [s] that the top speed takes to go the distances of presliding."""
+
+NO_TORQUE = 1e-9
+"""Mean torque [N m] of a joint that logs none: it has no friction to be tested."""
+
+CERTAIN = 6.0
+"""Standard deviations of its noise [1] by which a torque changes from window to window when it surely changes sign."""
+
+
+@dataclass(frozen=True, eq=False)
+class AlternativeTerms:
+    """What the columns of n joints are made with.
+
+    Top speeds [rad/s] and mean torques [N m], shape (n,); T [s]; and the unit of gains of torque sensors [1].
+    """
+
+    top_speed: Array
+    torque: Array
+    duration: float
+    gain: float
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return COLUMNS * len(self.top_speed)
+
+    def columns(self, equations: WeakEquations) -> Array:
+        """Return the equations' derivatives by all columns, joint by joint, shape (K m, n COLUMNS)."""
+        torques = self.torques(equations)
+        columns = equations.weights[:, :, :, None] * torques[:, None]
+        return np.asarray(columns.reshape(-1, self.size))
+
+    def torques(self, equations: WeakEquations) -> Array:
+        """Return the columns as friction torques, through the window, shape (K, n, COLUMNS)."""
+        period = (equations.time[1] - equations.time[0]) / equations.step if len(equations.time) > 1 else 0.0
+        sign = np.tanh(equations.velocity / (SIGN * self.top_speed))
+        travel = np.abs(equations.velocity) * period / self.top_speed
+        lags = _lags(sign, [travel / distance for distance in DISTANCES])
+        s, speed, *lagging = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed, *lags))
+        load = np.abs(_around(equations)) / self.torque - 1
+        time = (2 * equations.elapsed / self.duration - 1)[:, None]
+        columns = [load * s, self.gain * equations.torque, time * s, time * speed, *lagging, *_blows(equations)]
+        return np.stack(columns, axis=2)
+
+
+def find_alternatives(some: Sequence[WeakEquations], top_speed: Array, gain: float) -> AlternativeTerms:
+    """Return what there is to look for in a log of which `some` equations are known; they reach to its end."""
+    torque = np.abs(np.concatenate([part.torque for part in some])).mean(axis=0)
+    last = max(float(part.elapsed[-1]) for part in some)
+    return AlternativeTerms(top_speed, np.maximum(torque, NO_TORQUE), max(last, 1e-9), gain)
+
+
+def _lags(sign: Array, travels: Sequence[Array]) -> list[Array]:
+    """Return z - s with dz = (s - z) |dq| / d, shape (T, n), for each |dq| / d: a sample's z needs the one before."""
+    keep = np.exp(-np.stack(travels, axis=1))  # (T, distances, n)
+    falls = -np.diff(sign, axis=0, prepend=sign[:1])[:, None]  # z - s falls as s rises
+    lags = np.zeros_like(keep)
+    for k in range(1, len(sign)):
+        lags[k] = (lags[k - 1] + falls[k]) * keep[k]
+    return list(lags.transpose(1, 0, 2))
+
+
+def _around(equations: WeakEquations) -> Array:
+    """Return the torque at each window, shape (K, n), from windows before and after that share no sample with it.
+
+    Its own noise is in the equation as well: |tau| would go up wherever the noise pulls the way that the joint moves.
+    """
+    away, last = equations.lags + 1, len(equations.torque) - 1
+    k = np.arange(last + 1)
+    before, after = np.where(k < away, k + away, k - away), np.where(k + away > last, k - away, k + away)
+    return np.asarray(equations.torque[np.clip([before, after], 0, last)].mean(axis=0))
+
+
+def _blows(equations: WeakEquations) -> list[Array]:
+    """Return blows in the torque's new direction wherever it changes its sign, and one window later, shape (K, n) each.
+
+    While a light bar of damping d crosses a play of width p, the torque moves nothing but the bar: d y' = tau. Whatever
+    the torque, friction takes the impulse d p away, within some milliseconds. The window's largest value counts as one.
+    """
+    torque, taps = equations.torque, equations.taps
+    change = np.diff(torque, axis=0)
+    noise = equations.torque_noise * np.linalg.norm(taps)
+    turns = (torque[:-1] * torque[1:] < 0) & (np.abs(change) > CERTAIN * noise)
+    window, joint = np.nonzero(turns)
+    place = window - torque[window, joint] / change[window, joint]  # in windows
+    reach = len(taps) // (2 * equations.step) + 1
+    rows = window[:, None] + np.arange(1 - reach, reach + 1)
+    shape = np.interp((rows - place[:, None]) * equations.step + (len(taps) - 1) / 2, np.arange(len(taps)), taps)
+    shape[(rows < 0) | (rows >= len(torque))] = 0.0
+    blows = np.zeros_like(torque)
+    strength = np.sign(change[window, joint])[:, None] * shape / taps.max()
+    np.add.at(blows, (np.clip(rows, 0, len(torque) - 1), joint[:, None]), strength)
+    return [blows, np.concatenate([np.zeros_like(blows[:1]), blows[:-1]])]

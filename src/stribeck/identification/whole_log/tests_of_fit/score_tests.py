@@ -1,0 +1,181 @@
+"""Whether friction does what no law of velocity can: score tests of what the fit leaves over.
+
+A law that is fitted to friction that it cannot describe gives an average, and its intervals do not know. With r what
+the fit leaves over of a share of the log, whitened, C the columns of `AlternativeTerms`, J those of all that is fitted,
+and A their curvature on this share,
+
+    scores       s = C^T r - C^T J A^-1 (J^T r)
+    information  N = C^T C - C^T J A^-1 (J^T C)
+    covariance   V = N + B Q B^T,   B = C^T Z - C^T J A^-1 (J^T Z)
+
+the last term of V being what errors Z that every step repeats do to the scores. A kind of friction beyond the law is
+found where its terms b = N^-1 s differ from zero by more than their covariance N^-1 V N^-1 lets chance do (Rao 1948);
+it is flagged where it also matters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import chdtrc  # the tail of chi square
+
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.model.parametrisation import Parametrisation
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
+from stribeck.identification.whole_log.solver.solve import Solution, curvature
+from stribeck.identification.whole_log.tests_of_fit.alternative_terms import COLUMNS, GAIN_COLUMN, KINDS, NO_TORQUE
+from stribeck.typing import Array
+
+LEAST_MINUS_LOG10_P = 8.0
+"""Minus log10 of the probability [1] of a false alarm in one test by chance alone; errors of a model add to it."""
+
+MATTERS = 0.05
+"""Share of a joint's friction [1] below which a term is not worth a word."""
+
+LEAST_FRICTION = 0.01
+"""Share of the torque that a joint carries [1]: less counts as so much friction."""
+
+LEAST = 1e-6
+"""Information [1/(N m)^2] below which a term is not tested: the law can do the same."""
+
+
+SENTENCES = {
+    "load": "friction changes with the torque that the joint carries",
+    "drift": "friction drifts in the course of the log",
+    "presliding": "friction builds up over some way after a reversal, as bristles bend or a gear winds up",
+    "play": "torque is lost where it changes its sign, as in a play",
+}
+"""What is said of each kind."""
+
+
+@dataclass(frozen=True)
+class ScoreTest:
+    """Friction beyond the law.
+
+    Attributes
+    ----------
+    kind
+        Of `KINDS`.
+    size, share
+        Of its largest column [N m], and that over the joint's friction [1].
+    minus_log10_p
+        Minus log10 of the probability that chance alone does as much [1].
+    flagged
+        Whether it is surprising, and matters.
+    """
+
+    kind: str
+    size: float
+    share: float
+    minus_log10_p: float
+    flagged: bool
+
+
+def run_score_tests(
+    normal_equations: NormalEquations,
+    total: int,
+    curves: Curves,
+    model: ModelCorrections,
+    solution: Solution,
+    effect_std: Array,
+) -> tuple[tuple[ScoreTest, ...], ...]:
+    """Return what is found beyond the law, for each joint one entry a kind.
+
+    Parameters
+    ----------
+    normal_equations
+        Of a share of the log, with columns of repeated errors and of alternative terms.
+    total
+        Number of equations of the whole log, which solution and chi^2 are of.
+    curves, model, solution
+        Of the whole log.
+    repeated
+        Standard deviations of the repeated errors: of each joint's torque [N m] and the root's turns, shape (n + 3,) or
+        (n,).
+    """
+    own = normal_equations.alternatives
+    assert own is not None
+    parameters, layout = Parametrisation(curves, model), normal_equations.layout
+    effects, tested = layout.part("random_effects"), layout.part("alternatives")
+    plain = normal_equations.without("gaits", "alternatives")
+    fitted = plain.layout.part("friction", "rotors")
+    left = normal_equations.right_hand_side - normal_equations.information[:, fitted] @ parameters.values(solution.x)
+
+    def mixed(rows: Array) -> Array:
+        return parameters.times_jacobian(rows, solution.x)
+
+    lost = cho_solve(  # C^T J A^-1
+        cho_factor(curvature(plain, curves, model, solution)), mixed(normal_equations.information[tested, fitted]).T
+    ).T
+    score = left[tested] - lost @ mixed(left[None, fitted])[0]
+    bias = normal_equations.information[tested, effects] - lost @ mixed(normal_equations.information[effects, fitted]).T
+    bias *= np.resize(effect_std, bias.shape[1])
+    information = (
+        normal_equations.information[tested, tested] - lost @ mixed(normal_equations.information[tested, fitted]).T
+    )
+    scale = max(1.0, solution.chi_square / max(total - solution.internal.size, 1))
+    level = np.maximum(_friction(curves, solution), LEAST_FRICTION * own.torque)
+    found: list[tuple[ScoreTest, ...]] = []
+    for joint in range(layout.joints):
+        if own.torque[joint] <= NO_TORQUE:
+            found.append(())
+            continue
+        place = slice(joint * COLUMNS, (joint + 1) * COLUMNS)
+        variance = scale * information[place, place] + bias[place] @ bias[place].T
+        found.append(_test(score[place], information[place, place], variance, float(level[joint])))
+    return tuple(found)
+
+
+def _test(score: Array, information: Array, variance: Array, level: float) -> tuple[ScoreTest, ...]:
+    """Return what one joint's scores say of each kind; the sensor's gain may be wrong beside each of them."""
+    found = []
+    for kind, columns in KINDS.items():
+        which = np.array([*columns, GAIN_COLUMN])
+        grid = np.ix_(which, which)
+        prior = np.diag(which == GAIN_COLUMN).astype(float)
+        own = slice(len(columns))
+        if np.linalg.eigvalsh(information[grid][own, own])[0] <= LEAST:
+            continue  # the law can do the same
+        inverse = np.linalg.inv(information[grid] + prior)
+        size, covariance = (inverse @ score[which])[own], (inverse @ (variance[grid] + prior) @ inverse)[own, own]
+        squares = float(size @ np.linalg.solve(covariance, size))
+        with np.errstate(divide="ignore"):  # beyond what a number can hold: infinite
+            minus_log10_p = float(-np.log10(chdtrc(len(columns), squares)))
+        largest = float(np.abs(size).max())
+        share = largest / max(level, 1e-12)
+        found.append(
+            ScoreTest(kind, largest, share, minus_log10_p, minus_log10_p > LEAST_MINUS_LOG10_P and share > MATTERS)
+        )
+    return tuple(found)
+
+
+def score_test_warnings(score_tests: Sequence[Sequence[ScoreTest]], names: Sequence[str]) -> list[str]:
+    """Return a sentence for each kind that joints have, by name; of a joint that shows several, the clearest."""
+    found: dict[str, list[str]] = {}
+    for name, own in zip(names, score_tests, strict=True):
+        flagged = [lack for lack in own if lack.flagged]
+        if flagged:
+            clearest = max(flagged, key=lambda lack: lack.minus_log10_p)
+            found.setdefault(clearest.kind, []).append(f"{name} ({100 * clearest.share:.0f} %)")
+    return [
+        f"{sentence}: {', '.join(found[kind])} of its friction; the law's parameters are an average over this log, and "
+        "their intervals do not know"
+        for kind, sentence in SENTENCES.items()
+        if kind in found
+    ]
+
+
+def _friction(curves: Curves, solution: Solution) -> Array:
+    """Return how large each joint's friction is at half its top speed, without the offset [N m], shape (n,)."""
+    basis, joints = curves.basis, len(curves.top_speed)
+    functions = basis.functions.shape[1]
+    own = curves.coefficients(solution.internal).reshape(joints, -1)[:, :functions]
+    both = [
+        np.interp(0.5 * top * np.array([-1.0, 1.0]), velocity, basis.functions @ each)
+        for top, velocity, each in zip(curves.top_speed, basis.velocity, own, strict=True)
+    ]
+    return np.asarray(np.abs(np.diff(both, axis=1)[:, 0]) / 2)

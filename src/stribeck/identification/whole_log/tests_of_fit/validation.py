@@ -1,0 +1,94 @@
+"""How well the law explains segments that its fit did not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, curve_windows, design
+from stribeck.result import Validation
+from stribeck.typing import Array
+from stribeck.weak_equations import WeakEquations
+
+
+def validate(
+    unseen: Sequence[WeakEquations],
+    training: NormalEquations,
+    curves: Curves,
+    components: VarianceComponents,
+    friction: Array,
+    corrections: Array,
+) -> tuple[Validation, ...]:
+    """Return a validation for each joint, in the order of the equations' joints.
+
+    Parameters
+    ----------
+    unseen
+        Equations that the fit did not see.
+    training
+        What it saw: for the Coulomb friction and offset that the law is compared with.
+    curves, components
+        Nodes, and errors that equations are weighed by.
+    friction, corrections
+        Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), that the training gave.
+    """
+    candidates = np.stack([friction, np.zeros_like(friction), coulomb_curves(training, corrections)])
+    rms = left_over(unseen, curves, components, friction, corrections, candidates)
+    return tuple(
+        Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(coulomb))
+        for own, zero, coulomb in rms.T
+    )
+
+
+def left_over(
+    equations: Sequence[WeakEquations],
+    curves: Curves,
+    components: VarianceComponents,
+    friction: Array,
+    corrections: Array,
+    candidates: Array,
+) -> Array:
+    """Return what curves leave of each joint's friction torque, root mean square [N m], shape (candidates, n).
+
+    Each equation counts as much as it can know of the joint. `friction`, shape (n r,), are the other joints' curves,
+    and each candidate, a row of shape (n r,), stands in for one joint's at a time.
+    """
+    joints = len(curves.top_speed)
+    squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
+    for part in equations:
+        left = part.residual.ravel() - design(part, curves.basis) @ np.concatenate([friction, corrections])
+        share = _shares(part, components)
+        weights += share.sum(axis=0)
+        windows = curve_windows(part, curves.basis)
+        changes = (friction - candidates).reshape(len(candidates), joints, -1)
+        for k, torque in enumerate(np.einsum("kjr,cjr->ckj", windows, changes)):
+            error = left[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
+            squares[k] += (share * error**2).sum(axis=0)
+    return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
+
+
+def coulomb_curves(normal_equations: NormalEquations, corrections: Array) -> Array:
+    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (n r,)."""
+    basis, friction, model = normal_equations.basis, normal_equations.layout.friction, normal_equations.layout.model
+    columns = [basis.coefficients(np.column_stack([np.sign(v), np.ones_like(v)])) for v in basis.velocity]
+    whole = block_diag(*columns)
+    matrix = whole.T @ normal_equations.information[friction, friction] @ whole
+    vector = whole.T @ (
+        normal_equations.right_hand_side[friction] - normal_equations.information[friction, model] @ corrections
+    )
+    ridge = 1e-9 * float(np.diag(matrix).max()) * np.eye(len(matrix))
+    return np.asarray(whole @ np.linalg.solve(matrix + ridge, vector))
+
+
+def _shares(equations: WeakEquations, components: VarianceComponents) -> Array:
+    """Return how much each equation says about each joint's friction torque [1/(N m)^2], shape (K m, n)."""
+    encoder = (components.encoder_errors(equations) ** 2).sum(axis=2)
+    torque = (equations.sensors**2).sum(axis=2)
+    other = ((components.response(equations) * components.at(equations)[:, None]) ** 2).sum(axis=2)
+    variance = equations.acceleration_overlap[0] * encoder + equations.torque_overlap[0] * torque + other
+    shares = equations.weights**2 / variance[:, :, None]
+    return np.asarray(shares.reshape(-1, shares.shape[2]))

@@ -1,0 +1,1 @@
+"""How well the solution is known, and why."""

@@ -1,0 +1,67 @@
+"""What the whole log says about each joint, in the form that verdicts are made from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.identification.curve_fit.covariance import intervals_95
+from stribeck.identification.curve_fit.descent import to_external, to_internal
+from stribeck.identification.curve_fit.problem import ARMATURE
+from stribeck.identification.joint_fit import AT_BOUND, JointFit
+from stribeck.identification.whole_log.estimate import WholeLogFit
+from stribeck.identification.whole_log.terms.term_selection import FOLDS
+
+
+def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
+    """Return the fits of all joints by name.
+
+    The covariance is the inverse curvature of all coordinates together, so that what is not known of the model widens
+    the friction's intervals; it is scaled where errors are larger than they were taken to be, or parts of the log
+    disagree about a joint. A gain that all torques share scales all friction.
+    """
+    freedom = max(fit.segments - 1.0, 1.0)
+    return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
+
+
+def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
+    solution, there = fit.solution, fit.model.corrections
+    has = np.flatnonzero(fit.curves.has(joint))
+    own, unit = solution.layout.joint(joint).start + has, np.ones(len(has))
+    parameters = tuple(fit.curves.parameters[k] for k in has)
+    held, joint_heterogeneity = solution.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
+    if joint in there.rotors:
+        own, unit = (
+            np.append(own, solution.layout.rotor(there.rotors.index(joint))),
+            np.append(unit, fit.model.priors.rotor),
+        )
+        parameters, joint_heterogeneity = (*parameters, ARMATURE), np.append(joint_heterogeneity, 1.0)
+        held = np.append(held, solution.x[own[-1]] <= 0)
+    degrees = np.where(joint_heterogeneity > fit.widening, min(freedom, FOLDS - 1), freedom)
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
+    rotor = np.array([parameter is ARMATURE for parameter in parameters])
+    values = to_external(np.where(rotor, np.maximum(solution.x[own], 0.0), solution.x[own]), logs) * unit
+    torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
+    gain = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
+    terms = fit.budget.terms(own, fit.widening, joint_heterogeneity, gain)
+    covariance = np.sum(list(terms.values()), axis=0) * np.outer(unit, unit)
+    deviation = np.sqrt(np.diag(covariance))
+    shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}
+    factor = np.where(logs, values, 1.0)
+    distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
+    return JointFit(
+        parameters=parameters,
+        values=values,
+        standard_errors=deviation * factor,
+        covariance=covariance * np.outer(factor, factor),
+        intervals=np.clip(intervals_95(values, deviation, degrees, logs), bounds[:, :1], bounds[:, 1:]),
+        degrees_of_freedom=degrees,
+        at_bound=held | (distance < AT_BOUND * deviation),
+        rms=float(fit.residual_rms[joint]),
+        samples=fit.normal_equations.count // joints,
+        blocks=fit.segments,
+        starts=2,
+        cost=solution.cost,
+        converged=solution.converged,
+        variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(own))),
+    )

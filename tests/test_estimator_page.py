@@ -1,0 +1,23 @@
+"""The page on the estimator's mathematics names modules that are there, and numbers its equations in order."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs/estimator.md").read_text()
+
+
+@pytest.mark.xfail(strict=True, reason="modules of the equations and of the whole-log fit still have their old names")
+def test_modules_are_there() -> None:
+    named = re.findall(r"`([\w/]+\.py)`", PAGE)
+    assert len(named) > 20
+    for name in named:
+        path = re.sub(r"^whole_log/", "identification/whole_log/", name)
+        assert (ROOT / "src/stribeck" / path).is_file(), name
+
+
+def test_equations_are_numbered_in_order() -> None:
+    numbers = [int(number) for number in re.findall(r"\\text\{\((\d+)\)\}", PAGE)]
+    assert numbers == list(range(1, len(numbers) + 1))

@@ -1,0 +1,118 @@
+"""The package speaks the language of its field: words that it once had of its own stay out of code and documentation.
+
+The right ones are in docs/glossary.md.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PENDING = (
+    "src/stribeck/equations",
+    "src/stribeck/identification/whole_log",
+    "src/stribeck/methods/moving.py",
+    "src/stribeck/methods/whole_log.py",
+    "docs/whole-log.md",
+)
+"""Whose modules, or the imports of these, still have retired names."""
+
+FILES = [
+    path
+    for kind in ("src/**/*.py", "src/**/*.j2", "docs/**/*.md")
+    for path in sorted(ROOT.glob(kind))
+    if not str(path.relative_to(ROOT)).startswith(PENDING)
+]
+
+RETIRED = {
+    r"listen\w*|heard": "read, use; pilot fit",
+    r"error levels?": "variance components",
+    r"unrest": "contact variance scale",
+    r"shak(e|es|en|ing)": "encoder-noise scale",
+    r"fading": "autocorrelation",
+    r"def driving|driving\(": "innovation weights",
+    r"(?-i:Statistic)": "normal equations",
+    r"narrowing": "basis reduction",
+    r"un?believ\w*|believ\w*|beliefs?": "prior, empirical Bayes",
+    r"joints (\w+ ){0,3}(are|be|is) alike|(how|learn) alike|self\.alike|alike\s*[:=]": "group prior",
+    r"(un)?doubt(s|ed)?": "overdispersion",
+    r"disagreements?": "heterogeneity over folds",
+    r"repeated columns|spread of repeated": "gait-phase random effects",
+    r"suspects?": "alternative terms",
+    r"lacks? of fit|lack warnings": "score tests",
+    r"surpris(e|es|ing)": "-log10 p",
+    r"restarts": "multistart",
+    r"\.settled|(?-i:settled)\s*[:=]|log has settled": "converged; determined",
+    r"bends?": "loss scale; shape of the curve",
+    r"lazily": "equation sequence",
+    r"calm\w*": "joint acceleration; of a support phase: steady",
+    r"climb(s|ed|ing)?": "stepwise selection",
+    r"tell(s|ing)? from zero|told from (zero|nothing)": "significant",
+    r"told of": "flagged",
+    r"what (the|a|its) (law|fit|solution) leaves|(left|leaves) over": "residual",
+    r"(hold|holds|holding|held) the truth": "cover; coverage",
+    r"feeds? (\w+ )?(energy|power) in|feed (energy|power) in": "violates passivity",
+    r"(came|comes|come) to (no|its) end": "did not converge; converged",
+    r"gives? or takes?": "+-",
+    r"stretch(es)?": "segment, close-up, part",
+}
+"""Pattern -> what to say instead. Identifiers count as their words: `ErrorLevels`, `error_levels` as "error levels"."""
+
+PLAIN_ENGLISH = {
+    r"lazily": r"(loaded|imported) lazily|lazily (loaded|imported)",
+    r"believ": r"simulation",
+    r"bend": r"bristle|teeth|elbow|chapter3\.bend",
+    r"settled": r"simulation",
+    r"feed": r"docs/paper",
+    r"disagreement": r"`disagreement`|disagreement: float|disagreement=|errors\.disagreement",  # a key of result.json
+    r"stretch": r"simulation|docs/paper",
+}
+"""Part of a finding -> what its path or line has where the word is meant as everybody, or the paper, means it."""
+
+
+def words(text: str) -> str:
+    """Return a text with identifiers taken apart, line by line the same."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text).replace("_", " ")
+
+
+def findings(text: str, path: str = "") -> list[tuple[int, str, str]]:
+    """Return line, words and what to say instead, wherever a text has a retired word."""
+    text, found = words(text), []
+    lines = text.splitlines()
+    for pattern, say in RETIRED.items():
+        spaced = pattern.replace(" ", r"""[\s"'#*>]+(?:f["'])?""")  # a phrase may go on in the next line
+        for match in re.finditer(rf"(?<!\w)(?:{spaced})(?!\w)", text, re.IGNORECASE):
+            number = text.count("\n", 0, match.start())
+            place = f"{path}: {lines[number]}"
+            if not any(key in match[0].lower() and re.search(why, place) for key, why in PLAIN_ENGLISH.items()):
+                found.append((number + 1, " ".join(match[0].split()), say))
+    return sorted(found)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_words_are_those_of_the_field(path: Path) -> None:
+    name = str(path.relative_to(ROOT))
+    found = [f"{name}:{line}: {word} -> {say}" for line, word, say in findings(path.read_text(), name)]
+    assert not found, "\n" + "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("x = 1\ndoubt_of = 2", 2),
+        ("class ErrorLevels:", 1),
+        ("a law that leaves much over\nwould feed\nenergy in", 2),
+        ('"friction would feed "\n    f"energy in"', 1),
+        ("intervals that hold the truth", 1),
+    ],
+)
+def test_retired_words_are_found(text: str, line: int) -> None:
+    assert findings(text)[0][0] == line
+
+
+@pytest.mark.parametrize(
+    "text", ["public names, loaded lazily", "bristles bend before they slip", "an undoubtedly narrow interval is held"]
+)
+def test_plain_english_is_left_alone(text: str) -> None:
+    assert not findings(text)
