@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+from studies.dense import dense_friction_torque
 
 from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
 from stribeck.contact import find_support_phases
-from stribeck.dynamics.constrained import dense_friction_torque
 from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import THREADS, rooted_inverse_dynamics
 from stribeck.dynamics.state import State

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from tests.models import example_robot, make_robot
 
 from stribeck.robot import Robot
-from stribeck.robot.kinematics import direction_in_root, frame_pose, point_motion, rotate, rotation_matrices
+from stribeck.robot.kinematics import direction_in_root, frame_pose, point_motion
 from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
 
 SAMPLES = 5
@@ -97,13 +97,3 @@ def test_ends_of_limbs_on_a_moving_base_move_as_pinocchio_says(case):
         np.testing.assert_allclose(
             end.velocity[k], carried.velocity[k] + jacobian[k] @ motion[1, k, limb.columns], atol=1e-12
         )
-
-
-def test_rotations_agree_with_scipy():
-    generator = np.random.default_rng(3)
-    axis = generator.normal(size=3)
-    axis /= np.linalg.norm(axis)
-    angles, vectors = generator.uniform(-7, 7, SAMPLES), generator.normal(size=(SAMPLES, 3))
-    expected = Rotation.from_rotvec(angles[:, None] * axis)
-    np.testing.assert_allclose(rotate(axis, angles, vectors), expected.apply(vectors), atol=1e-12)
-    np.testing.assert_allclose(rotation_matrices(axis, angles), expected.as_matrix(), atol=1e-12)

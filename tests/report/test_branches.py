@@ -8,7 +8,7 @@ from tests.identification.whole_log.test_whole_log import TRUTH, with_wrong_bodi
 
 from stribeck import Robot, identify, write_report
 from stribeck.friction import get_law
-from stribeck.report.branches import branch_figures, branches
+from stribeck.report.corrections import branch_figures, branches
 from stribeck.report.figure import house_style
 from stribeck.result import Result
 from stribeck.settings import Settings

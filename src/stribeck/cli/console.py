@@ -12,11 +12,12 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from stribeck.inspection import Inspection
-    from stribeck.result import ParameterEstimate, Result
+    from stribeck.result import JointResult, ParameterEstimate, Result
     from stribeck.result.compare import Comparison
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "not excited": "dim"}
+HELD_OUT = "RMS held out\n[N m]"
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
 
@@ -42,6 +43,15 @@ def number(value: float) -> str:
     return f"{value:.4g}"
 
 
+def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Sequence[str] = ()) -> Table:
+    """Return an empty table: columns of text, of numbers, and of text again."""
+    table = Table(title=escape(title))
+    for headings, justify in ((left, "left"), (right, "right"), (last, "left")):
+        for heading in headings:
+            table.add_column(escape(heading), justify=justify)  # type: ignore[arg-type]
+    return table
+
+
 def print_result(result: Result) -> None:
     """Print the verdict table: a line a joint; one a parameter where joints have different ones."""
     from stribeck.friction import AUTO
@@ -56,32 +66,38 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_parameters(result: Result) -> Table:
-    table = Table(title=escape(f"{result.robot}: friction, law '{result.law}', 95 % intervals"))
-    for heading in ("joint", "verdict", "parameter", "value", "RMS held out\n[N m]"):
-        table.add_column(escape(heading), justify="right" if heading[0] in "vR" and heading != "verdict" else "left")
+    table = _table(_title(result), ["joint", "verdict", "parameter"], ["value", HELD_OUT])
     for joint, found in result.joints.items():
-        named = [escape(f"{name} [{parameter.unit}]") for name, parameter in found.parameters.items()]
-        values = [_with_error(parameter) for parameter in found.parameters.values()]
-        rms = number(found.validation.rms) if found.validation else ""
-        verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
-        table.add_row(escape(joint), verdict, "\n".join(named), "\n".join(values), rms, end_section=True)
+        named = "\n".join(f"{name} [{parameter.unit}]" for name, parameter in found.parameters.items())
+        values = "\n".join(_with_error(parameter) for parameter in found.parameters.values())
+        table.add_row(*_row_head(joint, found), escape(named), values, _held_out(found), end_section=True)
     return table
 
 
 def _columns_of_parameters(result: Result) -> Table:
     names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
-    table = Table(title=escape(f"{result.robot}: friction, law '{result.law}', 95 % intervals"))
-    table.add_column("joint")
-    table.add_column("verdict")
-    for name in names:
-        units = {j.parameters[name].unit for j in result.joints.values() if name in j.parameters}
-        table.add_column(escape(f"{name}\n[{', '.join(sorted(units))}]"), justify="right")
-    table.add_column(escape("RMS held out\n[N m]"), justify="right")
+    units = {
+        name: sorted({j.parameters[name].unit for j in result.joints.values() if name in j.parameters})
+        for name in names
+    }
+    headings = [f"{name}\n[{', '.join(units[name])}]" for name in names]
+    table = _table(_title(result), ["joint", "verdict"], [*headings, HELD_OUT])
     for joint, found in result.joints.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
-        rms = number(found.validation.rms) if found.validation else ""
-        table.add_row(escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]", *cells, rms)
+        table.add_row(*_row_head(joint, found), *cells, _held_out(found))
     return table
+
+
+def _title(result: Result) -> str:
+    return f"{result.robot}: friction, law '{result.law}', 95 % intervals"
+
+
+def _row_head(joint: str, found: JointResult) -> tuple[str, str]:
+    return escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]"
+
+
+def _held_out(found: JointResult) -> str:
+    return number(found.validation.rms) if found.validation else ""
 
 
 def _with_error(found: ParameterEstimate) -> str:
@@ -92,9 +108,8 @@ def _with_error(found: ParameterEstimate) -> str:
 
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
     """Print the truth beside what was found, joint by joint and parameter by parameter, then how many agree."""
-    table = Table(title=escape(f"{result.robot}: truth and found, law '{result.law}'"))
-    for heading in ("joint", "parameter", "truth", "found", "95 % interval", "verdict"):
-        table.add_column(heading, justify="right" if heading in ("truth", "found", "95 % interval") else "left")
+    title, numbers = f"{result.robot}: truth and found, law '{result.law}'", ("truth", "found", "95 % interval")
+    table = _table(title, ["joint", "parameter"], numbers, ["verdict"])
     parameters = identified = covered = 0
     for joint, found in result.joints.items():
         true = truth.get(joint, {})
@@ -137,17 +152,8 @@ def print_inspection(found: Inspection) -> None:
     ]
     for line in lines:
         console.print(line, markup=False)
-    table = Table(title=escape(f"{found.robot}: joints"))
-    table.add_column("joint")
-    for heading in (
-        "position [rad]",
-        "velocity [rad/s]",
-        "torque [N m]",
-        "correlation with model",
-        "torque delay [ms]",
-    ):
-        table.add_column(escape(heading), justify="right")
-    table.add_column("sign")
+    numbers = ("position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model", "torque delay [ms]")
+    table = _table(f"{found.robot}: joints", ["joint"], numbers, ["sign"])
     for name, joint in found.joints.items():
         ranges = (joint.position_range, joint.velocity_range, joint.torque_range)
         table.add_row(
@@ -174,12 +180,8 @@ def _support_shares(found: Inspection) -> str:
 
 def print_comparison(found: Comparison) -> None:
     """Print the differences of two results: a line a parameter."""
-    table = Table(title=escape(f"{found.a} and {found.b}"))
-    table.add_column("joint")
-    table.add_column("parameter")
-    for heading in ("first", "second", "difference", "95 % interval"):
-        table.add_column(heading, justify="right")
-    table.add_column("agrees")
+    numbers = ("first", "second", "difference", "95 % interval")
+    table = _table(f"{found.a} and {found.b}", ["joint", "parameter"], numbers, ["agrees"])
     for row in found.rows:
         low, high = row.interval_95
         table.add_row(

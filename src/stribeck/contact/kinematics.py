@@ -7,7 +7,7 @@ from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import distance_transform_edt, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from stribeck.contact.hysteresis import switch
@@ -125,12 +125,11 @@ def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlac
 def _swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which feet swing, shape (T, feet): in the air, or moving on the way up or down."""
     swinging = np.empty_like(airborne)
-    distance = np.empty(airborne.shape)
-    rows = np.arange(len(airborne))
+    distance = np.full(airborne.shape, np.inf)
     for foot in range(airborne.shape[1]):
         swinging[:, foot] = _runs_touching(airborne[:, foot] | moving[:, foot], airborne[:, foot])
-        in_air = np.flatnonzero(airborne[:, foot])
-        distance[:, foot] = _distance_to_nearest(rows, in_air)
+        if airborne[:, foot].any():
+            distance[:, foot] = distance_transform_edt(~airborne[:, foot])
     nowhere_to_stand = swinging.all(axis=1)
     middle = 0.5 * (distance.min(axis=1) + distance.max(axis=1))
     # The feet whose time in the air is further away stand.
@@ -142,13 +141,3 @@ def _runs_touching(wide: NDArray[np.bool_], core: NDArray[np.bool_]) -> NDArray[
     """Return those runs of `wide` that contain some of `core`."""
     run = np.cumsum(np.diff(wide, prepend=False))
     return wide & np.isin(run, run[core])
-
-
-def _distance_to_nearest(rows: NDArray[np.int64], marks: NDArray[np.int64]) -> Array:
-    """Return how many rows away the nearest mark is, infinite without marks."""
-    if len(marks) == 0:
-        return np.full(len(rows), np.inf)
-    after = np.searchsorted(marks, rows)
-    later = marks[np.minimum(after, len(marks) - 1)]
-    earlier = marks[np.maximum(after - 1, 0)]
-    return np.asarray(np.minimum(np.abs(later - rows), np.abs(rows - earlier)), dtype=np.float64)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
@@ -22,10 +23,7 @@ def up_in_base(log: RobotLog, robot: Robot) -> Array:
     up = -robot.gravity / np.linalg.norm(robot.gravity)
     if log.base_orientation is None:
         return np.broadcast_to(up, (len(log.time), 3))
-    quaternion = root_quaternions(robot, log.position, log.base_orientation)
-    vector, scalar = quaternion[:, :3], quaternion[:, 3:]
-    cross = np.cross(vector, np.broadcast_to(up, vector.shape))
-    return np.asarray(up - 2 * scalar * cross + 2 * np.cross(vector, cross))
+    return gravity_in_root_link(root_quaternions(robot, log.position, log.base_orientation), up)
 
 
 def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int | None:

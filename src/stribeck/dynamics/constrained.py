@@ -1,7 +1,7 @@
 """The dense equations of constrained motion, (5.4) to (5.13) and (6.1), one sample at a time.
 
-They are the reference that the re-rooted recursion is tested against, and they serve contact sets that no
-re-rooting covers. Positive friction torque resists motion, so the paper's `tau_f` is `-R` and
+They are the reference that the re-rooted recursion is tested against (`studies/dense.py`), and they serve contact sets
+that no re-rooting covers. Positive friction torque resists motion, so the paper's `tau_f` is `-R` and
 (5.13) reads `R = M_mod (a_est - a_msr)`.
 """
 
@@ -29,8 +29,6 @@ class ConstrainedSample:
 
     Attributes
     ----------
-    estimated_acceleration
-        Of all joints without friction (5.10), shape (n,).
     mobility
         `M_mod^-1 = S_tc M^-1 N S_tc^T` of (5.12), shape (k, k) for k torque-controlled joints.
     difference
@@ -43,17 +41,11 @@ class ConstrainedSample:
         `J_c M^-1 S_tc^T`, shape (m, k): what a friction torque does to the constraints.
     """
 
-    estimated_acceleration: Array
     mobility: Array
     difference: Array
     multipliers: Array
     constraint_inertia: Array
     friction_response: Array
-
-    def multipliers_with(self, friction_torque: Array) -> Array:
-        """Return the multipliers with friction, shape (m,): what the ground and the position control really do."""
-        change = np.linalg.solve(self.constraint_inertia, self.friction_response @ friction_torque)
-        return np.asarray(self.multipliers + change)
 
 
 def constrained_sample(robot: Robot, feet: tuple[str, ...], state: State, torque: Array, k: int) -> ConstrainedSample:
@@ -84,7 +76,6 @@ def constrained_sample(robot: Robot, feet: tuple[str, ...], state: State, torque
     estimated = np.empty(len(columns))
     estimated[columns] = estimate[6:]
     return ConstrainedSample(
-        estimated_acceleration=estimated,
         mobility=(inverse @ projector)[np.ix_(place, place)],
         difference=(estimated - state.acceleration[k])[robot.torque_controlled],
         multipliers=multipliers,
@@ -181,26 +172,6 @@ def _contact_drift(
     return np.concatenate(rows)
 
 
-def dense_friction_torque(robot: Robot, feet: tuple[str, ...], state: State, torque: Array) -> tuple[Array, Array]:
-    """Return the friction torque (5.13) of the torque-controlled joints and the wrenches on the standing feet.
-
-    Returns
-    -------
-    friction_torque
-        Shape (T, n), NaN for position-controlled joints.
-    wrench
-        Ground reaction on each standing foot in its own frame, shape (T, m).
-    """
-    friction = np.full(torque.shape, np.nan)
-    wrench = np.empty((len(torque), sum(robot.contacts[foot].size for foot in feet)))
-    for k in range(len(torque)):  # dense algebra of one sample at a time: the reference, not the fast path
-        sample = constrained_sample(robot, feet, state, torque, k)
-        found = np.asarray(np.linalg.solve(sample.mobility, sample.difference), dtype=float)
-        friction[k, robot.torque_controlled] = found
-        wrench[k] = sample.multipliers_with(found)[: wrench.shape[1]]
-    return friction, wrench
-
-
 def minimum_norm_friction_torque(
     robot: Robot,
     feet: tuple[str, ...],
@@ -234,7 +205,7 @@ def minimum_norm_friction_torque(
     count = len(robot.torque_controlled)
     root_weight = np.sqrt(np.broadcast_to(weight, (count,)))
     root_penalty = np.diag(np.sqrt(np.broadcast_to(penalty, (count,))))
-    for k in range(len(torque)):  # see above
+    for k in range(len(torque)):  # dense algebra of one sample at a time
         sample = constrained_sample(robot, feet, state, torque, k)
         matrix = np.vstack([root_weight[:, None] * sample.mobility, root_penalty])
         right = np.concatenate([root_weight * sample.difference, np.zeros(count)])

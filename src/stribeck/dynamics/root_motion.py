@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from stribeck.dynamics.rooted import RootMotion
 from stribeck.dynamics.state import State
@@ -18,9 +19,7 @@ ENOUGH_POINTS = 3
 
 def gravity_in_root_link(quaternion: Array, gravity: Array) -> Array:
     """Return gravity in the root link's coordinates, shape (T, 3), from its orientation xyzw, shape (T, 4)."""
-    vector, scalar = quaternion[:, :3], quaternion[:, 3:]
-    cross = np.cross(vector, np.broadcast_to(gravity, vector.shape))
-    return np.asarray(gravity - 2 * scalar * cross + 2 * np.cross(vector, cross))
+    return np.asarray(Rotation.from_quat(quaternion).apply(gravity, inverse=True))
 
 
 def standing_root(robot: Robot, contact: str, state: State) -> RootMotion:

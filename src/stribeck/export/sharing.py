@@ -8,6 +8,7 @@ one that can exist if it was before. Light links keep what they have, and the he
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import sqrtm
 
 from stribeck.typing import Array
 
@@ -62,21 +63,15 @@ def _nearest_map(before: Array, after: Array) -> Array:
     """Return A, shape (4, 4), with A P A^T = P': the optimal transport between the two, with masses scaled."""
     mass, centre, moments = _split(possible(before))
     new_mass, new_centre, new_moments = _split(possible(after))
-    root = _square_root(moments)
+    root = np.real(sqrtm(moments))
     inverse = np.linalg.inv(root)
-    turn = inverse @ _square_root(root @ new_moments @ root) @ inverse
+    turn = inverse @ np.real(sqrtm(root @ new_moments @ root)) @ inverse
     scale = np.sqrt(new_mass / mass)
     carrier = np.zeros((4, 4))
     carrier[:3, :3] = turn
     carrier[:3, 3] = scale * new_centre - turn @ centre
     carrier[3, 3] = scale
     return carrier
-
-
-def _square_root(matrix: Array) -> Array:
-    """Return the symmetric square root of a symmetric positive definite matrix, shape (3, 3)."""
-    values, axes = np.linalg.eigh(matrix)
-    return np.asarray((axes * np.sqrt(np.maximum(values, 0.0))) @ axes.T)
 
 
 def _split(matrix: Array) -> tuple[float, Array, Array]:

@@ -7,9 +7,8 @@ from pathlib import Path
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.export import mjcf, urdf
 from stribeck.export.document import document_text
-from stribeck.export.joints import joint_terms
+from stribeck.export.joints import joint_terms, summary
 from stribeck.export.links import corrected_links
-from stribeck.export.summary import summary
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import Corrections, Result, read_result
 from stribeck.robot import Robot

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stribeck.friction.law import FrictionLaw, Parameter
+from stribeck.friction.law import Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.friction.stribeck import split_stribeck
+from stribeck.friction.stribeck import Stribeck
 from stribeck.typing import Array
 
 JUMP = 1e9
@@ -35,7 +35,7 @@ def beyond_velocity(values: Mapping[str, float], velocity: Array, load: ArrayLik
     return np.asarray(values.get("load", 0.0) * np.abs(load) * rise + warmer * slow)
 
 
-class Assembled(FrictionLaw):
+class Assembled(Stribeck):
     """The terms of `--law auto` that are functions of velocity.
 
     R(v) = Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
@@ -61,35 +61,20 @@ class Assembled(FrictionLaw):
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) [N m], shape (N,)."""
-        Fv, Fc, S, vs, offset, a, alpha = values
-        resisting = Fc * np.tanh(a * velocity) * (1.0 + S * np.exp(-((velocity / vs) ** 2)))
-        return np.asarray(Fv * (velocity + alpha * np.abs(velocity)) + resisting + offset)
+        return np.asarray(super().torque(velocity, values[:-1]) + values[0] * values[-1] * np.abs(velocity))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Return dR/dp, shape (N, 7), in the order of `parameters`."""
-        Fv, Fc, S, vs, _, a, alpha = values
-        sign, bell = np.tanh(a * velocity), np.exp(-((velocity / vs) ** 2))
-        level, speed = 1.0 + S * bell, np.abs(velocity)
-        columns = np.empty((len(velocity), 7), order="F")
-        columns[:, 0] = velocity + alpha * speed
-        columns[:, 1] = sign * level
-        columns[:, 2] = Fc * sign * bell
-        columns[:, 3] = columns[:, 2] * S * 2.0 * (velocity / vs) ** 2 / vs
-        columns[:, 4] = 1.0
-        columns[:, 5] = Fc * level * velocity * (1.0 - sign**2)
-        columns[:, 6] = Fv * speed
-        return columns
+        columns = np.column_stack([super().jacobian(velocity, values[:-1]), values[0] * np.abs(velocity)])
+        columns[:, 0] += values[-1] * np.abs(velocity)
+        return np.asfortranarray(columns)
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
         """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, |v|, shape (N, 5)."""
-        sign = np.tanh(shape["slope"] * velocity)
-        bell = np.exp(-((velocity / shape["stribeck_velocity"]) ** 2))
-        return np.column_stack([velocity, sign, sign * bell, np.ones_like(velocity), np.abs(velocity)])
+        return np.column_stack([super().basis(velocity, shape), np.abs(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Return the parameters from (Fv, Fc, Fc S, offset, Fv alpha) and the nonlinear ones."""
-        viscous, kinetic, excess, offset, difference = coefficients
-        coulomb, gain = split_stribeck(kinetic, excess)
+        viscous, difference = coefficients[0], coefficients[-1]
         alpha = float(np.clip(difference / viscous, -1.0, 1.0)) if viscous > 0 else 0.0
-        velocity, slope = shape["stribeck_velocity"], shape["slope"]
-        return np.array([max(viscous, 0.0), coulomb, gain, velocity, offset, slope, alpha])
+        return np.append(super().from_linear(coefficients[:-1], shape), alpha)

@@ -7,7 +7,6 @@ import numpy as np
 from stribeck.friction_torque.stream import Chunk
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.typing import Array
 
 GROUND_TOLERANCE = 0.1
 """Share of the weight by which model and foot sensor may differ without a warning."""
@@ -31,37 +30,23 @@ class GroundReaction:
         for k, name in enumerate(chunk.samples.support_names):
             rows = np.flatnonzero(chunk.samples.support == k)
             if len(rows) and name in log.foot_names:
-                measured = log.foot_wrench[chunk.rows[rows], log.foot_names.index(name)]
-                self.add(chunk.wrench[rows], measured)
-
-    def add(self, predicted: Array, measured: Array) -> None:
-        """Take wrenches on the only standing foot, each (N, 6) in its frame; rows with NaN are left out."""
-        difference = measured - predicted
-        difference = difference[np.all(np.isfinite(difference), axis=1)]
-        self.samples += len(difference)
-        self._sum += difference.sum(axis=0)
-        self._squares += (difference**2).sum(axis=0)
+                difference = log.foot_wrench[chunk.rows[rows], log.foot_names.index(name)] - chunk.wrench[rows]
+                difference = difference[np.all(np.isfinite(difference), axis=1)]
+                self.samples += len(difference)
+                self._sum += difference.sum(axis=0)
+                self._squares += (difference**2).sum(axis=0)
 
     def texts(self, robot: Robot) -> tuple[list[str], list[str]]:
         """Return a note, and a warning where model and foot sensor are far apart."""
         if not self.samples:
             return [], []
         weight = robot.mass * float(np.linalg.norm(robot.gravity))
-        vertical, mean = float(self.rms[2]), float(self.mean[2])
+        rms, mean = np.sqrt(self._squares / self.samples), float(self._sum[2] / self.samples)
+        vertical = float(rms[2])
         text = (
             f"ground reaction, foot sensor against model, RMS over {self.samples} samples: vertical {vertical:.1f} N "
             f"({100 * vertical / weight:.1f} % of the weight, mean {mean:+.1f} N), horizontal "
-            f"{float(np.hypot(*self.rms[:2])):.1f} N, moments {float(np.linalg.norm(self.rms[3:])):.2f} N m"
+            f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
         )
         far = vertical > GROUND_TOLERANCE * weight
         return [text], [f"the model and the foot sensors disagree: {text}"] if far else []
-
-    @property
-    def rms(self) -> Array:
-        """Root mean square of the difference: force [N], then moment [N m], shape (6,)."""
-        return np.asarray(np.sqrt(self._squares / max(self.samples, 1)))
-
-    @property
-    def mean(self) -> Array:
-        """Mean difference, sensor less model: force [N], then moment [N m], shape (6,)."""
-        return np.asarray(self._sum / max(self.samples, 1))

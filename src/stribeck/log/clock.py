@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
-from stribeck.log.resampling import on_uniform_clock
+from stribeck.log.interpolation import on_uniform_clock
 from stribeck.typing import Array
 
 RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged

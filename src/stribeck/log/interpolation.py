@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
+from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS, allocate
 from stribeck.typing import Array
 
@@ -51,26 +57,14 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
     if len(time) == 1:
         result[:] = quaternions
         return result
+    known = np.where(quaternions.any(axis=1, keepdims=True), quaternions, np.nan)
     for start in range(0, len(query), BLOCK_ROWS):
         rows = slice(start, start + BLOCK_ROWS)
         left, share = _bracket(query[rows], time)
-        result[rows] = _on_arc(quaternions[left], quaternions[left + 1], share)
+        before, after = Rotation.from_quat(known[left]), Rotation.from_quat(known[left + 1])
+        part = Rotation.from_rotvec(share[:, None] * (before.inv() * after).as_rotvec())
+        result[rows] = (before * part).as_quat()
     return result
-
-
-def _on_arc(a: Array, b: Array, share: Array) -> Array:
-    """Return sin((1 - u) x) / sin(x) a + sin(u x) / sin(x) b, where x is the angle between a and b, or -b if nearer."""
-    cosine = np.einsum("ij,ij->i", a, b)
-    b = b * np.where(cosine < 0, -1.0, 1.0)[:, None]
-    angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
-    small = np.sin(angle) < 1e-6  # sin(u x) / sin(x) tends to u
-    sine = np.where(small, 1.0, np.sin(angle))
-    weight_a = np.where(small, 1 - share, np.sin((1 - share) * angle) / sine)
-    weight_b = np.where(small, share, np.sin(share * angle) / sine)
-    blend = weight_a[:, None] * a + weight_b[:, None] * b
-    with np.errstate(invalid="ignore"):
-        unit: Array = blend / np.linalg.norm(blend, axis=1, keepdims=True)
-    return unit
 
 
 def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
@@ -91,3 +85,35 @@ def _bracket(query: Array, time: Array) -> tuple[NDArray[np.int64], Array]:
     step = time[left + 1] - time[left]
     share = np.divide(query - time[left], step, out=np.zeros(len(query)), where=step > 0)
     return left, np.clip(share, 0.0, 1.0)
+
+
+KINDS: dict[str, Callable[[Array, Array, Any], NDArray[Any]]] = {
+    "position": cubic,
+    "velocity": cubic,
+    "base_orientation": slerp,
+    "contact": previous,
+}
+"""Smooth signals by splines, flags by the value before; everything else on straight lines, which ring at no step."""
+
+
+def on_uniform_clock(log: RobotLog, segments: tuple[slice, ...], period: float) -> tuple[RobotLog, tuple[slice, ...]]:
+    """Return the log with a sample every `period` [s] from the start of each segment to its end, and the segments."""
+    clocks = [_clock(log.time[part], period) for part in segments]
+    ends = np.cumsum([len(clock) for clock in clocks]).tolist()
+    parts = tuple(slice(start, stop) for start, stop in zip([0, *ends[:-1]], ends, strict=True))
+    even: dict[str, NDArray[Any]] = {"time": np.concatenate(clocks)}
+    for name, channel in log.channels().items():
+        if name == "time":
+            continue
+        shape = (ends[-1], *channel.shape[1:])
+        even[name] = np.empty(shape, dtype=bool) if channel.dtype == bool else allocate(shape)
+        interpolate = KINDS.get(name, linear)
+        for clock, old, new in zip(clocks, segments, parts, strict=True):
+            even[name][new] = interpolate(clock, log.time[old], channel[old])
+    return replace(log, **even), parts  # type: ignore[arg-type]
+
+
+def _clock(time: Array, period: float) -> Array:
+    steps = int(np.floor((time[-1] - time[0]) / period + 1e-6))  # a last sample that rounding puts beyond the end stays
+    clock: Array = np.minimum(time[0] + period * np.arange(steps + 1), time[-1])
+    return clock

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import convolution_matrix
 
 from stribeck.typing import Array
 
@@ -35,7 +36,8 @@ def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> t
     samples = max(len(signal) - length + 1, 0)
     outputs = tuple(np.empty((samples, signal.shape[1])) for _ in range(count))
     block = max(MIN_BLOCK, length // 3)
-    band = _banded(kernels, min(block, samples))
+    inputs = min(block, samples) + length - 1
+    band = np.stack([convolution_matrix(kernel[::-1], inputs, "valid") for kernel in kernels]) if samples else kernels
     for start in range(0, samples, block):
         rows = min(block, samples - start)
         window = signal[start : start + rows + length - 1]
@@ -44,12 +46,3 @@ def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> t
         for output, order, result in zip(outputs, orders, product, strict=True):
             output[start : start + rows] = result + middle if order == 0 else result
     return outputs
-
-
-def _banded(kernels: Array, rows: int) -> Array:
-    """Return the matrices of `rows` successive shifts of each kernel, shape (k, rows, rows + L - 1)."""
-    count, length = kernels.shape
-    band = np.zeros((count, rows, max(rows + length - 1, 0)))
-    for shift in range(rows):
-        band[:, shift, shift : shift + length] = kernels
-    return band

@@ -46,22 +46,14 @@ class CutoffChoice:
         Of the Savitzky-Golay filter of order 4 with uniform weights that has this cutoff [samples].
     reason
         One sentence with numbers, for the user.
-    frequency
-        [Hz], shape (F,).
-    density
-        Power spectral density of each joint's acceleration [(rad/s^2)^2/Hz], shape (F, n).
     """
 
     cutoff: float
     window: int
     reason: str
-    frequency: Array
-    density: Array
 
 
-def choose_cutoff(
-    accelerations: Sequence[Array], rate: float, positions: Sequence[Array] | None = None
-) -> CutoffChoice:
+def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequence[Array]) -> CutoffChoice:
     """Choose the cutoff that distorts the acceleration least in total, by smoothing and by noise.
 
     The model's own acceleration shows where the motion ends and the noise begins, as it needs no second derivative of
@@ -78,10 +70,9 @@ def choose_cutoff(
     rate
         [Hz].
     positions
-        Measured over the same segments [rad], shape (t, n). When given, S is the part of the model's acceleration
-        that is coherent with the position and clear of N, and N the noise of the position's second derivative, which
-        is what the filter meets. Otherwise S is what stands above the floor of the model's acceleration, and N that
-        floor.
+        Measured over the same segmentes [rad], shape (t, n). S is the part of the model's acceleration that is
+        coherent with the position and clear of N, and N the noise of the position's second derivative, which is what
+        the filter meets.
 
     Raises
     ------
@@ -89,18 +80,14 @@ def choose_cutoff(
         If no segment has 64 samples.
     """
     windows = _candidate_windows(rate, max((len(segment) for segment in accelerations), default=0))
-    if positions is None:
-        spectra = average_spectra(accelerations, accelerations, rate)
-        signal, noise = _above_floor(spectra, rate)
-    else:
-        measured = [np.diff(segment, 2, axis=0) * rate**2 for segment in positions]
-        spectra = average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
-        signal, noise = _common(spectra, rate)
+    measured = [np.diff(segment, 2, axis=0) * rate**2 for segment in positions]
+    spectra = average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
+    signal, noise = _common(spectra, rate)
     power = signal.sum(axis=0)
     moving = power > STILL * power.max()
     if not moving.any():
         reason = "no joint's acceleration stands above its noise, so the lowest cutoff is taken"
-        return _choice(windows[-1], rate, reason, spectra)
+        return _choice(windows[-1], rate, reason)
     signal, noise, power = signal[:, moving], noise[:, moving], power[moving]
     best, kept = _least_error_windows(windows, rate, spectra.frequency, signal, noise)
     joint = int(np.argmin(best))
@@ -110,15 +97,13 @@ def choose_cutoff(
         f"power of its acceleration, in which unfiltered noise has {noise[:, joint].sum() / power[joint]:.2g} times "
         f"the power of motion"
     )
-    return _choice(windows[best[joint]], rate, reason, spectra)
+    return _choice(windows[best[joint]], rate, reason)
 
 
-def _choice(window: int, rate: float, reason: str, spectra: Spectra) -> CutoffChoice:
+def _choice(window: int, rate: float, reason: str) -> CutoffChoice:
     cutoff = savgol_cutoff(window, ORDER, "uniform", rate)
     sentence = f"cutoff {cutoff:.3g} Hz, a window of {window} samples: {reason}"
-    return CutoffChoice(
-        cutoff=cutoff, window=window, reason=sentence, frequency=spectra.frequency, density=spectra.first
-    )
+    return CutoffChoice(cutoff=cutoff, window=window, reason=sentence)
 
 
 def _least_error_windows(
@@ -131,13 +116,6 @@ def _least_error_windows(
     error[1:][lost[1:] > MAX_LOSS] = np.inf  # the shortest window is always allowed
     best = np.argmin(error, axis=0)
     return best, 1 - lost[best, np.arange(len(best))]
-
-
-def _above_floor(spectra: Spectra, rate: float) -> tuple[Array, Array]:
-    """Return what stands clearly above the noise floor, read off the upper band, and that floor, each (F, n)."""
-    floor = np.median(spectra.first[_upper_band(spectra.frequency, rate)], axis=0)
-    signal = np.where(spectra.first > CLEAR * floor, spectra.first - floor, 0.0)
-    return signal, np.broadcast_to(floor, signal.shape)
 
 
 def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:

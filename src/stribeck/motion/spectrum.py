@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+import scipy  # its signal is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
@@ -65,8 +65,6 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
         If no segment has 64 samples.
     """
     length = _part_length(np.array([np.isfinite(segment).sum(axis=0) for segment in first]), rate)
-    window = np.hanning(length + 1)[:-1]
-    samples_per_power = 2 / (rate * np.sum(window**2))
     joints = first[0].shape[1]
     first_power, second_power = np.zeros((2, length // 2 + 1, joints))
     cross_power = np.zeros((length // 2 + 1, joints), dtype=np.complex128)
@@ -74,15 +72,14 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
     for x, y in zip(first, second, strict=True):
         if len(x) < length:
             continue
-        x_parts, x_there = _transform(x, window)
-        y_parts, y_there = _transform(y, window)
-        there = x_there & y_there
-        count += there.sum(axis=0)
-        x_parts, y_parts = np.where(there[:, None], x_parts, 0.0), np.where(there[:, None], y_parts, 0.0)
-        first_power += np.sum(np.abs(x_parts) ** 2, axis=0)
-        second_power += np.sum(np.abs(y_parts) ** 2, axis=0)
-        cross_power += np.sum(x_parts * y_parts.conj(), axis=0)
-    scale = samples_per_power / np.maximum(count, 1)
+        x_parts, y_parts = _transform(x, length, rate), _transform(y, length, rate)
+        there = np.isfinite(x_parts[0] + y_parts[0])
+        count += there.sum(axis=1)
+        x_parts, y_parts = np.where(there, x_parts, 0.0), np.where(there, y_parts, 0.0)
+        first_power += np.sum(np.abs(x_parts) ** 2, axis=2)
+        second_power += np.sum(np.abs(y_parts) ** 2, axis=2)
+        cross_power += np.sum(x_parts * y_parts.conj(), axis=2)
+    scale = 2 / np.maximum(count, 1)  # one-sided: half of the power is at negative frequencies
     return Spectra(
         np.asarray(np.fft.rfftfreq(length, 1 / rate)[1:], dtype=np.float64),
         (scale * first_power)[1:],
@@ -115,9 +112,17 @@ def _part_length(samples: NDArray[np.int64], rate: float) -> int:
     return max(MIN_SAMPLES, min(typical, int(filled[-1].min()) // MIN_PARTS, int(MAX_PART * rate)))
 
 
-def _transform(signal: Array, window: Array) -> tuple[NDArray[np.complex128], NDArray[np.bool_]]:
-    """Return the Fourier transforms of a segment's parts, shape (parts, F, n), and which are whole, (parts, n)."""
-    parts = sliding_window_view(signal, len(window), axis=0)[:: len(window) // 2]
-    there = np.asarray(np.isfinite(parts).all(axis=2))
-    centred = np.where(there[:, :, None], parts - parts.mean(axis=2, keepdims=True), 0.0)
-    return np.fft.rfft(centred * window, axis=2).transpose(0, 2, 1), there
+def _transform(signal: Array, length: int, rate: float) -> NDArray[np.complex128]:
+    """Return the Fourier transforms of a segment's parts, shape (F, n, parts), NaN where a part has a NaN."""
+    _, _, parts = scipy.signal.stft(
+        signal,
+        rate,
+        nperseg=length,
+        noverlap=length - length // 2,
+        detrend="constant",
+        boundary=None,
+        padded=False,
+        axis=0,
+        scaling="psd",
+    )
+    return np.asarray(parts)

@@ -115,14 +115,6 @@ def gain(value: float) -> str:
 
 
 FILTERS: dict[str, Callable[..., str]] = {
-    "number": number,
-    "matched": matched,
-    "percent": percent,
-    "count": count,
-    "gain": gain,
-    "duration": duration,
-    "words": words,
-    "unit": unit,
-    "breakable": breakable,
-    "symbol": symbol,
+    filter_.__name__: filter_
+    for filter_ in (number, matched, percent, count, gain, duration, words, unit, breakable, symbol)
 }

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 from markupsafe import Markup
 
 from stribeck.friction.law import FrictionLaw
 from stribeck.report.joint_data import fitted_values
 from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
-from stribeck.report.sparkline import sparkline
 from stribeck.report.text import parameter_names, symbols
-from stribeck.result import Evidence, JointResult, Result
+from stribeck.result import Evidence, JointResult, Result, TermVerdict
+from stribeck.typing import Array
+
+SIZE = (104.0, 30.0)
+"""Width and height [SVG units, about a pixel each]."""
+
+POINTS = 121
+"""Points of the curve: about one a pixel."""
 
 
 def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
@@ -59,3 +66,51 @@ def _unit(result: Result, name: str, law: FrictionLaw) -> str:
     if units:
         return max(units, key=units.__getitem__)
     return next((parameter.unit for parameter in law.parameters if parameter.name == name), "1")
+
+
+def sparkline(law: FrictionLaw, values: Array, velocity_range: tuple[float, float]) -> Markup:
+    """Return the law over the velocities that the joint had, scaled to fill; values of shape (p,)."""
+    velocity = np.linspace(*velocity_range, POINTS)
+    torque = law.torque(velocity, values)
+    width, height = SIZE
+    reach = max(float(np.abs(torque).max()), 1e-12)
+    x = np.linspace(1, width - 1, POINTS)
+    y = height / 2 - torque / reach * (height / 2 - 2)
+    curve = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+    standstill = float(np.interp(0.0, velocity, x))
+    return Markup(
+        f'<svg class="sparkline" viewBox="0 0 {width:.0f} {height:.0f}" aria-hidden="true">'
+        f'<path class="zero" d="M0 {height / 2:.1f}H{width:.0f}M{standstill:.1f} 0V{height:.0f}"/>'
+        f'<polyline points="{curve}"/></svg>'
+    )
+
+
+def terms(result: Result) -> Section | None:
+    """Return the section with a row a joint and a column a term, or None where a law was given."""
+    chosen = {name: joint.terms for name, joint in result.joints.items() if joint.terms}
+    if not chosen:
+        return None
+    names = list(dict.fromkeys(term for own in chosen.values() for term in own))
+    common = {term: reason for term in names if (reason := _shared_reason([own[term] for own in chosen.values()]))}
+    shown = [term for term in names if term not in common]
+    rows = [
+        {
+            "name": name,
+            "anchor": f"joint-{list(result.joints).index(name)}",
+            "cells": [(own[term], _note(own[term])) for term in shown],
+        }
+        for name, own in chosen.items()
+    ]
+    body = render("terms.html.j2", columns=shown, rows=rows, common=common)
+    return Section(anchor="terms", title="Terms of the law", body=body)
+
+
+def _shared_reason(verdicts: list[TermVerdict]) -> str:
+    """Return why a term was not tried in any joint, "" if it was, or if reasons differ."""
+    reasons = {verdict.reason for verdict in verdicts}
+    return reasons.pop() if len(reasons) == 1 and all(verdict.gain is None for verdict in verdicts) else ""
+
+
+def _note(verdict: TermVerdict) -> str:
+    """Return what the reason says beside the gain."""
+    return verdict.reason if verdict.gain is None else verdict.reason.partition(", ")[2]

@@ -12,17 +12,19 @@ from stribeck.report.corrections import corrections
 from stribeck.report.figure import house_style
 from stribeck.report.heading import heading
 from stribeck.report.joint_panels import joint_panels
-from stribeck.report.page import Section, render_page
-from stribeck.report.power import power
-from stribeck.report.provenance import provenance
+from stribeck.report.page import Section, render, render_page
 from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.sides import sides
-from stribeck.report.terms import terms
 from stribeck.report.timeline import timeline
-from stribeck.report.verdict_table import verdict_table
-from stribeck.report.warnings import warnings
-from stribeck.result import Result
+from stribeck.report.verdict_table import terms, verdict_table
+from stribeck.result import Evidence, Result
 from stribeck.samples import Samples
+
+SUSPICIOUS = 0.2
+"""Share of positive power above which the model, the torque's sign or a delay is worth a look."""
+
+CHANCE = 0.5
+"""Share that a torque without any relation to the velocity has; the bars end there."""
 
 
 def write_report(
@@ -80,3 +82,38 @@ def write_report(
 
 def _start(close_up: Samples | None) -> float | None:
     return float(close_up.time[0]) if close_up is not None and len(close_up.time) else None
+
+
+def warnings(result: Result) -> Section | None:
+    """Return the section with a sentence a warning, or None without any."""
+    if not result.warnings:
+        return None
+    return Section(anchor="warnings", title="Warnings", body=render("warnings.html.j2", warnings=result.warnings))
+
+
+def power(result: Result) -> Section | None:
+    """Return the section with a bar a joint, or None where no joint has the number."""
+    rows = [
+        {"name": name, "share": share, "length": min(share / CHANCE, 1.0), "high": share > SUSPICIOUS}
+        for name, joint in result.joints.items()
+        if (share := joint.positive_power_fraction) is not None
+    ]
+    if not rows:
+        return None
+    return Section(anchor="power", title="Power check", body=render("power.html.j2", rows=rows, suspicious=SUSPICIOUS))
+
+
+def provenance(result: Result, evidence: Evidence) -> Section:
+    """Return the section with logs and their hashes, versions, settings, and what was done to the log on the way."""
+    paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
+    hashes = [result.log.sha256] if isinstance(result.log.sha256, str) else result.log.sha256
+    return Section(
+        anchor="provenance",
+        title="Settings and provenance",
+        body=render(
+            "provenance.html.j2",
+            logs=list(zip(paths, hashes, strict=True)),
+            rows=evidence.provenance,
+            notes=evidence.notes,
+        ),
+    )

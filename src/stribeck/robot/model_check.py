@@ -65,11 +65,6 @@ def check_urdf(path: Path, model: pin.Model) -> list[str]:
     return warnings + check_inertias(path.name, model)
 
 
-def check_sdf(model: pin.Model) -> list[str]:
-    """Return warnings about a model built from SDF; its reader keeps every link by construction."""
-    return check_inertias(model.name, model)
-
-
 def check_finite(path: Path, model: pin.Model) -> None:
     """Refuse a model with a pose or an inertia that is not a number, or is infinite.
 

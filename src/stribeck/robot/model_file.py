@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
-from stribeck.robot.model_check import check_finite, check_sdf, check_urdf, check_urdf_links
+from stribeck.robot.model_check import check_finite, check_inertias, check_urdf, check_urdf_links
 from stribeck.robot.rooting import FLOATING, is_floating
 from stribeck.robot.sdf import build_from_sdf
 from stribeck.typing import Array
@@ -47,7 +47,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
         elif kind == "sdf":
             model, notes = build_from_sdf(path, root)
             check_finite(path, model)
-            notes += check_sdf(model)
+            notes += check_inertias(model.name, model)
         else:
             try:
                 from stribeck.robot.mjcf_check import check_mjcf

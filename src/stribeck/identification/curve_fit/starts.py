@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear
 
 from stribeck.friction import FrictionLaw
 from stribeck.identification.curve_fit.problem import FitProblem
@@ -34,26 +33,17 @@ def shapes_of(law: FrictionLaw, speed: float) -> Iterator[dict[str, float]]:
 def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[float, Array]:
     """Return (sum of squared residuals, values (p,)) of the best linear parameters for given nonlinear ones.
 
-    Bounded linear least squares: free columns (an offset) come first, so that the triangular factor leaves a
-    problem of non-negative coefficients alone.
+    Bounded linear least squares of the triangular factor; free columns (an offset) may be negative.
     """
     basis = problem.basis(shape)
     if problem.acceleration is not None:
         basis = np.column_stack([basis, problem.acceleration])
     columns = basis.shape[1]
-    free = list(problem.law.free_coefficients)
-    order = free + [column for column in range(columns) if column not in free]
     # rows of zeros keep the factor square where there are fewer samples than columns
-    stacked = np.vstack([np.column_stack([basis[:, order], problem.friction_torque]), np.zeros((columns + 1,) * 2)])
+    stacked = np.vstack([np.column_stack([basis, problem.friction_torque]), np.zeros((columns + 1,) * 2)])
     factor = cast("Array", np.linalg.qr(stacked, mode="r"))
-    R, y, k = factor[:-1, :-1], factor[:-1, -1], len(free)
-    ordered = np.zeros(columns)
-    ordered[k:], rest = nnls(R[k:, k:], y[k:])
-    ordered[:k] = solve_triangular(R[:k, :k], y[:k] - R[:k, k:] @ ordered[k:])
-    coefficients = np.zeros(columns)
-    coefficients[order] = ordered
-    linear = coefficients if problem.acceleration is None else coefficients[:-1]
-    values = problem.law.from_linear(linear, shape)
-    if problem.acceleration is not None:
-        values = np.append(values, coefficients[-1])
-    return float(rest**2 + factor[-1, -1] ** 2), values
+    lower = np.where(np.isin(np.arange(columns), problem.law.free_coefficients), -np.inf, 0.0)
+    found = lsq_linear(factor[:-1, :-1], factor[:-1, -1], (lower, np.inf), method="bvls")
+    fitted = None if problem.acceleration is None else -1
+    values = np.append(problem.law.from_linear(found.x[:fitted], shape), [] if fitted is None else found.x[-1])
+    return float(2 * found.cost + factor[-1, -1] ** 2), values

@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.identification.curve_fit.problem import FitProblem
 from stribeck.identification.curve_fit.robust import robust_scale
-from stribeck.identification.judgement.speed import top_speed
+from stribeck.identification.judgement.speed import TOP_SPEED_PERCENTILE, top_speed
 from stribeck.typing import Array
 
 MIN_BLOCKS = 6
@@ -32,9 +32,6 @@ NOISE_FACTOR = 4.0
 HYSTERESIS = 0.02
 """Share of the top speed [1] that a joint must reach on the other side before a reversal counts."""
 
-EDGE_PERCENT = 1.0
-"""Fastest samples of either direction [%] that are left out when its speed is judged: they may be outliers."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
@@ -44,7 +41,6 @@ class Excitation:
     blocks: int
     velocity_range: tuple[float, float]
     reversals: int
-    threshold: float
     reason: str
 
 
@@ -60,7 +56,6 @@ def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
         blocks=blocks,
         velocity_range=(float(velocity.min()), float(velocity.max())) if len(velocity) else (0.0, 0.0),
         reversals=reversals,
-        threshold=threshold,
         reason=_too_few(problem, blocks) or _too_slow(velocity, noise, reversals, prismatic),
     )
 
@@ -93,7 +88,7 @@ def _too_few(problem: FitProblem, blocks: int) -> str:
 def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) -> str:
     unit = "m/s" if prismatic else "rad/s"
     least = MIN_SPEED[prismatic]
-    backward, forward = np.percentile(velocity, [EDGE_PERCENT, 100 - EDGE_PERCENT])
+    backward, forward = np.percentile(velocity, [100 - TOP_SPEED_PERCENTILE, TOP_SPEED_PERCENTILE])
     span = f"between {backward:.3g} and {forward:.3g} {unit}"
     if max(forward, -backward) < least:
         return f"it moves only {span}; {least} {unit} are needed in both directions"

@@ -13,9 +13,8 @@ from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
-from stribeck.log.readers.mcap import open_mcap
 from stribeck.log.readers.npz import open_npz
-from stribeck.log.readers.rosbag import open_rosbag
+from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
 from stribeck.log.readers.source import Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet

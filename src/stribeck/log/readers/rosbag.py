@@ -1,11 +1,12 @@
-"""rosbag2 folders (SQLite or MCAP inside) and ROS 1 `.bag` files, read without ROS."""
+"""rosbag2 folders (SQLite or MCAP inside), ROS 1 `.bag` and single `.mcap` files, read without ROS."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
@@ -40,3 +41,38 @@ def _messages(reader: AnyReader) -> Iterator[tuple[str, str, int, Any]]:
         return
     for connection, recorded, data in reader.messages(connections=connections):
         yield connection.topic, connection.msgtype, recorded, reader.deserialize(data, connection.msgtype)
+
+
+def open_mcap(path: Path, table: LogTable) -> Source:
+    """Open an MCAP file with joint states, and with IMU, foot wrench and contact messages where it has them.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, or holds no joint states.
+    """
+    others: dict[str, None] = {}
+    with foreign(str(path), "MCAP"):
+        streams = collect(_mcap_messages(path, others), str(path))
+    return join(str(path), streams, tuple(others), table)
+
+
+def _mcap_messages(path: Path, others: dict[str, None]) -> Iterator[tuple[str, str, int, Any]]:
+    """Give topic, type, recorder's stamp [ns] and content of the messages that are read; note the other topics."""
+    decoders: dict[str, Callable[[bytes, str], Any]] = {
+        "cdr": get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr,
+        "ros1": get_typestore(Stores.ROS1_NOETIC).deserialize_ros1,
+    }
+    with path.open("rb") as file:
+        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+            kind = _kind(schema.name) if schema else ""
+            if kind in KINDS and channel.message_encoding in decoders:
+                content = decoders[channel.message_encoding](message.data, kind)
+                yield channel.topic, kind, message.log_time, content
+            else:
+                others[channel.topic] = None
+
+
+def _kind(name: str) -> str:
+    """Return a message type's ROS 2 name; ROS 1 leaves the middle part out."""
+    return name if name.count("/") != 1 else name.replace("/", "/msg/")
