@@ -28,7 +28,6 @@ import argparse
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -64,9 +63,12 @@ DIGITS = 4
 
 
 def methods(case: Case) -> dict[str, Settings]:
-    """Return the settings that are compared: the paper's method, and the whole log with what may be wrong set free."""
-    free: Literal["inertia", "calibration"] = "calibration" if case.wrong_calibration else "inertia"
-    found = {CURVE_FIT: Settings(law=LAW), WHOLE_LOG: Settings(law=LAW, method="whole-log", corrections=free)}
+    """Return the settings that are compared: the paper's method, and the whole log with all that may be wrong set free.
+
+    Nobody knows beforehand whether model or sensors are wrong: the settings are the same in all cases.
+    """
+    whole = Settings(law=LAW, method="whole-log", corrections="calibration")
+    found = {CURVE_FIT: Settings(law=LAW), WHOLE_LOG: whole}
     if not (case.wrong_model or case.harder):
         found[TRUSTED] = Settings(law=LAW, method="whole-log", corrections="none")
     return found
