@@ -26,7 +26,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -81,8 +82,19 @@ def run(key: Key, walks: list[Simulated]) -> Run:
     walks = as_walked(walks, case, seed)
     robot = wrong_model(walks[0].robot, seed) if case.wrong_model else walks[0].robot
     logs = [measured(walk.log, case, seed, number) for number, walk in enumerate(walks)]
+    return timed(key, walks, robot, logs, partial(identify, settings=methods(case)[method]))
+
+
+def timed(
+    key: Key,
+    walks: list[Simulated],
+    robot: Robot,
+    logs: list[RobotLog],
+    method: Callable[[list[RobotLog], Robot], Result],
+) -> Run:
+    """Return how a method does on the logs of walks."""
     begin = time.perf_counter()
-    result = identify(logs, robot, methods(case)[method])
+    result = method(logs, robot)
     seconds = (time.perf_counter() - begin) / result.log.duration
     speeds = usual_speeds(robot, [walk.log for walk in walks])
     return compared(key, result, walks[0].truth.parameters, speeds, seconds)
