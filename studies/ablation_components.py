@@ -20,10 +20,8 @@ from stribeck.identification.whole_log.curves import Curves
 from stribeck.identification.whole_log.disagreement import disagreement
 from stribeck.identification.whole_log.levels import CALM, ErrorLevels
 from stribeck.identification.whole_log.model import ModelCorrections
-from stribeck.identification.whole_log.narrowing import Narrowing, all_functions
 from stribeck.identification.whole_log.solve import Solution
 from stribeck.identification.whole_log.statistic import Statistic
-from stribeck.methods import whole_log as joining
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
@@ -37,11 +35,6 @@ between_groups, response_levels, update_levels = whitening._between_groups, Erro
 """As they are, for what stands in for them to begin with."""
 
 
-def no_restarts(_: Statistic, __: Curves, ___: ModelCorrections, solution: Solution) -> Solution:
-    """Return the solution as it is."""
-    return solution
-
-
 def always_calm(equations: WeakEquations) -> NDArray[np.int64]:
     """Return that every window is far from any contact change."""
     return np.full(len(equations.time), CALM)
@@ -50,16 +43,6 @@ def always_calm(equations: WeakEquations) -> NDArray[np.int64]:
 def no_shake(before: ErrorLevels, left_over: Any) -> ErrorLevels:
     """Return measured levels, accelerations being as good as their encoders."""
     return replace(update_levels(before, left_over), shake=np.ones_like(before.shake))
-
-
-def all_of_them(curves: Curves, corrections: Any, *_: Any) -> Iterator[Narrowing]:
-    """Yield what sums up all functions of velocity."""
-    yield all_functions(curves.nodes, corrections)
-
-
-def every_parameter(*_: Any) -> tuple[NDArray[np.int64], Array]:
-    """Return that no base parameters are known."""
-    return np.zeros(0, dtype=np.int64), np.zeros((0, 0))
 
 
 def joints_apart(fades: Array, rows: int) -> Array:
@@ -125,11 +108,8 @@ def known_for_certain(_: Curves, solution: Solution) -> Array:
 
 COMPONENTS: dict[str, Sequence[Substitute]] = {
     "full": (),
-    "restarts": ((estimate, "with_restarts", no_restarts), (believed, "with_restarts", no_restarts)),
     "bins of unrest": ((levels, "bin_of", always_calm), (errors, "bin_of", always_calm)),
     "shake": ((listening, "update_levels", no_shake),),
-    "narrowing": ((estimate, "narrowings", all_of_them),),
-    "base parameters": ((joining, "base_parameters", every_parameter),),
     "curve-fit": (),
     "bar": (),
     "covariance between joints": ((whitening, "_between_groups", joints_apart),),
