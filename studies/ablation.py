@@ -24,7 +24,7 @@ import json
 import os
 import runpy
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from pathlib import Path
 
@@ -52,6 +52,8 @@ METHODS: dict[str, Callable[[Sequence[RobotLog], Robot], Result]] = {
     "bar": lambda logs, robot: bar(logs, robot)[0],
 }
 """Of rows that are not of the joint estimator."""
+FEWEST = 20
+"""Intervals [1] of a case whose share that holds the truth is compared."""
 POINT_FEET = ("go2", "bar")
 """The bar knows no contact forces."""
 PLACES: tuple[tuple[str, str], ...] = (
@@ -165,13 +167,19 @@ def _row(component: str, runs: dict[Key, Run], held: dict[str, Held]) -> str:
     for measure in MEASURES.values():
         ratios = [measure(one) / measure(full) for one, full in pairs]
         cells.append(f"{np.median(ratios):.2f} / {max(ratios):.2f} ({_name(pairs[int(np.argmax(ratios))][0])})")
-    alone = [100 * (coverage([one]) - coverage([full])) for one, full in pairs]
+    alone = [100 * (coverage([one]) - coverage([full])) if _many(one, full) else np.nan for one, full in pairs]
     both = [coverage(each) for each in zip(*pairs, strict=True)]
     cells.append(f"{100 * both[0]:.1f} % ({100 * (both[0] - both[1]):+.1f})")
-    cells.append(f"{np.nanmin(alone):+.0f} ({_name(pairs[int(np.nanargmin(alone))][0])})")
+    worst = int(np.nanargmin(alone)) if np.isfinite(alone).any() else 0
+    cells.append(f"{alone[worst]:+.0f} ({_name(pairs[worst][0])})")
     cells += [_held_ratio(held.get(robot, {}), component) for robot in BANDS]
     cells.append(f"{np.median([one['seconds'] / full['seconds'] for one, full in pairs]):.2f}")
     return f"| {' | '.join(cells)} |"
+
+
+def _many(*runs: Run) -> bool:
+    """Return whether enough parameters of each run are not weak for a share of them to mean anything."""
+    return all(sum(1 - weak for each in one["weak"].values() for weak in each) >= FEWEST for one in runs)
 
 
 def _full(key: Key) -> Key:
@@ -191,12 +199,28 @@ def _held_ratio(of_robot: Held, component: str) -> str:
     return f"{np.exp(np.mean([np.log(found[joint] / full[joint]) for joint in joints])):.3f}" if joints else "none left"
 
 
-def by_case(runs: dict[Key, Run]) -> Iterator[str]:
-    """Yield a row for each run: what `table` is made from."""
-    for one in runs.values():
-        numbers = [f"{measure(one):.4f}" for measure in MEASURES.values()]
-        label = f"| {_name(one)} | {one['method']} | {' | '.join(numbers)} |"
-        yield f"{label} {100 * coverage([one]):.0f} % | {one['seconds']:.3f} |"
+CASE_HEAD = (
+    "| case | seed | method | Coulomb % | worst joint % | shape % | offset [N m] | coverage | s per s |\n"
+    "|---|---:|---|---:|---:|---:|---:|---:|---:|"
+)
+
+
+def by_case(runs: Iterable[Run]) -> list[str]:
+    """Return a row for each run, without ratios."""
+    return [_case_row(one) for one in runs]
+
+
+def _case_row(one: Run) -> str:
+    percent = [f"{100 * measure(one):.2f}" for name, measure in MEASURES.items() if name != "offset"]
+    share = coverage([one])
+    held = "all weak" if np.isnan(share) else f"{100 * share:.0f} %"
+    cells = [_name(one), str(one["seed"]), one["method"], *percent, f"{MEASURES['offset'](one):.4f}", held]
+    return f"| {' | '.join(cells)} | {one['seconds']:.3f} |"
+
+
+def estimators(runs: Iterable[Run]) -> list[Run]:
+    """Return the runs of whole estimators, case by case: no component of these is switched off."""
+    return sorted((one for one in runs if one["method"] in (FULL, *METHODS)), key=lambda one: (_name(one), one["seed"]))
 
 
 def main() -> None:
@@ -212,7 +236,7 @@ def main() -> None:
             key = (robot, case, component, 0)
             if robot in wanted and key not in runs:
                 runs[key] = run(key)
-                print(*by_case({key: runs[key]}), flush=True)
+                print(*by_case([runs[key]]), flush=True)
                 if arguments.save:
                     write(arguments.save, runs, held)
     if folder := os.environ.get("STRIBECK_REAL_LOGS"):
@@ -227,7 +251,7 @@ def main() -> None:
                     print(robot, component, held[robot][component], flush=True)
                     if arguments.save:
                         write(arguments.save, runs, held)
-    print(HEAD, *table(runs, held), sep="\n")
+    print(HEAD, *table(runs, held), "", CASE_HEAD, *by_case(estimators(runs.values())), sep="\n")
 
 
 if __name__ == "__main__":

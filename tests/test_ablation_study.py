@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from studies.ablation import FULL, HEAD, PLACES, coverage, read, table, write
+from studies.ablation import CASE_HEAD, FULL, HEAD, PLACES, by_case, coverage, estimators, read, table, write
 from studies.ablation_components import COMPONENTS, without
 from studies.accuracy_cases import CASES, NAMES, measured
 from studies.accuracy_table import Run, key_of
@@ -21,6 +21,7 @@ from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.run import Simulated
 
+ROOT = Path(__file__).parents[1]
 EXACT = Harder()
 
 
@@ -118,7 +119,7 @@ def test_the_bar_finds_the_friction_and_the_mass_of_an_arm(walk: Simulated) -> N
 
 
 def a_run(component: str, error: float, held: int, case: str = "A") -> Run:
-    """A run of two joints whose every parameter is off by the same; one of them is weak."""
+    """A run of eight joints whose every parameter is off by the same; half of them are weak."""
     return Run(
         robot="G1",
         case=case,
@@ -126,13 +127,13 @@ def a_run(component: str, error: float, held: int, case: str = "A") -> Run:
         seed=0,
         seconds=error,
         chi_square=1.0,
-        joints=["knee", "hip"],
-        relative=[error, 2 * error],
-        shape=[error, error],
-        error={name: [error, -error] for name in NAMES},
-        standard_error={name: [0.1, 0.1] for name in NAMES},
-        held={name: [held, 0] for name in NAMES},
-        weak={name: [0, 1] for name in NAMES},
+        joints=[f"joint_{k}" for k in range(8)],
+        relative=4 * [error, 2 * error],
+        shape=8 * [error],
+        error={name: 4 * [error, -error] for name in NAMES},
+        standard_error={name: 8 * [0.1] for name in NAMES},
+        held={name: 4 * [held, 0] for name in NAMES},
+        weak={name: 4 * [0, 1] for name in NAMES},
     )
 
 
@@ -151,3 +152,10 @@ def test_ratios_are_those_of_a_case_to_the_whole_estimator(tmp_path: Path) -> No
     assert "| 50.0 % (-50.0) | -100 (G1, A) |" in without_it
     assert "| 1.500 |" in without_it
     assert without_it.count(" | ") == HEAD.split("\n")[0].count(" | ")
+
+
+def test_the_rows_shown_are_the_studys() -> None:
+    page = (ROOT / "docs/ablation.md").read_text(encoding="utf-8")
+    runs, held = read(ROOT / "studies/ablation.json")
+    for row in [HEAD, *table(runs, held), CASE_HEAD, *by_case(estimators(runs.values()))]:
+        assert row in page
