@@ -13,15 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.equations import build
-from stribeck.equations.calm import CalmAcceleration
+from stribeck.equations.joint_acceleration import JointAcceleration
 from stribeck.equations.window import Window
-from stribeck.identification.whole_log import believed, errors, estimate, levels, listening, whitening
-from stribeck.identification.whole_log.curves import Curves
-from stribeck.identification.whole_log.disagreement import disagreement
-from stribeck.identification.whole_log.levels import CALM, ErrorLevels
-from stribeck.identification.whole_log.model import ModelCorrections
-from stribeck.identification.whole_log.solve import Solution
-from stribeck.identification.whole_log.statistic import Statistic
+from stribeck.identification.whole_log import estimate
+from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.noise import update, variance_components, whitening
+from stribeck.identification.whole_log.noise.variance_components import AWAY, VarianceComponents
+from stribeck.identification.whole_log.solver import empirical_bayes, pilot_fit
+from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
+from stribeck.identification.whole_log.solver.solve import Solution
+from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
@@ -31,18 +33,19 @@ UNKNOWN = 1e3
 Substitute = tuple[ModuleType | type, str, Callable[..., Any]]
 """Where a function is looked up, its name, and what stands in for it."""
 
-between_groups, response_levels, update_levels = whitening._between_groups, ErrorLevels.at, errors.update_levels
+between_groups, components_at = whitening._between_groups, VarianceComponents.at
+update_components = update.update_components
 """As they are, for what stands in for them to begin with."""
 
 
-def always_calm(equations: WeakEquations) -> NDArray[np.int64]:
+def always_away(equations: WeakEquations) -> NDArray[np.int64]:
     """Return that every window is far from any contact change."""
-    return np.full(len(equations.time), CALM)
+    return np.full(len(equations.time), AWAY)
 
 
-def no_shake(before: ErrorLevels, left_over: Any) -> ErrorLevels:
-    """Return measured levels, accelerations being as good as their encoders."""
-    return replace(update_levels(before, left_over), shake=np.ones_like(before.shake))
+def encoders_alone(before: VarianceComponents, left_over: Any) -> VarianceComponents:
+    """Return variance components, accelerations being as good as their encoders."""
+    return replace(update_components(before, left_over), encoder_scale=np.ones_like(before.encoder_scale))
 
 
 def joints_apart(fades: Array, rows: int) -> Array:
@@ -56,49 +59,49 @@ def windows_apart(fades: Array, rows: int) -> Array:
     return between_groups(fades * (np.arange(len(fades)) == 0), rows)
 
 
-def swinging_only(self: ErrorLevels, equations: WeakEquations) -> Array:
-    """Return levels under which a standing leg says nothing."""
-    found = response_levels(self, equations)
+def swinging_only(self: VarianceComponents, equations: WeakEquations) -> Array:
+    """Return variance components under which a standing leg says nothing."""
+    found = components_at(self, equations)
     found[:, : len(equations.standing)][:, equations.standing] = UNKNOWN
     return found
 
 
-def as_before(before: ErrorLevels, _: Any) -> ErrorLevels:
-    """Return the levels that were there before the log was heard."""
+def as_before(before: VarianceComponents, _: Any) -> VarianceComponents:
+    """Return the variance components that were there before the log was heard."""
     return before
 
 
-def usual_spread(model: ModelCorrections, _: Solution) -> ModelCorrections:
+def usual_prior(model: ModelCorrections, _: Solution) -> ModelCorrections:
     """Return the model as wrong as models usually are."""
     return model
 
 
 def not_alike(curves: Curves, solution: Solution) -> Curves:
     """Return curves of joints that have nothing in common."""
-    return replace(curves, alike=np.full((2, solution.internal.shape[1]), np.nan))
+    return replace(curves, group_prior=np.full((2, solution.internal.shape[1]), np.nan))
 
 
-def plain_acceleration(_: Array, noise: Array, __: Any, ___: float, window: Window, kernel: Array) -> CalmAcceleration:
+def plain_acceleration(_: Array, noise: Array, __: Any, ___: float, window: Window, kernel: Array) -> JointAcceleration:
     """Return one window for all joints, as short as the velocities'."""
-    return CalmAcceleration(np.tile(np.convolve(window.taps, kernel), (len(noise), 1)), window)
+    return JointAcceleration(np.tile(np.convolve(window.taps, kernel), (len(noise), 1)), window)
 
 
-def no_doubt(*given: Any) -> tuple[float, Array]:
+def no_overdispersion(*given: Any) -> tuple[float, Array]:
     """Return that the parts agree about the model."""
-    return 1.0, disagreement(*given)[1]
+    return 1.0, heterogeneity(*given)[1]
 
 
 def joints_agree(*given: Any) -> tuple[float, Array]:
     """Return that the parts agree about every joint's friction."""
-    of_model, of_friction = disagreement(*given)
+    of_model, of_friction = heterogeneity(*given)
     return of_model, np.ones_like(of_friction)
 
 
 def nothing_repeated(
-    _: Statistic, __: int, curves: Curves, ___: ModelCorrections, solution: Solution, rocking: Array
+    _: NormalEquations, __: int, curves: Curves, ___: ModelCorrections, solution: Solution, root_turns: Array
 ) -> tuple[Array, Array]:
     """Return that no error comes back with every step."""
-    return np.zeros(len(curves.top_speed) + len(rocking)), solution.covariance
+    return np.zeros(len(curves.top_speed) + len(root_turns)), np.zeros_like(solution.covariance)
 
 
 def known_for_certain(_: Curves, solution: Solution) -> Array:
@@ -108,21 +111,21 @@ def known_for_certain(_: Curves, solution: Solution) -> Array:
 
 COMPONENTS: dict[str, Sequence[Substitute]] = {
     "full": (),
-    "bins of unrest": ((levels, "bin_of", always_calm), (errors, "bin_of", always_calm)),
-    "shake": ((listening, "update_levels", no_shake),),
+    "contact scale": ((variance_components, "bin_of", always_away), (update, "bin_of", always_away)),
+    "encoder scale": ((pilot_fit, "update_components", encoders_alone),),
     "curve-fit": (),
     "bar": (),
     "covariance between joints": ((whitening, "_between_groups", joints_apart),),
     "covariance over time": ((whitening, "_between_groups", windows_apart),),
-    "standing leg": ((ErrorLevels, "at", swinging_only),),
-    "measured levels": ((listening, "update_levels", as_before),),
-    "learned spread of the model": ((believed, "_learn_spread", usual_spread),),
-    "joints that are alike": ((believed, "_learn_alike", not_alike),),
-    "calm accelerations": ((build, "calm_acceleration", plain_acceleration),),
-    "doubt of the model": ((estimate, "disagreement", no_doubt),),
-    "doubt of a joint": ((estimate, "disagreement", joints_agree),),
-    "repeated errors": ((estimate, "spread_of_repeated", nothing_repeated),),
-    "uncertainty of what is common": ((estimate, "by_what_is_common", known_for_certain),),
+    "standing leg": ((VarianceComponents, "at", swinging_only),),
+    "variance components": ((pilot_fit, "update_components", as_before),),
+    "learned prior of the model": ((empirical_bayes, "_learn_prior_std", usual_prior),),
+    "group prior": ((empirical_bayes, "_learn_group_prior", not_alike),),
+    "joint acceleration windows": ((build, "joint_acceleration", plain_acceleration),),
+    "overdispersion": ((estimate, "heterogeneity", no_overdispersion),),
+    "heterogeneity of a joint": ((estimate, "heterogeneity", joints_agree),),
+    "random effects": ((estimate, "random_effect_covariance", nothing_repeated),),
+    "covariance of group means": ((estimate, "group_mean_covariance", known_for_certain),),
 }
 """By name, in the order of the table; "full" is the whole estimator; "curve-fit" and "bar" are others."""
 

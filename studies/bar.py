@@ -20,7 +20,7 @@ from stribeck import Robot, Settings
 from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State
-from stribeck.equations.corrections import inertia_columns
+from stribeck.equations.regressors import inertia_regressors
 from stribeck.equations.window import Window, smooth_window
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
@@ -132,7 +132,7 @@ def _stretches(part: PreparedLog, robot: Robot, joints: NDArray[np.int64]) -> It
         calm = window.apply(smooth.apply(part.log.position[rows])[2])
         middle = replace(middle, acceleration=calm)
         root = standing_root(robot, foot, middle) if robot.contacts else None
-        columns = inertia_columns(robot, tree, tree.root_size + joints, middle, root)
+        columns = inertia_regressors(robot, tree, tree.root_size + joints, middle, root)
         yield foot, velocity[:, joints], window.apply((part.log.torque[inside] - needed)[:, joints]), columns
 
 
