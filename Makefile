@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 BENCHMARKS := startup friction_torque identify whole_log walking balance
 
-.PHONY: demo test lint coverage bench paper docs accuracy real clean
+.PHONY: demo test lint coverage bench paper docs accuracy ablation real clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -39,6 +39,9 @@ docs: .venv/.dev
 
 accuracy: .venv/.dev
 	$(BIN)/python -m studies.accuracy --save studies/accuracy.json
+
+ablation: .venv/.dev
+	$(BIN)/python -m studies.ablation --save studies/ablation.json
 
 real: .venv/.dev
 	$(BIN)/python -m studies.real

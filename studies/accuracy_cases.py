@@ -13,7 +13,7 @@ from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
-from stribeck_simulation.scenario import FrictionTable, Scenario, SoleTable, StepsTable
+from stribeck_simulation.scenario import FrictionTable, PushTable, Scenario, SoleTable, StepsTable
 from stribeck_simulation.sensors.measure import with_noise
 from studies.kept_walks import FOLDER, kept_walk
 from studies.walking_cases import WALKERS
@@ -131,14 +131,20 @@ CASES = {
 
 def exact_walks(name: str) -> list[Simulated]:
     """Return the walks of a robot as sensors without errors see them."""
+    return kept_walks_of(name, ROBOTS[name])
+
+
+def kept_walks_of(name: str, walked: Walked, pushes: Mapping[str, list[PushTable]] | None = None) -> list[Simulated]:
+    """Return walks, some of them pushed, that are kept by a name of the robot's."""
     robot_file = FOLDER / f"{name}.toml"
     robot_file.parent.mkdir(parents=True, exist_ok=True)
-    robot_file.write_text(WALKERS[ROBOTS[name].walker].robot_file, encoding="utf-8")
-    found = ROBOTS[name]
-    return [
-        kept_walk(f"{name}-{way}", walk_scenario(found, steps, robot_file.name), FOLDER)
-        for way, steps in found.walks.items()
-    ]
+    robot_file.write_text(WALKERS[walked.walker].robot_file, encoding="utf-8")
+    found = []
+    for way, steps in walked.walks.items():
+        scenario = walk_scenario(walked, steps, robot_file.name)
+        scenario = scenario.model_copy(update={"push": (pushes or {}).get(way, [])})
+        found.append(kept_walk(f"{name}-{way}", scenario, FOLDER))
+    return found
 
 
 def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenario:
@@ -168,12 +174,12 @@ def as_walked(walks: list[Simulated], case: Case, seed: int) -> list[Simulated]:
     if case.differing:
         generator = np.random.default_rng([seed, 3])
         factors = np.exp(case.differing * generator.standard_normal((len(walks[0].truth.parameters), len(NAMES))))
-        walks = [_with_other_friction(walk, factors) for walk in walks]
+        walks = [with_factors(walk, factors) for walk in walks]
     rows = slice(round(case.share * len(walks[0].log.time)))
     return [replace(walk, log=walk.log.take(rows)) for walk in walks]
 
 
-def _with_other_friction(walk: Simulated, factors: Array) -> Simulated:
+def with_factors(walk: Simulated, factors: Array) -> Simulated:
     """Return a walk whose parameters are larger by factors, shape (joints, p); motors take what more friction does."""
     velocity = np.gradient(walk.log.position, walk.log.time, axis=0)
     torque, parameters = walk.log.torque.copy(), {}
