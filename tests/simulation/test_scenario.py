@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.test_cli import run
+from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError, StribeckError
