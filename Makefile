@@ -1,6 +1,8 @@
 # Two commands do everything on a fresh machine with Python >= 3.11: `make demo` and `make test`.
 PYTHON ?= python3
 BIN := .venv/bin
+PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
+UNTRACED := tests/simulation tests/studies
 BENCHMARKS := startup friction_torque identify whole_log walking balance
 
 .PHONY: demo test lint coverage bench paper docs accuracy ablation real clean
@@ -23,10 +25,11 @@ lint: .venv/.dev
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(PYTEST) $(UNTRACED:%=--ignore=%) --cov --cov-report=
+	$(PYTEST) $(UNTRACED)
 
 coverage: .venv/.dev
-	$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term:skip-covered
+	$(PYTEST) $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done

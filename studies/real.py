@@ -163,7 +163,8 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
     """Convert the logs, run the commands on a few workers, and yield them robot by robot."""
     script = runpy.run_path(str(EXAMPLES / "convert.py"))
     robots = [robot for robot in script["CONVERTERS"] if only in (None, robot) and (not thin or robot in THIN)]
-    with ProcessPoolExecutor(WORKERS, get_context("spawn")) as pool:  # a fork copies the locks of Pinocchio's threads
+    # a fork of a process with threads, as that of the tests is, may wait for a lock for ever
+    with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         jobs = []
         for robot in robots:
             sets = log_sets(script["convert"](robot, data, scratch / "logs"))

@@ -1,7 +1,8 @@
 """Logs that cannot be used, each with words that its error message must have.
 
 `DAMAGED` is a list of (name, maker, words): `maker(folder)` writes a log and returns its path, and reading it for a
-robot with the joints `JOINTS` of `tests.readers.formats` ends in a LogError of one line with the path and those words.
+robot with the joints `JOINTS` of `tests.log.readers.formats` ends in a LogError of one line with the path and those
+words.
 `BAD_SAMPLING` lists logs that can be read, and are refused when they are made regular.
 """
 
@@ -14,7 +15,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 from rosbags.typesys import Stores, get_typestore
-from tests.readers.formats import (
+from tests.log.readers.formats import (
     JOINTS,
     WRITERS,
     arrays_of,

@@ -20,8 +20,8 @@ from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
 from studies import accuracy_cases, accuracy_table, beyond_cases, beyond_the_laws, least_error, step_coverage, verdicts
 from tests.arm import arm_log, save_npz, write_arm
+from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
-from tests.readers.formats import messages_of, write_messages
 
 from stribeck import Robot, identify
 from stribeck.cli.app import app

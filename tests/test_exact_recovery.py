@@ -26,9 +26,9 @@ def thirty_joint_talos() -> Robot:
 
 CASES = {
     "fixed-base arm": ("ur5", "walk", 6, 24.0),
-    "humanoid": ("talos", "walk", 28, 24.0),
-    "quadruped, one leg at a time": ("go2", "walk", 12, 48.0),
-    "quadruped, trot": ("go2", "trot", 12, 16.0),
+    "humanoid": ("talos", "walk", 28, 14.0),
+    "quadruped, one leg at a time": ("go2", "walk", 12, 32.0),
+    "quadruped, trot": ("go2", "trot", 12, 10.0),
 }
 
 

@@ -13,5 +13,5 @@ One file a study. To add one:
    fills it in, and figures are `docs/assets/paper/<figure>-light.svg` and `-dark.svg`.
 3. Put what it finds into `statements.toml`.
 
-`tests/test_paper.py` runs every study quickly, and finds out if a page says something else than the numbers.
+`tests/studies/test_paper.py` runs every study quickly, and finds out if a page says something else than the numbers.
 """

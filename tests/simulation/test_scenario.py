@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.test_cli import run
+from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError, StribeckError
@@ -78,7 +78,8 @@ def test_an_ideal_walk_is_recovered_in_single_support_and_not_in_double() -> Non
 
 
 def test_the_same_scenario_gives_the_same_log_and_another_seed_another() -> None:
-    walk = {**TWO_STEPS, "sensors": "realistic", "physics_step": 0.0005}
+    quick = {"count": 2, "forward": 0.1, "single_support": 0.4, "stand": 0.1}
+    walk = {**TWO_STEPS, "walk": [quick], "sensors": "realistic", "physics_step": 0.0005}
     first, second, other = (run_scenario(Scenario.model_validate({**walk, "seed": seed})).log for seed in (3, 3, 4))
     for name, channel in first.channels().items():
         np.testing.assert_array_equal(channel, second.channels()[name])

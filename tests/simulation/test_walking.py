@@ -94,23 +94,6 @@ def test_the_log_gives_back_the_friction_of_the_swinging_leg() -> None:
         assert np.median(np.abs(error)) < 0.02
 
 
-def test_one_seed_gives_one_log_bit_for_bit() -> None:
-    robot = toro()
-    logs = [
-        simulate_walk(
-            robot,
-            [Steps(count=2, single_support=0.4, stand=0.1)],
-            POSTURE["toro"],
-            Conditions(
-                friction=leg_friction(robot, 1.0), profile=PROFILES["realistic"], seed=seed, physics_step=COARSE
-            ),
-        ).log
-        for seed in (7, 7)
-    ]
-    for name, channel in logs[0].channels().items():
-        np.testing.assert_array_equal(channel, logs[1].channels()[name])
-
-
 def largest_tilt_of_feet(robot: Robot, walk: Walk) -> float:
     """Return it over all feet and times [rad]."""
     model, data = robot.tree.model, robot.tree.model.createData()

@@ -8,7 +8,7 @@ To add a source:
 3. Call it in `_standing` below, and say in `_source` which logs it is the best source for. Cutting and trimming are
    common to all sources.
 4. Say in `_nothing_stands` what a user should do if by it no foot ever stands.
-5. Add it to `tests/test_contact.py` and to docs/logs.md.
+5. Add it to `tests/contact/test_contact.py` and to docs/logs.md.
 """
 
 from __future__ import annotations

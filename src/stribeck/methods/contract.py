@@ -11,7 +11,7 @@ To add a method:
 3. Settings of its own go into `Settings` in `settings.py`, with a line in docs/robot-file.md.
 4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance know it then,
    and nothing else asks which method ran: what is particular to a method is data in its `Finding`.
-5. Let it recover a known truth in tests/test_methods.py, and describe it in docs/.
+5. Let it recover a known truth in tests/methods/test_methods.py, and describe it in docs/.
 """
 
 from __future__ import annotations

@@ -47,6 +47,8 @@ def matched(value: float, error: float) -> str:
 def percent(share: float) -> str:
     """Return a share as a percentage: `97 %`, and one decimal where the whole number would hide it."""
     value = 100 * share
+    if abs(value) >= 1e7:
+        return f"{number(value, 3)}{THIN}%"
     if 0 < value < 0.05:
         return f"<{THIN}0.1{THIN}%"
     shown = f"{min(value, 99.9):.1f}" if 99 < value < 100 or 0 < value < 1 else f"{round(value)}"

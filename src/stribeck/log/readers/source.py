@@ -6,7 +6,8 @@ To add a format:
 2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` says where else to look for one.
    Units, signs, order, delays and joint selection are not the reader's business: `mapping` and `selection` do them.
 3. Call foreign libraries inside `foreign`, so that whatever they raise becomes a LogError naming the file.
-4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/readers/formats.py`, and damage to `tests/damaged.py`.
+4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/log/readers/formats.py`, and damage to
+   `tests/damaged.py`.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ import errno
 import numpy as np
 import pytest
 from tests.damaged import BAD_SAMPLING, DAMAGED, main_file
-from tests.readers.formats import WRITERS, StubRobot, synthetic_log, write_parquet
+from tests.log.readers.formats import WRITERS, StubRobot, synthetic_log, write_parquet
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log

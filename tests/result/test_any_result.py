@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.export.found import found_in
-from tests.test_robot import MJCF, URDF, write_robot
+from tests.robot.test_robot import MJCF, URDF, write_robot
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError

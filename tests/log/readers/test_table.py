@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from tests.readers.formats import StubRobot, columns_of, synthetic_log, write_csv
+from tests.log.readers.formats import StubRobot, columns_of, synthetic_log, write_csv
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log

@@ -8,7 +8,7 @@ from studies.contact_accuracy import CASES, SCENARIO, Row, accuracy, leg_joints,
 
 from stribeck_simulation.scenario import read_scenario
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCUMENT = json.loads((ROOT / "studies" / "contact_accuracy.json").read_text())
 STUDY = {case: {joint: Row(**row) for joint, row in rows.items()} for case, rows in DOCUMENT.items()}
 

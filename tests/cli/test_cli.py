@@ -16,7 +16,7 @@ import pytest
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.damaged import DAMAGED
 from tests.export.found import found_in
-from tests.readers.formats import JOINTS
+from tests.log.readers.formats import JOINTS
 
 from stribeck import Robot
 from stribeck.cli import main
@@ -321,7 +321,7 @@ def test_outputs_are_written_over_only_when_asked_to(
     (tmp_path / "out").mkdir()
     for file in (page, tmp_path / "out/report.html", tmp_path / "log.truth.npz"):
         file.write_text("mine")
-    scenario = Path(__file__).parents[1] / "examples/scenarios/arm.toml"
+    scenario = Path(__file__).parents[2] / "examples/scenarios/arm.toml"
     inspect = ("inspect", arm / "log.npz", "-r", arm / "robot.toml", "-o", page)
     commands: list[tuple[object, ...]] = [
         inspect,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.readers.formats import synthetic_log
+from tests.log.readers.formats import synthetic_log
 
 from stribeck.errors import LogError
 from stribeck.log.sampling import regularise

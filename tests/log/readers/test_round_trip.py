@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.readers.formats import JOINTS, ROS, WHOLE, WRITERS, StubRobot, synthetic_log
+from tests.log.readers.formats import JOINTS, ROS, WHOLE, WRITERS, StubRobot, synthetic_log
 
 from stribeck.log.readers import read_log
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
-from tests.readers.formats import JOINTS, StubRobot, messages_of, synthetic_log, write_messages
+from tests.log.readers.formats import JOINTS, StubRobot, messages_of, synthetic_log, write_messages
 
 from stribeck.errors import LogError
 from stribeck.log import RobotLog

@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from tests.damaged import SUFFIXES
-from tests.readers.formats import FEET, JOINTS, StubRobot, arrays_of, columns_of, synthetic_log, write_arrays
+from tests.log.readers.formats import FEET, JOINTS, StubRobot, arrays_of, columns_of, synthetic_log, write_arrays
 
 from stribeck.errors import StribeckError
 from stribeck.log import RobotLog

@@ -13,7 +13,7 @@ from studies.walking_cases import CASES
 from stribeck_simulation.walking.footsteps import Steps
 from stribeck_simulation.walking.simulate import Push
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SAVED = json.loads((ROOT / "studies" / "walking.json").read_text(encoding="utf-8"))["cases"]
 COARSE = 0.0005  # [s], twice the study's physics step
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.test_robot import MJCF, SDF, URDF, write_robot
+from tests.robot.test_robot import MJCF, SDF, URDF, write_robot
 
 from stribeck.errors import RobotFileError
 from stribeck.robot import Robot, read_robot_file

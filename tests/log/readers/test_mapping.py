@@ -6,7 +6,7 @@ import pyarrow.parquet
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
+from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
 from stribeck.errors import LogError, SettingsError
 from stribeck.log.readers import read_log

@@ -21,7 +21,7 @@ from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.run import Simulated
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXACT = Harder()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
-from tests.test_cli import run
+from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, preparation
 from stribeck.errors import SettingsError
@@ -24,7 +24,7 @@ from stribeck.methods.contract import SHARED
 from stribeck.result import read_result
 from stribeck.settings import FilterSettings, flat
 
-SOURCE = Path(__file__).parents[1] / "src/stribeck"
+SOURCE = Path(__file__).parents[2] / "src/stribeck"
 OTHER = {
     "tilt": "flat",
     "double_support": "guess",

@@ -5,7 +5,7 @@ import os
 import h5py
 import numpy as np
 import pytest
-from tests.readers.formats import JOINTS, StubRobot, synthetic_log
+from tests.log.readers.formats import JOINTS, StubRobot, synthetic_log
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log
