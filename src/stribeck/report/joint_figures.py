@@ -28,7 +28,7 @@ def friction_over_velocity(data: JointData) -> Axes:
     law, band = data.predict(grid), data.band(grid)
     low, high = robust_limits(data.torque)
     for curve in (law, data.reference[1] if data.reference else None):
-        if curve is not None:
+        if curve is not None and np.isfinite(curve).all():
             low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
     draw_density(axes, data.velocity, data.torque, limits, (low, high))
     _zero_lines(axes)
