@@ -34,7 +34,7 @@ PUBLIC = ERRORS | {
     "write_report",
 }
 METHODS = ("Result.to_dataframe", "JointResult.friction", "Robot.from_file", "Robot.from_model")
-WITHOUT_EXAMPLE = {"__version__", "identify"}  # its example stands in those of what it takes and gives
+WITHOUT_EXAMPLE = {"__version__"}
 
 
 def printed(program: str) -> str:

@@ -58,6 +58,11 @@ def identify(
         If the input or the settings are wrong.
     NothingIdentifiedError
         If no joint moves enough for any number; what was found before an error are its notes.
+
+    Examples
+    --------
+    >>> identify("log.npz", "robot.toml", law="coulomb-viscous")
+    Result('arm', law coulomb-viscous, method curve-fit, 3 joints: 3 identified)
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     asked = {key: value for key, value in (("law", law), ("method", method)) if value is not None}

@@ -1,0 +1,37 @@
+"""What was found beside friction: inertias of bodies, gains and zeros of sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyCorrection:
+    """What the log says about a body's inertia; before and after, in the frame of the joint that carries the body.
+
+    `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass [kg m^2]. `known` is the share of the prior
+    variance of the body that the log removes, from 0 to 1.
+    """
+
+    mass: tuple[float, float]
+    mass_error: float
+    centre_of_mass: tuple[tuple[float, ...], tuple[float, ...]]
+    centre_of_mass_error: tuple[float, ...]
+    inertia: tuple[tuple[float, ...], tuple[float, ...]]
+    known: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Corrections:
+    """What a whole log says beside friction.
+
+    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. `disagreement` is the
+    heterogeneity over folds, the same for differences between parts of the log about the model; above 1 the prior is
+    given more weight. Gains [1] and zeros [rad] are (value, standard error), to be taken off.
+    """
+
+    chi_square: float
+    disagreement: float = 1.0
+    bodies: dict[str, BodyCorrection] = field(default_factory=dict)
+    torque_gain: dict[str, tuple[float, float]] = field(default_factory=dict)
+    encoder_zero: dict[str, tuple[float, float]] = field(default_factory=dict)

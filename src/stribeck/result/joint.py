@@ -1,0 +1,144 @@
+"""What was found of one joint: parameters with their intervals and verdicts, and the friction that they say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import FrictionLaw, get_law
+from stribeck.friction.assembled import beyond_velocity
+from stribeck.typing import Array
+
+Verdict = Literal["identified", "weak", "not excited"]
+TermDecision = Literal["kept", "refused", "open"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """A fitted parameter: value, standard error, 95 % interval, unit and verdict.
+
+    `variance_shares` says what the squared standard error is made of, by name, adding up to one, if the method knows.
+    """
+
+    value: float
+    standard_error: float
+    interval_95: tuple[float, float]
+    unit: str
+    verdict: Verdict
+    variance_shares: dict[str, float] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation:
+    """Root mean square of the friction torque not explained, on blocks that no fit saw [N m]."""
+
+    rms: float
+    rms_zero_friction: float
+    rms_coulomb_only: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TermVerdict:
+    """Whether a joint's friction has a term, and why.
+
+    A term is open if the log shows something that the term explains, but not what it is. `gain` is by how much the term
+    lowers chi^2 where it was not fitted, `gain_error` the standard error of that; None where nothing could be tried.
+    """
+
+    verdict: TermDecision
+    reason: str
+    gain: float | None = None
+    gain_error: float | None = None
+
+    @property
+    def kept(self) -> bool:
+        """Whether the joint has it."""
+        return self.verdict == "kept"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointResult:
+    """What the log says about one joint; `parameters` is empty when it did not move enough.
+
+    Of the law "auto", `terms` says which of them the joint has, and `mean_load` is the torque that it carries [N m].
+    `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
+    """
+
+    parameters: dict[str, ParameterEstimate]
+    verdict: Verdict
+    reason: str
+    samples: int
+    velocity_range: tuple[float, float]
+    reversals: int
+    residual_rms: float | None = None
+    validation: Validation | None = None
+    positive_power_fraction: float | None = None
+    terms: dict[str, TermVerdict] | None = None
+    mean_load: float | None = None
+    law: str = field(default="", repr=False, compare=False)
+
+    def friction(self, velocity: ArrayLike, load: ArrayLike | None = None, temperature: ArrayLike = 0.0) -> Array:
+        """Return the friction torque of the law that was found [N m], of a prismatic joint [N].
+
+        Of a joint whose friction drifts, it is that of the middle of the log.
+
+        Parameters
+        ----------
+        velocity
+            [rad/s] or [m/s], of any shape.
+        load
+            Torque that the joint carries without friction [N m], of a shape that broadcasts with the velocity's; the
+            mean one of the log if None. It changes nothing unless friction was found to grow with it (law "auto").
+        temperature
+            Above the joint's mean temperature in the log [K], likewise.
+
+        Returns
+        -------
+        friction
+            Shape of `velocity`; positive for positive velocity, offset included.
+
+        Raises
+        ------
+        NothingIdentifiedError
+            If the joint has no numbers.
+        SettingsError
+            If its law is not known here (see `register_law`).
+
+        Examples
+        --------
+        >>> result.joints["elbow"].friction([-1.0, 0.0, 1.0]).round(2)
+        array([-1.9, -0.4,  1.1])
+        """
+        law, speeds = get_law(self.law), np.asarray(velocity, dtype=np.float64)
+        found = {name: parameter.value for name, parameter in self.parameters.items()}
+        values = law_values(law, found)
+        if values is None:
+            raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
+        carried = (self.mean_load or 0.0) if load is None else load
+        own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
+        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature))
+
+
+def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:
+    """Return the values of a law under a load [N m], in its order, shape (p,); None where some are missing."""
+    if not found or any(p.neutral is None and p.name not in found for p in law.parameters):
+        return None
+    loaded = at_load(found, load) if load and "load" in found else found
+    return np.array([loaded.get(p.name, p.neutral) for p in law.parameters], dtype=float)
+
+
+def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
+    """Return parameters whose curve is that of a joint that carries a load [N m]: Coulomb friction is larger.
+
+    The Stribeck effect, Fc S, is what it was, so that the gain S is smaller.
+    """
+    coulomb = values["coulomb"] + values.get("load", 0.0) * load
+    changed = {**values, "coulomb": coulomb}
+    if coulomb > 0 and "stribeck_gain" in values:
+        changed["stribeck_gain"] = values["stribeck_gain"] * values["coulomb"] / coulomb
+    return changed
