@@ -65,7 +65,8 @@ class Ran:
     def line(self) -> str:
         """Return the row of the table."""
         found = summary(self.result) if self.result and not self.code else ("", "", "")
-        refusal = " ".join(re.sub(r"/\S*/", "", self.said).split())[:WIDTH]  # files by their names alone
+        last = self.said.strip().split("stribeck: ")[-1]  # the sentence; notes stand before it
+        refusal = " ".join(re.sub(r"/\S*/", "", last).split())[:WIDTH]  # files by their names alone
         cells = [self.log, self.command, str(self.code), f"{self.seconds:.1f}", *found, refusal.replace("|", "/")]
         return f"| {' | '.join(cells)} |"
 
