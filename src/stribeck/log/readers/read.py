@@ -160,16 +160,17 @@ def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None)
     """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
     if "temperature" in channels:
         channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
-    notes = []
+    joints_by_rows: dict[int, list[str]] = {}
     for joint in robot.position_controlled if robot else ():
         torque = channels["torque"][:, selection.joint_names.index(joint)]
         unknown = ~np.isfinite(torque)
         if unknown.any():
             torque[unknown] = 0.0
-            notes.append(
-                f"Torque of position-controlled '{joint}' is missing in {unknown.sum()} rows: zero is put there."
-            )
-    return notes
+            joints_by_rows.setdefault(int(unknown.sum()), []).append(joint)
+    return [
+        f"Torque of position-controlled {listed(joints)} is missing in {rows} rows: zero is put there."
+        for rows, joints in joints_by_rows.items()
+    ]
 
 
 def _flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, list[str]]:
