@@ -32,7 +32,7 @@ def budget_of(solution: Solution, overdispersion: float = 1.0) -> CovarianceBudg
     return covariance_budget(solution, overdispersion, *np.zeros((2, LAYOUT.size, LAYOUT.size)))
 
 
-def test_noise_is_what_is_left_if_the_model_is_known(solution: Solution) -> None:
+def test_noise_is_the_covariance_given_the_model(solution: Solution) -> None:
     budget = budget_of(solution)
     np.testing.assert_allclose(budget.total, solution.covariance)
     friction = LAYOUT.friction

@@ -1,4 +1,4 @@
-"""Fits many joints' curves at once, each to its own quadratic, all else being fixed."""
+"""Fits of single joints' curves to their profile likelihoods (docs/estimator.md, equation 21), many at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stribeck.typing import Array
 
 @dataclass(frozen=True, eq=False)
 class JointCosts:
-    """Half of chi^2 but for a constant, with the prior's share, of n joints: gram, shape (n, R, R), right, (n, R)."""
+    """Half of chi^2 but for a constant, with the prior's share, of n joints, shapes (n, R, R) and (n, R)."""
 
     information: Array
     right_hand_side: Array
