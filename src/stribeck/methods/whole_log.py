@@ -108,26 +108,18 @@ class WholeLog:
                 f"{np.sqrt(self.fit.heterogeneity):.0f} times as much as noise explains, e.g. by friction beyond the "
                 "law, cables, or motors that log no torque; corrections are kept small accordingly"
             )
-        if bodies := self._bodies_far_off():
+        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR]:
             texts.append(
                 f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: something else "
                 "than inertias is wrong, and the friction may be wrong with it; check signs and units of the torques "
                 "and motors that log none, or set corrections to 'none'"
             )
-        if self._wrenches_far_off():
+        if np.any(self.fit.wrenches_off > FAR):
             texts.append(
                 f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations: "
                 "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
             )
         return texts + score_test_warnings(self.fit.score_tests, self.joints)
-
-    def _wrenches_far_off(self) -> bool:
-        """Return whether corrections of wrench sensors are implausibly large."""
-        return bool(np.any(self.fit.wrenches_off > FAR))
-
-    def _bodies_far_off(self) -> list[str]:
-        """Return the bodies whose corrections are implausibly large."""
-        return [name for name, far in self.fit.bodies_off.items() if far > FAR]
 
 
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
@@ -154,11 +146,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         rest,
         settings.priors,
     )
-    return WholeLog(
-        fit=fit,
-        columns=columns,
-        robot=corrected_robot(robot, corrections, fit.corrections),
-    )
+    return WholeLog(fit=fit, columns=columns, robot=corrected_robot(robot, corrections, fit.corrections))
 
 
 def weak_forms(

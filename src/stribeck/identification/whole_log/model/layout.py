@@ -69,11 +69,6 @@ class ModelLayout:
         return self.part("bodies", "rotors")
 
     @property
-    def calibration(self) -> slice:
-        """All corrections but the bodies'."""
-        return self.part("gains", "rotors")
-
-    @property
     def nearly_right(self) -> slice:
         """Corrections whose priors are learned and widened: bodies and sensors, but no wrenches and no rotors."""
         return self.part("bodies", "tilts")

@@ -26,7 +26,7 @@ class ModelCorrections:
     Attributes
     ----------
     corrections
-        What there is to correct.
+        Corrections of the weak form.
     bodies
         Of the model: mean of the prior of the inertias.
     loaded

@@ -97,5 +97,5 @@ def _innovations(response: Array, overlap: Array) -> Array:
 
 
 def _innovation_places(windows: int, lags: int) -> NDArray[np.int64]:
-    """Return the windows of the innovations that are looked at, a share; the first lie before the segment."""
+    """Return the windows of the innovations that are used, a share of all; the first lie before the segment."""
     return np.arange(-lags, windows, lags)

@@ -21,7 +21,7 @@ from stribeck.identification.whole_log.model.varying_curves import rising, varyi
 from stribeck.identification.whole_log.noise.update import update_components
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.identification.whole_log.solver.accumulation import accumulate
-from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, design
+from stribeck.identification.whole_log.solver.normal_equations import design
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.settings import Priors
 from stribeck.typing import Array
@@ -30,13 +30,12 @@ from stribeck.weak_equations import Corrections, WeakEquations
 
 @dataclass(frozen=True, eq=False)
 class PilotFit:
-    """Coordinates of friction and of the model's corrections, variance components, the last solution, and what of."""
+    """Coordinates of friction and of the model's corrections, variance components, and the solution."""
 
     curves: Curves
     model: ModelCorrections
     components: VarianceComponents
     solution: Solution
-    normal_equations: NormalEquations
 
     @property
     def known(self) -> tuple[Array, Array]:
@@ -99,11 +98,10 @@ def _alternate(
     """Solve and estimate the variance components, in turn."""
     solution = None
     for _ in range(ROUNDS):
-        normal_equations = accumulate(some, components, curves, model)
-        solution = solve(normal_equations, curves, model, solution)
+        solution = solve(accumulate(some, components, curves, model), curves, model, solution)
         components = update_components(components, _residuals(some, curves, model, solution))
     assert solution is not None
-    return PilotFit(curves, model, components, solution, normal_equations)
+    return PilotFit(curves, model, components, solution)
 
 
 def _known(curves: Curves, model: ModelCorrections, solution: Solution) -> tuple[Array, Array]:

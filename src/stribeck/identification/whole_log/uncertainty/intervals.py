@@ -59,8 +59,6 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         rms=float(fit.residual_rms[joint]),
         samples=fit.normal_equations.count // joints,
         blocks=fit.segments,
-        starts=2,
-        cost=solution.cost,
         converged=solution.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(own))),
     )
