@@ -198,12 +198,12 @@ def test_bodies_that_are_implausibly_far_off_are_flagged(arm: Robot, exact_arm_l
     torque[:, arm.joint_names.index("elbow")] = 0.0
     settings = Settings(method="whole-log", corrections="inertia")
     warnings = identify(replace(exact_arm_log, torque=torque), arm, settings).warnings
-    [warning] = [text for text in warnings if "10 times" in text]
+    [warning] = [text for text in warnings if "10 prior standard deviations" in text]
     assert not any("of its friction" in text for text in warnings)  # elbow has no torque to be friction
     assert "elbow" in warning
     found = whole_log(replace(exact_arm_log, torque=torque), arm, settings)
     assert np.all(found.fit.model.prior_std <= 1.0)  # and no model is believed to be as wrong as that
-    assert not any("10 times" in text for text in identify(exact_arm_log, arm, settings).warnings)
+    assert not any("10 prior standard deviations" in text for text in identify(exact_arm_log, arm, settings).warnings)
 
 
 def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
