@@ -3,13 +3,10 @@
 import re
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs/estimator.md").read_text()
 
 
-@pytest.mark.xfail(strict=True, reason="modules of the equations and of the whole-log fit still have their old names")
 def test_modules_are_there() -> None:
     named = re.findall(r"`([\w/]+\.py)`", PAGE)
     assert len(named) > 20

@@ -9,21 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PENDING = (
-    "src/stribeck/equations",
-    "src/stribeck/identification/whole_log",
-    "src/stribeck/methods/moving.py",
-    "src/stribeck/methods/whole_log.py",
-    "docs/whole-log.md",
-)
-"""Whose modules, or the imports of these, still have retired names."""
-
-FILES = [
-    path
-    for kind in ("src/**/*.py", "src/**/*.j2", "docs/**/*.md")
-    for path in sorted(ROOT.glob(kind))
-    if not str(path.relative_to(ROOT)).startswith(PENDING)
-]
+FILES = [path for kind in ("src/**/*.py", "src/**/*.j2", "docs/**/*.md") for path in sorted(ROOT.glob(kind))]
 
 RETIRED = {
     r"listen\w*|heard": "read, use; pilot fit",

@@ -1,4 +1,4 @@
-"""The weak form of the equation of motion over a segment of a log, as the whole-log fit takes it."""
+"""The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ WRENCH_SIZE = 7
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Corrections:
-    """What the columns of `WeakEquations.regressors` correct, in this order.
+    """Corrections, one a column of `WeakEquations.regressors`, in this order.
 
     Attributes
     ----------
     bodies
         Names of the bodies whose inertial parameters are corrected, ten columns each.
     inertial_parameters
-        What the model says of them, shape (bodies, 10).
+        Those of the model, shape (bodies, 10).
     gains
         Number of torque sensors whose gain is corrected [1].
     zeros
@@ -54,7 +54,7 @@ class Corrections:
 class WeakEquations:
     """K windows of one segment, in one contact mode, m equations each, of the friction of n joints.
 
-    With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k what the contacts leave observable,
+    With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k the contact projection,
 
         P_k^T W_k[r] = P_k^T W_k[R(v)] + (regressors times corrections of the model) + error
 
@@ -64,9 +64,8 @@ class WeakEquations:
         rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
             + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
 
-    The levels of the last two terms are not known beforehand: how much the root accelerates that is taken to stand, or
-    is tilted otherwise than measured, and what is wrong with the model. Nor is by how much the first term is larger
-    than the encoders' noise makes it.
+    The standard deviations of the last two terms are not known beforehand: of accelerations of the root, which is taken
+    to stand still, and of errors of the model. Nor is the encoder-noise scale of the first term.
 
     Attributes
     ----------
@@ -88,9 +87,9 @@ class WeakEquations:
     standing
         Which of the joints lie between the base and a standing foot, shape (n,).
     encoder_response
-        G_k: what an error of a joint's acceleration does to the left side [kg m^2], shape (K, m, encoders).
+        G_k: response of the left side to an error of a joint's acceleration [kg m^2], shape (K, m, encoders).
     root_response
-        B_k: what an acceleration of the root does to it [kg], [kg m], shape (K, m, 6); (K, m, 0) for a fixed base.
+        B_k: its response to an acceleration of the root [kg], [kg m], shape (K, m, 6); (K, m, 0) for a fixed base.
     encoder_noise, torque_noise
         Standard deviations [rad], shape (encoders,), and [N m], shape (n,).
     acceleration_overlap, torque_overlap
@@ -105,10 +104,10 @@ class WeakEquations:
     temperature
         [deg C], shape (K, n); None if the log has none.
     covariates
-        What friction is proportional to beside functions of velocity, shape (K, n, f); None if it is not.
+        Of friction, shape (K, n, f); None if it is not.
     wrench_noise
-        Standard deviations of the first rows where these are of the wrench on the standing foot, which knows no
-        friction [N], [N m], shape (6,); (0,) where they are not.
+        Standard deviations of the first rows where these are of the wrench on the standing foot, on which no
+        friction acts [N], [N m], shape (6,); (0,) where they are not.
     """
 
     time: Array
@@ -136,7 +135,7 @@ class WeakEquations:
 
     @property
     def lags(self) -> int:
-        """How many windows further errors reach [1]."""
+        """Number of windows that errors reach further [1]."""
         return len(self.torque_overlap) - 1
 
     @property
@@ -153,7 +152,7 @@ class WeakEquations:
 
     @property
     def sensors(self) -> Array:
-        """What the noise of torque sensors, and of a wrench sensor, does to the left side, shape (K, m, n or n + 6)."""
+        """Response of the left side to the noise of torque sensors and of a wrench sensor, shape (K, m, n or n + 6)."""
         torque = self.weights * self.torque_noise
         wrench = np.eye(self.residual.shape[1], len(self.wrench_noise)) * self.wrench_noise
         return np.concatenate([torque, np.broadcast_to(wrench, (len(torque), *wrench.shape))], axis=2)

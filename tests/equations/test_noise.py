@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stribeck.equations.noise import POSITION_FLOOR, measure_noise
+from stribeck.equations.constants import POSITION_FLOOR
+from stribeck.equations.noise import measure_noise
 from stribeck.equations.window import smooth_window
 
 TIME = np.arange(20_000) / 1000.0
@@ -33,7 +34,7 @@ def test_a_coarse_encoder_has_the_noise_of_its_steps() -> None:
 
 
 @pytest.mark.parametrize("period", [1e-4, 1e-3, 2e-3, 5e-3, 1e-2, 5e-2])
-def test_windows_of_white_noise_are_correlated_as_they_say(period: float) -> None:
+def test_windows_of_white_noise_have_the_autocovariance(period: float) -> None:
     window = smooth_window(period)
     kernel = np.array([1.0, -2.0, 1.0])
     overlap, longer = window.overlaps(kernel, np.array([1.0, 0.0, 0.0]))

@@ -1,4 +1,7 @@
-"""The weak form of a log, segment by segment, worked out only when it is asked for."""
+"""The weak form of a log, segment by segment, computed when it is asked for (docs/estimator.md, equations 2 and 3).
+
+Modulating functions: Shinbrot 1957; weak form: Messenger and Bortz 2021.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.state import Orientation, State
+from stribeck.equations.constants import FEWEST_WINDOWS
 from stribeck.equations.contact_mode import (
     ContactMode,
     at_every_row,
@@ -30,9 +34,6 @@ from stribeck.settings import Settings
 from stribeck.typing import Array
 from stribeck.weak_equations import WRENCH_SIZE, Corrections, WeakEquations
 
-FEWEST_WINDOWS = 4
-"""In a segment [1]; less is not worth the trouble."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WeakForm:
@@ -42,7 +43,7 @@ class WeakForm:
     ----------
     joints
         Columns of the joints whose friction is asked for, shape (n,).
-    supports
+    contact_modes
         By the feet that stand.
     corrections
         What of the model and of the calibration is corrected beside the friction.
@@ -74,13 +75,13 @@ class WeakForm:
         left = mode.left_side(state, torque, wrench)
         columns = None
         if self.corrections.size:
-            acceleration_kernels = self.acceleration_kernels.windows(self.log.position, segment.first, segment.last)
-            columns = self._columns(segment.feet, mode, state, acceleration_kernels, torque[:, self.joints], wrench)
+            acceleration = self.acceleration_kernels.windows(self.log.position, segment.first, segment.last)
+            columns = self._columns(segment.feet, mode, state, acceleration, torque[:, self.joints], wrench)
         centres = window.apply(state.position)
         jacobian = mode.jacobian(centres) if mode.feet else None
         encoder, root = mode.responses(centres, jacobian)
         projection, half = None, len(window.taps) // 2
-        if wrench is not None:  # all rows are seen, but friction acts on the joints' alone
+        if wrench is not None:  # all rows are used, but friction acts on the joints' alone
             projection = np.broadcast_to(np.eye(len(mode.rows)), (len(centres), *2 * [len(mode.rows)]))
         if jacobian is not None:
             forces = jacobian[:, :, mode.rows]
@@ -93,19 +94,19 @@ class WeakForm:
             since=time - (-np.inf if segment.begins is None else self.log.time[segment.begins]),
             until=(np.inf if segment.ends is None else self.log.time[segment.ends]) - time,
             gait=gait,
-            residual=_seen(projection, window.apply(left)[:, :, None])[:, :, 0],
+            residual=_projected(projection, window.apply(left)[:, :, None])[:, :, 0],
             velocity=np.ascontiguousarray(state.velocity[:, self.joints]),
             taps=window.taps,
             step=window.step,
             projection=None if projection is None else projection[:, :, -len(self.joints) :],
             standing=self._standing(segment.feet),
-            encoder_response=_seen(projection, encoder),
-            root_response=_seen(projection, root),
+            encoder_response=_projected(projection, encoder),
+            root_response=_projected(projection, root),
             encoder_noise=self.noise.position,
             torque_noise=self.noise.torque[self.joints],
             acceleration_overlap=of_acceleration,
             torque_overlap=of_torque,
-            regressors=None if columns is None else _seen(projection, columns),
+            regressors=None if columns is None else _projected(projection, columns),
             torque=window.apply(torque[:, self.joints]),
             elapsed=time - self.log.time[0],
             temperature=self._temperature(segment),
@@ -118,7 +119,7 @@ class WeakForm:
         return self.window.apply(self.log.temperature[segment.first : segment.last, self.joints])
 
     def _wrench(self, mode: ContactMode, segment: Segment) -> Array | None:
-        """Return the measured wrench on the standing foot at the segment's rows, shape (T, 6), if it is looked at."""
+        """Return the measured wrench on the standing foot at the segment's rows, shape (T, 6), if it is used."""
         if not mode.sensed or self.log.foot_wrench is None:
             return None
         return self.log.foot_wrench[segment.first : segment.last, self.log.foot_names.index(mode.foot)]
@@ -166,15 +167,15 @@ class WeakForm:
         return np.concatenate(found, axis=2)
 
 
-def _seen(projection: Array | None, rows: Array) -> Array:
-    """Return what the contacts let one see of rows, shape (K, rows, c) -> (K, m, c)."""
+def _projected(projection: Array | None, rows: Array) -> Array:
+    """Return the sums P^T of rows, shape (K, rows, c) -> (K, m, c)."""
     return rows if projection is None else projection @ rows
 
 
 def _sensed_feet(robot: Robot, log: RobotLog) -> list[str]:
     """Return the standing surfaces whose wrench is measured."""
-    there = log.foot_names if log.foot_wrench is not None else ()
-    return [foot for foot, contact in robot.contacts.items() if contact.kind == "surface" and foot in there]
+    sensed = log.foot_names if log.foot_wrench is not None else ()
+    return [foot for foot, contact in robot.contacts.items() if contact.kind == "surface" and foot in sensed]
 
 
 def find_corrections(robot: Robot, joints: NDArray[np.int64], settings: Settings) -> Corrections:
@@ -224,7 +225,7 @@ def weak_form(
     settings
         `tilt`, `corrections`, `fit_armature` and `double_support` are used.
     wrenches
-        Whether the wrenches on standing surfaces are looked at, where the log has them and inertias are corrected.
+        Whether the wrenches on standing surfaces are used, where the log has them and inertias are corrected.
     """
     columns = np.asarray(joints, dtype=np.int64)
     noise = measure_noise(log.position, log.torque, unbroken, log.foot_wrench)
@@ -239,12 +240,12 @@ def weak_form(
     contact_modes = {
         feet: find_contact_mode(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in segments)
     }
-    seen = [feet for feet, mode in contact_modes.items() if _wanted(mode, corrections, settings)]
+    used = [feet for feet, mode in contact_modes.items() if _used(mode, corrections, settings)]
     return WeakForm(
         robot=robot,
         log=log,
         joints=columns,
-        segments=tuple(segment for segment in segments if segment.feet in seen),
+        segments=tuple(segment for segment in segments if segment.feet in used),
         contact_modes=contact_modes,
         window=window,
         filter=kernels,
@@ -255,11 +256,11 @@ def weak_form(
     )
 
 
-def _wanted(mode: ContactMode, corrections: Corrections, settings: Settings) -> bool:
-    """Return whether a support is used.
+def _used(mode: ContactMode, corrections: Corrections, settings: Settings) -> bool:
+    """Return whether a contact mode is used.
 
-    Several surfaces are only if asked for, as they add little; no loop of feet is where encoder zeros are set free, as
-    they turn the contact forces too.
+    Several surfaces are only with `double_support = "fit"`, as they add little; no loop of feet is where encoder zeros
+    are corrected, as these turn the contact forces too.
     """
     if not mode.feet:
         return True

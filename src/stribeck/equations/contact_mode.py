@@ -1,9 +1,9 @@
-"""What a support lets one see: which rows of the equation of motion, and which of their sums no contact acts on.
+"""Contact modes: which rows of the equation of motion are used, and their projection (docs/estimator.md, equation 4).
 
 On one standing surface the tree is rooted there, and every joint has an equation of its own. With more feet, or on
-points, unknown contact forces act through their Jacobian J on the rows that are looked at, and only the sums P^T with
-J P = 0 are free of them: P = null(J). Joints without a measured torque are left out of the rows, so that no sum needs
-them.
+points, unknown contact forces act through their Jacobian J on the rows that are used, and only the sums P^T with J P =
+0 are free of them: P = null(J) (Aghili 2005; Mistry, Buchli and Schaal 2010). Joints without a measured torque are left
+out of the rows, so that no sum needs them.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
 
 RANK = 1e-6
-"""Singular values below this share of the largest [1] are of feet that hold the same twice."""
+"""Singular values below this share of the largest [1] are of feet that constrain the same twice."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactMode:
-    """A tree and what holds it.
+    """A tree and its contacts.
 
     Attributes
     ----------
     robot, rooted
-        The robot, and its tree rooted where this support suits it.
+        The robot, and its tree with the root that suits this contact mode.
     foot
         The surface that the tree is rooted at; "" for the robot's own root.
     feet
         Contacts whose unknown forces act on the rows.
     joints
-        Columns of the joints that are looked at, shape (n,).
+        Columns of the joints that are used, shape (n,).
     sensed
-        Whether the wrench on `foot` is measured, so that the root's own six rows are looked at too.
+        Whether the wrench on `foot` is measured, so that the root's own six rows are used too.
     """
 
     robot: Robot
@@ -91,9 +91,9 @@ class ContactMode:
         return found[:, :, order]
 
     def responses(self, position: Array, jacobian: Array | None) -> tuple[Array, Array]:
-        """Return what errors of joint and of root accelerations do to the rows, shape (K, rows, n), (K, rows, 6 or 0).
+        """Return the response of the rows to errors of joint and root accelerations, (K, rows, n), (K, rows, 6 or 0).
 
-        A root that is not itself held moves as the joints and the standing points make it.
+        A root that does not itself stand moves as the joints and the standing points make it.
         """
         inertia = inertia_matrix(self.rooted, position)[:, self.rows]
         size = self.rooted.root_size
@@ -106,7 +106,7 @@ class ContactMode:
 def find_contact_mode(
     robot: Robot, feet: tuple[str, ...], joints: NDArray[np.int64], sensed: Collection[str] = ()
 ) -> ContactMode:
-    """Return how to look at joints while some feet stand, of which some are `sensed`; none for a fixed base."""
+    """Return the contact mode of standing feet, of which some are `sensed`; none stand with a fixed base."""
     if robot.base == "fixed":
         return ContactMode(robot, robot.tree, "", (), joints)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
@@ -144,7 +144,7 @@ def sees_friction(mode: ContactMode) -> bool:
 def null_projection(jacobian: Array) -> Array:
     """Return P^T with orthonormal rows and J P = 0, shape (K, rows - rank, rows), from J, shape (K, c, rows).
 
-    All samples get as many rows as the one that the contacts hold most.
+    All samples get as many rows as the one of the largest rank.
     """
     _, values, right = np.linalg.svd(jacobian, full_matrices=True)
     rank = int((values > RANK * values[:, :1]).sum(axis=1).max())
@@ -152,7 +152,7 @@ def null_projection(jacobian: Array) -> Array:
 
 
 def without_contact_forces(left: Array, jacobian: Array) -> Array:
-    """Return rows, shape (T, rows), less the contact forces that explain most of them: what J cannot make.
+    """Return rows, shape (T, rows), less the contact forces that explain most of them, r - J^T (J^T)^+ r.
 
     It leaves P^T of the same sample as it is, and makes that of neighbouring samples nearly free of contact forces too.
     """

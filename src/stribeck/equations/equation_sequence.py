@@ -12,7 +12,7 @@ from stribeck.weak_equations import WeakEquations
 
 @dataclass(frozen=True, eq=False)
 class EquationSequence(Sequence[WeakEquations]):
-    """The equations of several logs' segments with their gait phases, worked out when they are asked for."""
+    """The equations of several logs' segments with their gait phases, computed when they are asked for."""
 
     parts: tuple[tuple[WeakForm, Segment, int], ...]
 
@@ -35,7 +35,7 @@ class EquationSequence(Sequence[WeakEquations]):
 
 
 def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
-    """Return the equations of all segments of some logs; every log's supports are gait phases of their own."""
+    """Return the equations of all segments of some logs; every log's contact modes are gait phases of their own."""
     gaits: dict[tuple[int, tuple[str, ...]], int] = {}
     parts = []
     for number, form in enumerate(forms):

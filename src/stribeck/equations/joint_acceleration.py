@@ -1,7 +1,10 @@
-"""Accelerations that corrections of the model act on: hardly any noise in them, however little a joint moves.
+"""Joint accelerations of the regressors, with hardly any noise in them (docs/estimator.md, equation 5).
 
-Noise would be taken for motion that needs no torque, and inertias would come out too small; a window that is longer
-than it needs to be loses motion, and they come out too large. So every joint has a window of its own.
+Noise would be taken for motion without torque, and inertias would come out too small (errors in variables, Fuller
+1987); a window that is longer than necessary loses motion, and they come out too large. So every joint has a window of
+its own:
+
+    L_i = L_0 (sigma_a^2 / (share (p_i - sigma_a^2)))^(1/5)
 """
 
 from __future__ import annotations
@@ -11,19 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from stribeck.equations.constants import LONGEST_ACCELERATION, NOISE_SHARE, SHORTEST_ACCELERATION
 from stribeck.equations.motion import savgol
 from stribeck.equations.noise import leading_rows
 from stribeck.equations.window import Window
 from stribeck.typing import Array
 
-SHARE = 5e-4
-"""Power of the noise over that of the motion [1] that a joint's window brings it down to."""
-
-SHORTEST, LONGEST = 0.03, 0.2
-"""Of the windows [s]."""
-
 DECAY = 5
-"""Power [1] of the window's length that the noise's power falls with."""
+"""Power [1] of the window's length with which the noise of a second derivative falls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class JointAcceleration:
 def joint_acceleration(
     position: Array, noise: Array, unbroken: tuple[slice, ...], period: float, window: Window, kernel: Array
 ) -> JointAcceleration:
-    """Return every joint's kernel for a log, as long as its noise asks for.
+    """Return every joint's kernel for a log, of the length of equation (5).
 
     Parameters
     ----------
@@ -62,7 +60,7 @@ def joint_acceleration(
     window
         The weak form's.
     kernel
-        Savitzky-Golay's of an acceleration, shape (L,), that noise and motion are told apart with.
+        Savitzky-Golay's of an acceleration, shape (L,), by which the power of noise and of motion are estimated.
     """
     plain = JointAcceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
     parts = [part for part in leading_rows(position, unbroken) if len(part) > 2 * plain.margin]
@@ -72,9 +70,12 @@ def joint_acceleration(
     lengths = (
         len(kernel)
         * period
-        * (noise_power / (SHARE * np.maximum(power - noise_power, 1e-9 * noise_power))) ** (1 / DECAY)
+        * (noise_power / (NOISE_SHARE * np.maximum(power - noise_power, 1e-9 * noise_power))) ** (1 / DECAY)
     )
-    own = [np.convolve(window.taps, savgol(each, period)[2]) for each in np.clip(lengths, SHORTEST, LONGEST)]
+    own = [
+        np.convolve(window.taps, savgol(each, period)[2])
+        for each in np.clip(lengths, SHORTEST_ACCELERATION, LONGEST_ACCELERATION)
+    ]
     kernels = np.zeros((len(own), max(len(each) for each in own)))
     for row, each in zip(kernels, own, strict=True):
         row[(kernels.shape[1] - len(each)) // 2 :][: len(each)] = each

@@ -1,4 +1,4 @@
-"""Motion at a segment's rows, each derivative from the window that suits it."""
+"""Motion at a segment's rows, each derivative from a Savitzky-Golay window of its own (Savitzky and Golay 1964)."""
 
 from __future__ import annotations
 
@@ -7,26 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
+from stribeck.equations.constants import ACCELERATION_LENGTH, POLYNOMIAL, VELOCITY_LENGTHS, VELOCITY_REFERENCE
 from stribeck.log import RobotLog
 from stribeck.motion.convolution import correlate_valid
 from stribeck.motion.savitzky_golay import savgol_kernels
 from stribeck.robot import Robot
 from stribeck.typing import Array
 
-POLYNOMIAL = 4
-"""Order of the Savitzky-Golay polynomials [1]."""
-
-ACCELERATION = 0.011
-"""Window of the acceleration [s]: as short as it can be, as the weak form's own window averages its noise."""
-
-REFERENCE = 0.031, 2e-5, 1e-3
-"""Window of the velocity [s] that suits an encoder noise of so many rad at so many seconds a sample."""
-
 SHRINK = 2 / 11
 """Power [1] of the noise with which that window grows: bias grows with its fourth power, noise falls with its 1.5th."""
-
-LONGEST, SHORTEST = 0.061, 0.015
-"""Of the velocity's window [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +54,10 @@ class Differentiator:
 
 def differentiator(encoder_noise: float, period: float) -> Differentiator:
     """Return the kernels for an encoder's noise [rad] and a sampling period [s]."""
-    length, noise, reference_period = REFERENCE
+    length, noise, reference_period = VELOCITY_REFERENCE
     noisier = encoder_noise / noise * np.sqrt(period / reference_period)
-    smooth = float(np.clip(length * noisier**SHRINK, SHORTEST, LONGEST))
-    return Differentiator(savgol(smooth, period), savgol(ACCELERATION, period))
+    smooth = float(np.clip(length * noisier**SHRINK, VELOCITY_LENGTHS[0], VELOCITY_LENGTHS[1]))
+    return Differentiator(savgol(smooth, period), savgol(ACCELERATION_LENGTH, period))
 
 
 def savgol(length: float, period: float) -> Array:

@@ -1,4 +1,8 @@
-"""How noisy the channels of a log are, measured from the log itself."""
+"""Sensor noise of a log from sixth differences (docs/estimator.md, equation 1).
+
+Differences: Gasser, Sroka and Jennen-Steinmetz 1986; median: Rousseeuw and Croux 1993; step of an encoder: Bennett
+1948.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +11,11 @@ from math import comb
 
 import numpy as np
 
+from stribeck.equations.constants import DIFFERENCES, MOST_ROWS, POSITION_FLOOR, TORQUE_FLOOR, WRENCH_FLOOR
 from stribeck.typing import Array
-
-ORDER = 6
-"""Of the differences [1]: smooth motion hardly shows in them, white noise shows thirtyfold."""
 
 MAD_TO_STANDARD_DEVIATION = 1.4826
 """Standard deviation over median absolute deviation of a normal distribution [1]."""
-
-MOST_ROWS = 60_000
-"""Rows [1] of the pilot fit."""
-
-POSITION_FLOOR, TORQUE_FLOOR = 1e-7, 1e-3
-"""[rad], [N m]: what rounding and clocks leave even of a perfect sensor.
-
-Noise that is not there would hide slow errors, such as those of a foot that rocks: they would count as too small.
-"""
-
-WRENCH_FLOOR = np.repeat([0.5, 0.05], 3)
-"""[N], [N m]: of feet, which also hang in the air without a wrench."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +37,11 @@ def measure_noise(
     """
     if wrench is None:
         wrench = np.zeros((len(position), 0, 6))
-    rows_read = _levels(wrench.reshape(len(wrench), 6 * wrench.shape[1]), unbroken).reshape(wrench.shape[1:])
+    wrench_noise = _white_noise(wrench.reshape(len(wrench), 6 * wrench.shape[1]), unbroken).reshape(wrench.shape[1:])
     return NoiseLevels(
-        np.maximum(_levels(position, unbroken), POSITION_FLOOR),
-        np.maximum(_levels(torque, unbroken), TORQUE_FLOOR),
-        np.maximum(rows_read, WRENCH_FLOOR),
+        np.maximum(_white_noise(position, unbroken), POSITION_FLOOR),
+        np.maximum(_white_noise(torque, unbroken), TORQUE_FLOOR),
+        np.maximum(wrench_noise, WRENCH_FLOOR),
     )
 
 
@@ -65,12 +55,13 @@ def leading_rows(signal: Array, unbroken: tuple[slice, ...]) -> list[Array]:
     return parts
 
 
-def _levels(signal: Array, unbroken: tuple[slice, ...]) -> Array:
-    parts = [part for part in leading_rows(signal, unbroken) if len(part) > ORDER]
+def _white_noise(signal: Array, unbroken: tuple[slice, ...]) -> Array:
+    """Return the standard deviation of each channel's noise, equation (1), shape (n,)."""
+    parts = [part for part in leading_rows(signal, unbroken) if len(part) > DIFFERENCES]
     if not parts:
         return np.zeros(signal.shape[1])
-    differences = np.abs(np.concatenate([np.diff(part, ORDER, axis=0) for part in parts]))
-    gain = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
+    differences = np.abs(np.concatenate([np.diff(part, DIFFERENCES, axis=0) for part in parts]))
+    gain = float(np.sqrt(sum(comb(DIFFERENCES, k) ** 2 for k in range(DIFFERENCES + 1))))
     white = MAD_TO_STANDARD_DEVIATION * np.median(differences, axis=0) / gain
     return np.asarray(np.maximum(white, _resolution(parts) / np.sqrt(12)))
 

@@ -1,6 +1,6 @@
-"""What errors of the model and of the sensors' calibration would do to the equations: the columns of the corrections.
+"""Regressors Y of the corrections (docs/estimator.md, "Regressors"; Atkeson, An and Hollerbach 1986).
 
-All are taken at the windows' centres, of the smoothed motion: corrections are small, so that this costs nothing.
+All are taken at the windows' centres, of the smoothed motion: corrections are small, so that this costs no accuracy.
 """
 
 from __future__ import annotations
@@ -82,8 +82,8 @@ def zero_regressors(
 
     Rows are counted as `inertia_matrix` orders them.
 
-    They are what encoders whose zeros are wrong do, and an IMU that is mounted askew (none on a fixed base, or where
-    the foot is taken to be level).
+    They are the effect of encoder zeros, and of the tilt of an IMU (none on a fixed base, or where the foot is taken to
+    be level).
     """
     count, windows = state.position.shape[1], len(state.position)
     moved = _moved(state)

@@ -1,4 +1,4 @@
-"""Which rows of a log the weak form uses, cut into segments of one support."""
+"""Which rows of a log the weak form uses, cut into segments of one contact mode."""
 
 from __future__ import annotations
 
@@ -7,17 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from stribeck.contact import SupportPhase
-
-TRIM_LIFTED, TRIM_LANDED, TRIM_END = 0.05, 0.07, 0.02
-"""Left out after a foot has lifted, after one has landed, and before either [s]: a landing foot chatters."""
-
-LONGEST = 1.6
-"""Of a segment [s]: errors of different segments count as independent."""
+from stribeck.equations.constants import LONGEST_SEGMENT, TRIM_END, TRIM_LANDED, TRIM_LIFTED
 
 
 @dataclass(frozen=True)
 class Segment:
-    """Rows [first, last) of a log on the support of `feet`, which begins and ends at contact changes, if at any."""
+    """Rows [first, last) of a log in the contact mode of `feet`, between contact changes, if there are any."""
 
     first: int
     last: int
@@ -65,7 +60,7 @@ def cut_segments(
         before = phase.feet
         if phase.kind == "flight" or last - first < shortest:
             continue
-        parts = -(-(last - first) // max(shortest, round(LONGEST / period)))
+        parts = -(-(last - first) // max(shortest, round(LONGEST_SEGMENT / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
         found += [Segment(start, stop, feet, begins, ends) for start, stop in pairwise(edges)]
     return tuple(found)

@@ -1,4 +1,4 @@
-"""The smooth window that both sides of the equation of motion pass."""
+"""The smooth window that both sides of the equation of motion pass (docs/estimator.md, equations 2 and 7)."""
 
 from __future__ import annotations
 
@@ -6,20 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.equations.constants import BOXES, NEGLIGIBLE_CORRELATION, WINDOW_LENGTH, WINDOW_SPACING
 from stribeck.typing import Array
 from stribeck.weak_equations import through_windows
-
-BOXES = 4
-"""Boxes that are convolved: a window with three continuous derivatives, whose spectrum falls with the fourth power."""
-
-LENGTH = 0.041
-"""Of the whole window [s]: long enough to average encoder noise away, short against the motion."""
-
-SPACING = 0.012
-"""Of the windows [s]: it loses next to nothing, and errors reach over three windows alone."""
-
-NEGLIGIBLE = 1e-4
-"""Correlation [1] that is as good as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +33,9 @@ class Window:
         return through_windows(signal, self.taps, self.step)
 
     def overlaps(self, *kernels: Array) -> list[Array]:
-        """Return how windows of filtered white noise are correlated, of each filter [1 / variance of the noise].
+        """Return the autocovariance of windows of white noise of unit variance, of each filter: equation (7).
 
-        From lag 0 to the last that is worth mentioning for any filter, and one at least, shape (lags + 1,).
+        From lag 0 to the last that is not negligible for any filter, and one at least, shape (lags + 1,).
         """
         responses = [np.convolve(self.taps, kernel) for kernel in kernels]
         longest = max(len(response) for response in responses)
@@ -54,15 +43,15 @@ class Window:
         for own, response in zip(found, responses, strict=True):
             full = np.correlate(response, response, mode="full")[len(response) - 1 :: self.step]
             own[: len(full)] = full
-        reached = np.abs(found) > NEGLIGIBLE * found[:, :1]
+        reached = np.abs(found) > NEGLIGIBLE_CORRELATION * found[:, :1]
         lags = max(1, int(np.flatnonzero(reached.any(axis=0))[-1]))
         return list(found[:, : lags + 1])
 
 
 def smooth_window(period: float) -> Window:
     """Return the window for a sampling period [s]; a single sample where samples are further apart than it is long."""
-    box = np.ones(max(1, round((LENGTH / period + BOXES - 1) / BOXES)))
+    box = np.ones(max(1, round((WINDOW_LENGTH / period + BOXES - 1) / BOXES)))
     taps = np.ones(1)
     for _ in range(BOXES):
         taps = np.convolve(taps, box / len(box))
-    return Window(taps, max(1, round(SPACING / period)))
+    return Window(taps, max(1, round(WINDOW_SPACING / period)))

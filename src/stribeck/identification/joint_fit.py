@@ -47,10 +47,6 @@ class JointFit:
         Root mean square of the training residual [N m].
     samples, blocks
         That the fit saw.
-    starts
-        Grid points tried.
-    cost
-        Half the sum of squared training residuals [N^2 m^2] (of the loss, if robust).
     converged
         Whether the last descent converged; if not, the samples hardly distinguish its parameters.
     variance_shares
@@ -67,8 +63,6 @@ class JointFit:
     rms: float
     samples: int
     blocks: int
-    starts: int
-    cost: float
     converged: bool
     variance_shares: tuple[dict[str, float], ...] | None = None
 
@@ -78,8 +72,8 @@ class JointFit:
         return tuple(parameter.name for parameter in self.parameters)
 
 
-def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float, starts: int) -> JointFit:
-    """Attach covariance, intervals and counts to the minimum that was estimate."""
+def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float) -> JointFit:
+    """Attach covariance, intervals and counts to the minimum that was found."""
     values, logs = best.values, problem.logarithmic
     residual = problem.friction_torque - problem.predict(values)
     jacobian = internal_jacobian(problem, values)
@@ -102,8 +96,6 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
         rms=float(np.sqrt(np.mean(residual**2))),
         samples=len(residual),
         blocks=len(np.unique(problem.block)),
-        starts=starts,
-        cost=best.cost,
         converged=best.converged,
     )
 

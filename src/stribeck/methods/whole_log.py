@@ -1,4 +1,7 @@
-"""Friction of all joints, and the model's corrections, from whole logs: joins the weak form with its fit."""
+"""The method `whole-log`: friction of all joints, and corrections of the model, from the weak form of whole logs.
+
+Its mathematics stands in docs/estimator.md.
+"""
 
 from __future__ import annotations
 
@@ -37,22 +40,22 @@ SUSPICIOUS = 1.5
 """Chi^2 per degree of freedom [1] from which a warning is given."""
 
 HETEROGENEOUS = 4.0
-"""Heterogeneity over folds [1] from which a warning is given: parts differ by twice as much as errors make them."""
+"""Heterogeneity over folds [1] from which a warning is given: folds differ by twice as much as errors explain."""
 
 FAR = 10.0
-"""Corrections [1], in prior standard deviations, from which no model and no sensor is as wrong as that."""
+"""Corrections [1], in prior standard deviations, from which a warning is given: no model is as wrong as that."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLog:
-    """What whole logs say.
+    """The fit to whole logs, as the method needs it.
 
     Attributes
     ----------
     fit, columns
-        The fit, and the columns of the joints that it is of.
+        The fit, and the columns of its joints.
     robot
-        Without the errors that were found.
+        With the corrections that were found.
     """
 
     fit: WholeLogFit
@@ -70,12 +73,12 @@ class WholeLog:
 
     @property
     def fits(self) -> dict[str, JointFit]:
-        """What it says of each joint's friction."""
+        """Fits of each joint's friction."""
         return joint_fits(self.fit, self.joints)
 
     @property
     def validations(self) -> dict[str, Validation | None]:
-        """How the law does on held-out segments."""
+        """Validation of each joint on held-out segments."""
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
@@ -86,12 +89,12 @@ class WholeLog:
 
     @property
     def corrections(self) -> Corrections:
-        """What it says of model and calibration."""
+        """Corrections of model and calibration."""
         return describe_corrections(self.fit, self.joints, self.robot.joint_names)
 
     @property
     def warnings(self) -> list[str]:
-        """A sentence where errors are not what they were taken to be, or bodies or friction not what they can be."""
+        """Sentences on errors larger than their covariance, corrections that are implausible, and score tests."""
         texts = []
         if self.fit.chi_square >= SUSPICIOUS:
             texts.append(
@@ -105,26 +108,18 @@ class WholeLog:
                 f"{np.sqrt(self.fit.heterogeneity):.0f} times as much as noise explains, e.g. by friction beyond the "
                 "law, cables, or motors that log no torque; corrections are kept small accordingly"
             )
-        if bodies := self._bodies_far_off():
+        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR]:
             texts.append(
                 f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: something else "
                 "than inertias is wrong, and the friction may be wrong with it; check signs and units of the torques "
                 "and motors that log none, or set corrections to 'none'"
             )
-        if self._wrenches_far_off():
+        if np.any(self.fit.wrenches_off > FAR):
             texts.append(
                 f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations: "
                 "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
             )
         return texts + score_test_warnings(self.fit.score_tests, self.joints)
-
-    def _wrenches_far_off(self) -> bool:
-        """Return whether zeros and gains of wrench sensors are farther off than any prior allows."""
-        return bool(np.any(self.fit.wrenches_off > FAR))
-
-    def _bodies_far_off(self) -> list[str]:
-        """Return the bodies whose corrections are farther off than any prior allows."""
-        return [name for name, far in self.fit.bodies_off.items() if far > FAR]
 
 
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
@@ -151,11 +146,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         rest,
         settings.priors,
     )
-    return WholeLog(
-        fit=fit,
-        columns=columns,
-        robot=corrected_robot(robot, corrections, fit.corrections),
-    )
+    return WholeLog(fit=fit, columns=columns, robot=corrected_robot(robot, corrections, fit.corrections))
 
 
 def weak_forms(
@@ -183,12 +174,12 @@ def find(
     robot: Robot,
     law: FrictionLaw,
     settings: Settings,
-    friction_torque: FrictionTorque,  # noqa: ARG001 - it has equations of its own
+    friction_torque: FrictionTorque,  # noqa: ARG001 - it uses the weak form
     progress: Progress,
 ) -> Finding:
-    """Run `identify_whole_log`, and take what it finds out of robot and logs.
+    """Run `identify_whole_log`, and correct robot and logs by it.
 
-    Standing legs are shown, as they are fitted; no guess is where their friction is fitted without one.
+    Standing legs are shown, as they are fitted, without the minimum-norm guess where they were fitted without it.
     """
     progress("fitting the whole log", 0.0)
     found = identify_whole_log(prepared, robot, law, settings)

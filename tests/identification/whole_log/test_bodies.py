@@ -45,7 +45,7 @@ def test_derivatives_are_those_of_differences() -> None:
         np.testing.assert_allclose(slopes[:, :, k], difference, atol=1e-8)
 
 
-def test_coordinates_are_in_units_of_what_is_believed() -> None:
+def test_coordinates_are_in_units_of_their_prior() -> None:
     parameters = some_parameters(1)
     body = bodies_of(parameters, Priors())
     heavier, _ = body.corrections(np.eye(10)[:1])

@@ -24,7 +24,7 @@ LAYOUT = ModelLayout(joints=2, per_joint=2, zeros=3)
 def solution() -> Solution:
     root = np.random.default_rng(1).standard_normal((LAYOUT.size, LAYOUT.size))
     held = np.zeros((2, 2), dtype=bool)
-    nothing = {"at_bound": held, "chi_square": 1.0, "cost": 1.0, "converged": True}
+    nothing = {"at_bound": held, "chi_square": 1.0, "converged": True}
     return Solution(layout=LAYOUT, x=np.zeros(LAYOUT.size), covariance=root @ root.T, **nothing)
 
 
@@ -32,7 +32,7 @@ def budget_of(solution: Solution, overdispersion: float = 1.0) -> CovarianceBudg
     return covariance_budget(solution, overdispersion, *np.zeros((2, LAYOUT.size, LAYOUT.size)))
 
 
-def test_noise_is_what_is_left_if_the_model_is_known(solution: Solution) -> None:
+def test_noise_is_the_covariance_given_the_model(solution: Solution) -> None:
     budget = budget_of(solution)
     np.testing.assert_allclose(budget.total, solution.covariance)
     friction = LAYOUT.friction

@@ -29,7 +29,7 @@ def test_parts_follow_one_another_and_fill_the_vector() -> None:
     np.testing.assert_array_equal(np.concatenate([places[LAYOUT.part(name)] for name in PARTS]), places)
     sizes = [len(places[LAYOUT.part(name)]) for name in PARTS]
     assert sizes == [18, 20, 3, 4, 3, 14, 1, 10, 8]
-    assert [len(places[part]) for part in (LAYOUT.corrections, LAYOUT.calibration)] == [45, 25]
+    assert len(places[LAYOUT.corrections]) == 45
     assert [len(places[part]) for part in (LAYOUT.nearly_right, LAYOUT.model)] == [30, 55]
 
 

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from stribeck.friction.terms import LADDER
-from stribeck.identification.whole_log.terms.selection import LEAST, Candidate, Kept, climb, held_out_gain, with_terms
+from stribeck.identification.whole_log.constants import LEAST_GAIN
+from stribeck.identification.whole_log.terms.selection import (
+    Candidate,
+    Kept,
+    held_out_gain,
+    select_stepwise,
+    with_terms,
+)
 from stribeck.result import JointResult, ParameterEstimate, TermVerdict
 
 FOLDS = np.array([0.8, 1.1, 0.9, 1.2])
@@ -25,8 +32,8 @@ def kept(verdicts: dict[str, TermVerdict]) -> set[str]:
     return {name for name, verdict in verdicts.items() if verdict.kept}
 
 
-def test_terms_that_pay_are_kept_and_the_others_are_told_by_how_much_they_do_not() -> None:
-    verdicts = climb(world(viscous=200.0, load=50.0), {})
+def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() -> None:
+    verdicts = select_stepwise(world(viscous=200.0, load=50.0), {})
     assert list(verdicts) == [term.name for term in LADDER]
     assert kept(verdicts) == {"viscous", "load"}
     assert verdicts["load"].reason == "held-out chi^2 falls by 200 ± 18"
@@ -34,16 +41,16 @@ def test_terms_that_pay_are_kept_and_the_others_are_told_by_how_much_they_do_not
     assert verdicts["load"].gain == pytest.approx(200.0)
 
 
-@pytest.mark.parametrize("gain", [0.9 * LEAST, 1.1 * LEAST])
+@pytest.mark.parametrize("gain", [0.9 * LEAST_GAIN, 1.1 * LEAST_GAIN])
 def test_what_two_standard_errors_could_do_is_not_enough(gain: float) -> None:
-    assert kept(climb(world(load=gain / 4), {})) == ({"load"} if gain > LEAST else set())
+    assert kept(select_stepwise(world(load=gain / 4), {})) == ({"load"} if gain > LEAST_GAIN else set())
 
 
 def test_a_gain_that_one_fold_makes_is_not_enough() -> None:
     def candidate(kept: Kept) -> Candidate:
         return Candidate(np.array([1000.0, 1000.0, 1000.0, 1000.0 - 100 * ("load" in kept)]))
 
-    verdicts = climb(candidate, {})
+    verdicts = select_stepwise(candidate, {})
     assert verdicts["load"].gain == pytest.approx(100.0)
     assert verdicts["load"].gain_error == pytest.approx(100.0)
     assert not kept(verdicts)
@@ -57,7 +64,7 @@ def test_terms_that_mean_nothing_or_are_out_of_the_question_are_not_tried() -> N
         tried.append(kept)
         return inner(kept)
 
-    verdicts = climb(candidate, {"load": "its load hardly changes"})
+    verdicts = select_stepwise(candidate, {"load": "its load hardly changes"})
     assert not kept(verdicts)
     assert verdicts["asymmetry"].reason == "it means nothing without the term viscous"
     assert verdicts["load"] == TermVerdict(verdict="refused", reason="its load hardly changes")
@@ -71,7 +78,7 @@ def test_an_early_term_gives_way_to_a_later_one_that_explains_more() -> None:
         gain = 100.0 if "load" in kept else 40.0 * ("stribeck" in kept)
         return Candidate(1000.0 - gain * FOLDS)
 
-    assert kept(climb(candidate, {})) == {"load"}
+    assert kept(select_stepwise(candidate, {})) == {"load"}
 
 
 def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
@@ -81,7 +88,7 @@ def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
         gain = 100.0 * bool(kept & {"rounding", "stribeck"}) + 50.0 * ("stribeck" in kept)
         return Candidate(1000.0 - gain * FOLDS)
 
-    verdicts = climb(candidate, {})
+    verdicts = select_stepwise(candidate, {})
     assert kept(verdicts) == {"stribeck"}
     assert verdicts["stribeck"].gain == pytest.approx(4 * 50.0)
     assert verdicts["rounding"].reason == "the term stribeck has it"
@@ -93,7 +100,7 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
             1000.0 - 50.0 * ("stribeck" in kept) * FOLDS, ("open", "too slow") if "stribeck" in kept else None
         )
 
-    verdicts = climb(candidate, {})
+    verdicts = select_stepwise(candidate, {})
     assert verdicts["stribeck"].verdict == "open"
     assert verdicts["stribeck"].reason == "held-out chi^2 falls by 200 ± 18, but too slow"
     coulomb = ParameterEstimate(value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m", verdict="identified")
@@ -109,15 +116,15 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
     assert found.verdict == found.parameters["coulomb"].verdict == "weak"
     assert found.parameters["offset"].verdict == "identified"
     assert "too slow" in found.reason
-    assert with_terms(joint, climb(world(), {}), 3.0).verdict == "identified"
+    assert with_terms(joint, select_stepwise(world(), {}), 3.0).verdict == "identified"
 
 
 def test_a_term_that_makes_no_sense_is_refused_though_it_pays() -> None:
     def candidate(kept: Kept) -> Candidate:
         return Candidate(1000.0 - 50.0 * ("load" in kept) * FOLDS, ("refused", "no") if "load" in kept else None)
 
-    assert climb(candidate, {})["load"].verdict == "refused"
-    assert climb(candidate, {})["load"].reason == "held-out chi^2 falls by 200 ± 18, but no"
+    assert select_stepwise(candidate, {})["load"].verdict == "refused"
+    assert select_stepwise(candidate, {})["load"].reason == "held-out chi^2 falls by 200 ± 18, but no"
 
 
 def test_the_error_of_a_gain_is_that_of_a_sum_of_independent_folds() -> None:

@@ -79,7 +79,7 @@ def test_the_whitened_covariance_is_the_identity(windows: int, projected: bool) 
     np.testing.assert_allclose(white, np.eye(size), atol=1e-9)
 
 
-def test_levels_are_found_from_what_is_left_over() -> None:
+def test_variance_components_are_found_from_residuals() -> None:
     generator = np.random.default_rng(8)
     parts = []
     for seed in range(6):
@@ -97,7 +97,7 @@ def test_levels_are_found_from_what_is_left_over() -> None:
     np.testing.assert_allclose(components.encoder_scale, LEVELS.encoder_scale, rtol=0.25)
 
 
-def test_levels_are_larger_around_contact_changes() -> None:
+def test_the_contact_variance_scale_is_found() -> None:
     equations = some_equations(40, False)
     near = LEVELS.at(equations) / LEVELS.away_from_contacts[LEVELS.which(equations)]
     np.testing.assert_allclose(near[0], np.repeat([3.0, 4.0], [3, 6]))  # 0.03 s after one
@@ -106,13 +106,13 @@ def test_levels_are_larger_around_contact_changes() -> None:
 
 
 @pytest.mark.parametrize("lags", [1, 4, 9])
-def test_no_frequency_is_taken_to_be_free_of_errors(lags: int) -> None:
+def test_the_autocorrelation_has_a_positive_spectrum(lags: int) -> None:
     frequency = np.linspace(0, np.pi, 501)
     spectrum = 1 + 2 * np.cos(np.outer(frequency, np.arange(1, lags + 1))) @ autocorrelation(lags)[1:]
     assert spectrum.min() > 0.01 * spectrum.max()
 
 
 @pytest.mark.parametrize("lags", [1, 4, 9])
-def test_drives_make_errors_that_fade_as_they_should(lags: int) -> None:
+def test_innovations_have_the_autocorrelation(lags: int) -> None:
     effect = innovation_weights(autocorrelation(lags))
     np.testing.assert_allclose(np.correlate(effect, effect, mode="full")[lags:], autocorrelation(lags), atol=1e-5)

@@ -11,8 +11,8 @@ from tests.arm import arm_log, write_arm
 from stribeck import Robot, identify
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
+from stribeck.identification.whole_log.constants import FIRST_MODEL_STD
 from stribeck.identification.whole_log.model.model_corrections import model_corrections
-from stribeck.identification.whole_log.noise.variance_components import FIRST_MODEL
 from stribeck.identification.whole_log.solver.pilot_fit import pilot_places
 from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
@@ -106,7 +106,7 @@ def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() ->
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
 
 
-def test_every_leg_is_listened_to_while_it_stands() -> None:
+def test_every_standing_leg_is_in_the_pilot_fit() -> None:
     robot = Robot.from_file(MODELS / "robot.toml")
     names = [name for name in robot.joint_names if name not in robot.position_controlled]
     exact, _ = exact_log(  # 15 steps: every other one stands on the same foot
@@ -114,12 +114,12 @@ def test_every_leg_is_listened_to_while_it_stands() -> None:
     )
     log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
     found = whole_log(log, robot, WHOLE_LOG)
-    first = np.full_like(found.fit.components.model, FIRST_MODEL)
+    first = np.full_like(found.fit.components.model, FIRST_MODEL_STD)
     legs = robot.standing(tuple(robot.contacts))[found.columns]
     assert np.all((found.fit.components.model != first)[:, legs])
 
 
-def test_stretches_of_every_support_are_listened_to() -> None:
+def test_segments_of_every_contact_mode_are_in_the_pilot_fit() -> None:
     steps = [("left",), ("right",)] * 20
     places = pilot_places([*steps, ("left", "right"), *steps])
     pilot = [place % 2 for place in places if place != len(steps)]
@@ -129,7 +129,7 @@ def test_stretches_of_every_support_are_listened_to() -> None:
     assert max(np.diff(places)) < len(steps)
 
 
-def test_what_corrections_do_is_shown_by_limbs_that_swing() -> None:
+def test_corrections_are_determined_by_swinging_limbs() -> None:
     robot = Robot.from_file(MODELS / "robot.toml")
     names = [name for name in robot.joint_names if name not in robot.position_controlled]
     exact, _ = exact_log(
@@ -192,7 +192,7 @@ def test_priors_say_how_far_models_may_be_off(arm: Robot, exact_arm_log: RobotLo
     assert changes["trusted"] < 1e-3
 
 
-def test_bodies_beyond_belief_are_told(arm: Robot, exact_arm_log: RobotLog) -> None:
+def test_bodies_that_are_implausibly_far_off_are_flagged(arm: Robot, exact_arm_log: RobotLog) -> None:
     """A motor that logs no torque: the fit can but make the bodies that it carries light."""
     torque = exact_arm_log.torque.copy()
     torque[:, arm.joint_names.index("elbow")] = 0.0
@@ -326,7 +326,7 @@ def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
 
 
-def test_intervals_are_wider_where_steps_disagree(arm: Robot) -> None:
+def test_intervals_are_wider_where_steps_differ(arm: Robot) -> None:
     law = get_law("coulomb-viscous")
     truth = {name: TRUTH[name] for name in ("viscous", "coulomb", "offset")}
     exact, _ = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=60.0, seed=5)

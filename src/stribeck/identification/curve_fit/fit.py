@@ -42,12 +42,12 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
     """
     # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
     with one_blas_thread():
-        best, loss_scale, starts = _minimise(problem, loss)
-        return describe_fit(problem, best, loss, loss_scale, starts)
+        best, loss_scale = _minimise(problem, loss)
+        return describe_fit(problem, best, loss, loss_scale)
 
 
-def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float, int]:
-    """Return the best minimum, the scale of the loss [N m], 0 if it has none, and the number of starts."""
+def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float]:
+    """Return the best minimum, and the scale of the loss [N m], 0 if it has none."""
     step = -(-len(problem.velocity) // SUBSET)
     subset = problem.take(slice(None, None, step))
     starts = grid_starts(subset)
@@ -58,4 +58,4 @@ def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float, int]:
         for _ in range(2):
             loss_scale = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
             best = descend(subset, best.values, loss, loss_scale, ROUGH)
-    return descend(problem, best.values, loss, loss_scale), loss_scale, len(starts)
+    return descend(problem, best.values, loss, loss_scale), loss_scale

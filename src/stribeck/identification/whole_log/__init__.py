@@ -1,1 +1,1 @@
-"""Friction of all joints at once from the whole log, each equation weighed by what it can know."""
+"""Friction of all joints at once from the whole log, by whitened equations in weak form."""

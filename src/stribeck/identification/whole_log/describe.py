@@ -1,4 +1,4 @@
-"""The model's corrections in words of their own: masses, centres and inertias before and after, gains, zeros."""
+"""Corrections of the model as the result has them: masses, centres and inertias before and after, gains, zeros."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stribeck.typing import Array
 
 
 def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...]) -> Corrections:
-    """Return what the whole log says beside friction.
+    """Return the corrections that a fit found.
 
     Parameters
     ----------
@@ -21,13 +21,13 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
     joints, encoders
         Names of the joints that were fitted, and of all joints.
     """
-    there, layout = fit.model.corrections, fit.model.layout
+    corrections, layout = fit.model.corrections, fit.model.layout
     errors = np.sqrt(fit.solution.model_variance * fit.widening)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
-    before, change = there.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
+    before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
     bodies = {
         name: _describe(before[k], before[k] + change[k], body_errors[k], fit.model.priors)
-        for k, name in enumerate(there.bodies)
+        for k, name in enumerate(corrections.bodies)
         if before[k, 0] > 0
     }
     units = np.concatenate([np.ones(before.size), fit.model.scales])

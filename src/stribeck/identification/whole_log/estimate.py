@@ -1,4 +1,7 @@
-"""The spine of the whole-log fit: pilot fit, normal equations, terms, empirical Bayes, covariance budget."""
+"""The spine of the whole-log fit: pilot fit, normal equations, terms, empirical Bayes, covariance budget.
+
+The steps are those of docs/estimator.md, in the order in which they stand there.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import AUTO, FrictionLaw
+from stribeck.identification.whole_log.constants import FOLDS, SAMPLED_SEGMENTS, SAMPLED_STEPS, SEGMENTS_PER_HELD_OUT
 from stribeck.identification.whole_log.model.covariates import unsupported
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
@@ -18,10 +22,10 @@ from stribeck.identification.whole_log.solver.empirical_bayes import group_mean_
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
 from stribeck.identification.whole_log.solver.pilot_fit import PilotFit, fit_pilot, pilot_places, with_all_terms
 from stribeck.identification.whole_log.solver.solve import Solution, solve
-from stribeck.identification.whole_log.terms.term_selection import FOLDS, Choice, select_terms
+from stribeck.identification.whole_log.terms.term_selection import Choice, select_terms
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import find_alternatives
 from stribeck.identification.whole_log.tests_of_fit.score_tests import ScoreTest, run_score_tests
-from stribeck.identification.whole_log.tests_of_fit.validation import left_over, validate
+from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, validate
 from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
 from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
 from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
@@ -31,45 +35,37 @@ from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections, WeakEquations
 
-LEAST_TRAINING = 4
-"""Segments [1] in all for each one that is held out for the validation."""
-
-FEWEST, FEWEST_STEPS = 30, 5
-"""Segments in all, and a gait phase [1], that are tested for random effects and alternative terms."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLogFit:
-    """What the whole log says.
+    """The fit to whole logs.
 
     Attributes
     ----------
     curves, model
         The coordinates of friction and of the model's corrections.
     solution
-        Their values and covariance.
+        Values of these, and their covariance.
     budget
-        The terms of this covariance.
+        The parts of this covariance.
     components
-        Of the errors that no sensor makes.
+        Standard deviations of the errors that no sensor makes.
     normal_equations
-        The log, summed up.
+        Of all segments.
     segments
         Number of them.
     residual_rms
-        What the fit leaves of each joint's friction torque on those that the levels were measured on [N m], shape (n,).
+        Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
     validation
-        Of each joint, on some of the segments that the levels were measured on, by a fit of all others; None where
-        there are too few segments.
+        Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
     terms, mean_load
-        Of the law "auto": which terms each joint has, and the torque that it carries [N m], shape (n,).
+        Of the law "auto": which terms each joint has, and the mean torque that it carries [N m], shape (n,).
     heterogeneity, joint_heterogeneity
-        How much more the parts of the log disagree about the model than errors would make them [1], squared, and about
-        each joint's parameters, shape (n, p).
+        D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
-        Coordinates of the corrections that the log would have if its parts agreed, shape (c,).
+        Coordinates of the corrections by a fit without overdispersion (27), shape (c,).
     score_tests
-        Of each joint, friction that no law of velocity describes.
+        Of each joint's alternative terms.
     """
 
     curves: Curves
@@ -100,25 +96,25 @@ class WholeLogFit:
 
     @property
     def wrenches_off(self) -> Array:
-        """How far wrench sensors are off, over how far such sensors are [1]."""
+        """Corrections of wrench sensors in units of their prior standard deviation [1]."""
         return np.abs(self.solution.x[self.solution.layout.part("wrenches")])
 
     @property
     def bodies_off(self) -> dict[str, float]:
-        """How far each body would be off if parts of the log agreed, over how far models are [1]."""
+        """Largest correction of each body, without overdispersion, in units of its prior standard deviation [1]."""
         coordinates = self.undiscounted[self.model.layout.part("bodies")].reshape(-1, SIZE)
         furthest = np.abs(coordinates).max(axis=1, initial=0.0)
         return dict(zip(self.model.corrections.bodies, furthest.tolist(), strict=True))
 
     @property
     def chi_square(self) -> float:
-        """Chi^2 a degree of freedom [1]: one if the errors are as large as they are taken to be."""
+        """Chi^2 per degree of freedom [1]: one if the errors are as large as their covariance says."""
         free = self.normal_equations.count - self.solution.internal.size
         return self.solution.chi_square / max(free, 1)
 
     @property
     def widening(self) -> float:
-        """What variances are multiplied by as errors are larger than they were taken to be [1]."""
+        """Overdispersion [1], by which variances are multiplied."""
         return max(1.0, self.chi_square)
 
 
@@ -137,13 +133,13 @@ def fit_whole_log(
     Parameters
     ----------
     equations
-        Of all segments; worked out when they are asked for, so that they are never all in memory.
+        Of all segments; computed when they are asked for, so that they are never all in memory.
     supports
         The feet that each of them stands on.
     gaits
         Number of their gait phases.
     corrections
-        What their columns correct.
+        What the columns of their regressors correct.
     law
         Friction law.
     top_speed
@@ -154,19 +150,19 @@ def fit_whole_log(
         Of friction, model and sensors.
     """
     places = pilot_places(supports)
-    some = [equations[k] for k in places]
-    pilot, auto = fit_pilot(some, corrections, law, top_speed, rest, priors), law.name == AUTO
+    pilot_equations = [equations[k] for k in places]
+    pilot, auto = fit_pilot(pilot_equations, corrections, law, top_speed, rest, priors), law.name == AUTO
     if auto:
-        modulated, pilot = with_all_terms(equations, some, pilot)
-        equations, some = modulated, [modulated.of(part) for part in some]
-    held_out = dict(list(zip(places, some, strict=True))[: len(equations) // LEAST_TRAINING])
-    seen = [k for k in range(len(equations)) if k not in held_out]
-    alternatives = find_alternatives(some, pilot.curves.top_speed, priors.torque_gain)
-    folds, repeating = accumulate_folds(
-        equations, _folds(seen, gaits), pilot.components, pilot.curves, pilot.model, gaits, alternatives
+        modulated, pilot = with_all_terms(equations, pilot_equations, pilot)
+        equations, pilot_equations = modulated, [modulated.of(part) for part in pilot_equations]
+    held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
+    training = [k for k in range(len(equations)) if k not in held_out]
+    alternatives = find_alternatives(pilot_equations, pilot.curves.top_speed, priors.torque_gain)
+    folds, sampled = accumulate_folds(
+        equations, _folds(training, gaits), pilot.components, pilot.curves, pilot.model, gaits, alternatives
     )
-    steps, normal_equations = repeating.without("alternatives"), merged(folds)
-    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, some)
+    steps, normal_equations = sampled.without("alternatives"), merged(folds)
+    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations)
     undiscounted = pilot.solution.corrections
     of_model, joint_heterogeneity = heterogeneity(normal_equations, folds, pilot.curves, pilot.model, pilot.solution)
     if of_model > 1:
@@ -174,16 +170,22 @@ def fit_whole_log(
             replace(pilot, model=replace(pilot.model, overdispersion=overdispersion_of(of_model, len(folds)))),
             normal_equations,
         )
-    unseen = list(held_out.values())
+    validation_equations = list(held_out.values())
     none = (None,) * len(top_speed)
-    validation = validate(unseen, normal_equations, pilot.curves, pilot.components, *pilot.known) if unseen else none
-    normal_equations.merge(accumulate(unseen, pilot.components, pilot.curves, pilot.model))
+    validation = (
+        validate(validation_equations, normal_equations, pilot.curves, pilot.components, *pilot.known)
+        if validation_equations
+        else none
+    )
+    normal_equations.merge(accumulate(validation_equations, pilot.components, pilot.curves, pilot.model))
     pilot = _with_empirical_bayes(pilot, normal_equations)
     curves, model, solution = pilot.curves, pilot.model, pilot.solution
-    effect_std, added = random_effect_covariance(
+    effect_std, effect_covariance = random_effect_covariance(
         steps, normal_equations.count, curves, model, solution, pilot.components.root_turns
     )
-    budget = covariance_budget(solution, model.overdispersion, added, group_mean_covariance(curves, solution))
+    budget = covariance_budget(
+        solution, model.overdispersion, effect_covariance, group_mean_covariance(curves, solution)
+    )
     return WholeLogFit(
         curves=curves,
         model=model,
@@ -192,14 +194,16 @@ def fit_whole_log(
         components=pilot.components,
         normal_equations=normal_equations,
         segments=len(equations),
-        residual_rms=left_over(some, curves, pilot.components, *pilot.known, pilot.known[0][None])[0],
+        residual_rms=friction_residual_rms(
+            pilot_equations, curves, pilot.components, *pilot.known, pilot.known[0][None]
+        )[0],
         validation=validation,
         heterogeneity=of_model,
         joint_heterogeneity=joint_heterogeneity,
         undiscounted=undiscounted,
         terms=choice.verdicts if choice else (),
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
-        score_tests=run_score_tests(repeating, normal_equations.count, curves, model, solution, effect_std),
+        score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std),
     )
 
 
@@ -208,14 +212,14 @@ def _with_terms(
     normal_equations: NormalEquations,
     folds: list[NormalEquations],
     steps: NormalEquations,
-    some: list[WeakEquations],
+    pilot_equations: list[WeakEquations],
 ) -> tuple[PilotFit, Choice | None]:
-    """Return the solution of what is seen, and the terms that its joints have, if these are to be chosen."""
+    """Return the fit to all folds, and the terms of its joints if these are to be selected."""
     curves, model = pilot.curves, pilot.model
     solution = solve(normal_equations, curves, model, pilot.solution)
     choice = None
     if isinstance(curves, VaryingCurves):
-        refused = unsupported(some, curves.slow, normal_equations.loads)
+        refused = unsupported(pilot_equations, curves.slow, normal_equations.loads)
         root_turns = pilot.components.root_turns
         choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)
         curves, solution = choice.curves, choice.start
@@ -223,15 +227,15 @@ def _with_terms(
 
 
 def _with_empirical_bayes(pilot: PilotFit, normal_equations: NormalEquations) -> PilotFit:
-    """Return the solution of a log, and what is believed with it."""
+    """Return the fit to a log with priors by empirical Bayes."""
     curves, model, solution = solve_with_empirical_bayes(normal_equations, pilot.curves, pilot.model, pilot.solution)
     return replace(pilot, curves=curves, model=model, solution=solution)
 
 
-def _folds(seen: list[int], gaits: int) -> list[tuple[list[int], list[int]]]:
-    """Return folds of what is seen: places that are looked at, and the others."""
-    stride = max(1, len(seen) // max(FEWEST, FEWEST_STEPS * gaits))
-    share = set(seen[:: stride | 1])  # odd, as left and right alternate
-    count = min(FOLDS, len(seen))
-    folds = [seen[k::count] for k in range(count)]
+def _folds(training: list[int], gaits: int) -> list[tuple[list[int], list[int]]]:
+    """Return the folds: places of segments that are sampled for random effects and score tests, and of the others."""
+    stride = max(1, len(training) // max(SAMPLED_SEGMENTS, SAMPLED_STEPS * gaits))
+    share = set(training[:: stride | 1])  # odd, as left and right alternate
+    count = min(FOLDS, len(training))
+    folds = [training[k::count] for k in range(count)]
     return [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]

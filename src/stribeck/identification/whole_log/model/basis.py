@@ -1,8 +1,9 @@
-"""Friction curves as sums of a few functions of velocity: what lets a whole log be summed up before a law is fitted.
+"""Basis of the friction curves (docs/estimator.md, equation 11): a log is summed up before a law is fitted.
 
-A law's torque is interpolated between nodes, which crowd around standstill where friction bends. All curves that the
-law can take lie close to the span of a few functions: the left singular vectors of many of them. Only sums over these
-are kept of a log.
+    R(v; p) ~ l(v)^T Phi theta(p),    theta(p) = Phi^T [R(v_1; p), ..., R(v_N; p)]
+
+Knots v_1 ... v_N lie densest around standstill, where friction changes fastest; l interpolates between them. The basis
+Phi are the left singular vectors of many curves of the law (Eckart and Young 1936).
 """
 
 from __future__ import annotations
@@ -15,44 +16,34 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from stribeck.friction import FrictionLaw, Parameter
+from stribeck.identification.whole_log.constants import (
+    BASIS_TOLERANCE,
+    FINEST_KNOTS,
+    KNOT_GROWTH,
+    KNOT_REACH,
+    SHAPE_GRID,
+    SHAPE_REACH,
+)
 from stribeck.typing import Array
 
-FINEST = 1.5e-3
-"""Distance of the nodes around standstill, as a share of the top speed [1]."""
-
-GROWTH = 0.12
-"""What the distance grows by a unit of velocity [1]."""
-
-REACH = 1.05
-"""Outermost nodes over the top speed [1]; what lies beyond is taken to be there."""
-
 ORDER = 4
-"""Nodes [1] that a value in between is interpolated from, by Lagrange's cubic polynomial."""
-
-SPREAD = 3.0
-"""How far beyond the starts of a fit [1] the nonlinear parameters of the curves reach."""
-
-GRID = 9
-"""Values [1] of each nonlinear parameter."""
-
-TOLERANCE = 5e-4
-"""What the span may miss of a curve [1], root mean square over the nodes, relative to its largest value."""
+"""Knots [1] that a value in between is interpolated from, by Lagrange's cubic polynomial."""
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Nodes of n joints, and the functions that their curves are sums of.
+    """Knots of n joints, and the basis of their curves.
 
     Attributes
     ----------
     velocity
-        Of each joint's nodes [rad/s], shape (n, N).
+        Of each joint's knots [rad/s], shape (n, N).
     functions
-        Values at the nodes of a joint: orthonormal columns, the same for all joints, shape (N, r).
+        Phi, values at the knots of a joint: orthonormal columns, the same for all joints, shape (N, r).
     modulated
-        Functions that the equations' factors multiply, as sums of the others, shape (r, s); (r, 0) if none.
+        Functions that covariates multiply, as sums of the others, shape (r, s); (r, 0) if none.
     covariates
-        Number f of these factors.
+        Number f of covariates.
     """
 
     velocity: Array
@@ -66,7 +57,7 @@ class Basis:
         return int(self.velocity.shape[0] * (self.functions.shape[-1] + self.covariates * self.modulated.shape[1]))
 
     def coefficients(self, curves: Array, *times_covariates: Array) -> Array:
-        """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times factors."""
+        """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times covariates."""
         base = self.functions.T @ curves
         missing = [np.zeros_like(curves)] * (self.covariates - len(times_covariates))
         changed = [self.modulated.T @ (self.functions.T @ each) for each in (*times_covariates, *missing)]
@@ -84,7 +75,7 @@ class Basis:
     def _weights(self, velocity: Array) -> csr_array:
         """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).
 
-        The weight of node i among the four is the product of the distances to the others over that of i to them.
+        The weight of knot i among the four is the product of the distances to the others over that of i to them.
         """
         samples, joints = velocity.shape
         count = self.velocity.shape[1]
@@ -104,7 +95,7 @@ class Basis:
 
     @cached_property
     def _spans(self) -> Array:
-        """Products of the distances of each node of four to the other three, by the first of them, (n N, ORDER)."""
+        """Products of the distances of each knot of four to the other three, by the first of them, (n N, ORDER)."""
         basis = self.velocity.ravel()
         four = np.minimum(np.arange(len(basis))[:, None] + np.arange(ORDER), len(basis) - 1)
         apart = basis[four][:, :, None] - basis[four][:, None] + np.eye(ORDER)
@@ -112,9 +103,13 @@ class Basis:
 
 
 def make_basis(law: FrictionLaw, top_speed: Array) -> Basis:
-    """Return nodes for joints with these top speeds [rad/s], shape (n,), and functions for the curves of a law."""
-    count = int(np.ceil(np.log1p(GROWTH / FINEST * REACH) / GROWTH))
-    positive = np.expm1(np.arange(1, count + 1) * np.log1p(GROWTH / FINEST * REACH) / count) * FINEST / GROWTH
+    """Return knots for joints with these top speeds [rad/s], shape (n,), and a basis for the curves of a law."""
+    count = int(np.ceil(np.log1p(KNOT_GROWTH / FINEST_KNOTS * KNOT_REACH) / KNOT_GROWTH))
+    positive = (
+        np.expm1(np.arange(1, count + 1) * np.log1p(KNOT_GROWTH / FINEST_KNOTS * KNOT_REACH) / count)
+        * FINEST_KNOTS
+        / KNOT_GROWTH
+    )
     shape = np.concatenate([-positive[::-1], [0.0], positive])
     functions = _functions(law, shape)
     none = np.zeros((functions.shape[1], 0))
@@ -122,7 +117,7 @@ def make_basis(law: FrictionLaw, top_speed: Array) -> Basis:
 
 
 def _functions(law: FrictionLaw, velocity: Array) -> Array:
-    """Return orthonormal functions that span the law's curves up to `TOLERANCE`, for a top speed of one."""
+    """Return orthonormal functions that span the law's curves up to `BASIS_TOLERANCE`, for a top speed of one."""
     nonlinear = [parameter for parameter in law.parameters if parameter.starts]
     curves = np.hstack(
         [
@@ -130,13 +125,13 @@ def _functions(law: FrictionLaw, velocity: Array) -> Array:
             for point in itertools.product(*(grid_of(p) for p in nonlinear))
         ]
     )
-    return spanning(curves / np.maximum(np.abs(curves).max(axis=0), 1e-12), TOLERANCE)
+    return spanning(curves / np.maximum(np.abs(curves).max(axis=0), 1e-12), BASIS_TOLERANCE)
 
 
 def grid_of(parameter: Parameter) -> Array:
     """Return values of a nonlinear parameter that cover its starts and beyond, for a top speed of one."""
-    low, high = min(parameter.starts) / SPREAD, max(parameter.starts) * SPREAD
-    return np.geomspace(max(low, parameter.lower), min(high, parameter.upper), GRID)
+    low, high = min(parameter.starts) / SHAPE_REACH, max(parameter.starts) * SHAPE_REACH
+    return np.geomspace(max(low, parameter.lower), min(high, parameter.upper), SHAPE_GRID)
 
 
 def spanning(curves: Array, tolerance: float) -> Array:

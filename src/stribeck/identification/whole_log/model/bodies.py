@@ -1,8 +1,9 @@
 """Inertial parameters of bodies in coordinates in which every value is a body that can exist.
 
-A body has the mass m = m_0 exp(a), the centre c = c_0 + d, and the second moments Sigma_c = F exp(X) F^T about it, with
-X symmetric and F F^T = Sigma_c0, the columns of F along the principal axes. So mass and second moments stay positive,
-whatever a, d and X are, which is what physical consistency means (Wensing, Kim, Slotine 2018).
+Equation (15) of docs/estimator.md: a body has the mass m = m_0 exp(alpha), the centre c = c_0 + d, and the second
+moments Sigma_c = E exp(S) E^T about it, with S symmetric and E E^T = Sigma_c0, the columns of E along the principal
+axes. Mass and second moments stay positive for all alpha, d and S: this is physical consistency (14) (Wensing, Kim,
+Slotine 2018).
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ LEAST_MASS, LEAST_RADIUS = 1e-6, 1e-3
 """A lighter body [kg] has nothing to correct; no body is smaller than such a radius of gyration [m]."""
 
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Entries of X in the order of the coordinates; one moment is the sum of two, so each gets sqrt(2) of its prior's."""
+"""Entries of S in the order of the coordinates; one moment is the sum of two, so each gets sqrt(2) of its prior's."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """L bodies as a model has them: masses (L,), centres (L, 3), and F, shape (L, 3, 3); and the units of changes."""
+    """L bodies as a model has them: masses (L,), centres (L, 3), and E, shape (L, 3, 3); and their priors."""
 
     mass: Array
     centre: Array
@@ -34,7 +35,7 @@ class Bodies:
     def corrections(self, coordinates: Array) -> tuple[Array, Array]:
         """Return the parameters' corrections, shape (L, 10), and their derivatives, shape (L, 10, 10).
 
-        Coordinates have shape (L, 10): a, d, then X, each in units of its prior.
+        Coordinates have shape (L, 10): alpha, d, then S, each in units of its prior standard deviation.
         """
         mass = self.mass * np.exp(self.priors.mass * coordinates[:, 0])
         centre = self.centre + self.priors.centre_of_mass * coordinates[:, 1:4]
@@ -77,7 +78,7 @@ def _matrix(mass: Array, centre: Array, moments: Array) -> Array:
 
 
 def _symmetric(entries: Array, unit: float) -> Array:
-    """Return X, shape (L, 3, 3), from coordinates in a unit, shape (L, 6)."""
+    """Return S, shape (L, 3, 3), from coordinates in a unit, shape (L, 6)."""
     matrix = np.zeros((len(entries), 3, 3))
     for k, (i, j) in enumerate(_PAIRS):
         matrix[:, i, j] = matrix[:, j, i] = unit * (np.sqrt(2) if i == j else 1.0) * entries[:, k]
@@ -85,7 +86,7 @@ def _symmetric(entries: Array, unit: float) -> Array:
 
 
 def _exponential(matrix: Array, unit: float) -> tuple[Array, Array]:
-    """Return exp(X), shape (L, 3, 3), and derivatives by coordinates, (L, 6, 3, 3) (Daleckii, Krein)."""
+    """Return exp(S), shape (L, 3, 3), and derivatives by coordinates, (L, 6, 3, 3) (Daleckii, Krein; Higham 2008)."""
     values, vectors = np.linalg.eigh(matrix)
     powers = np.exp(values)
     gap = values[:, :, None] - values[:, None, :]

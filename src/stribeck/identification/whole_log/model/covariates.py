@@ -1,4 +1,7 @@
-"""What friction may be proportional to beside functions of velocity: load, and temperature or time."""
+"""Covariates that friction may be proportional to: load, and temperature or time (docs/estimator.md).
+
+Load: Hamon, Gautier and Garrec 2010; temperature: Bittencourt and Gunnarsson 2012.
+"""
 
 from __future__ import annotations
 
@@ -7,24 +10,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stribeck.identification.whole_log.constants import LEAST_LOAD_VARIATION, LEAST_WARMING, SHORTEST_DRIFT
 from stribeck.identification.whole_log.model.basis import Basis
 from stribeck.identification.whole_log.solver.normal_equations import curve_windows, times_covariates
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
-LEAST_WARMING = 2.0
-"""Range of temperature [K] below which it says nothing about friction."""
-
-SHORTEST = 20.0
-"""Log [s] below which friction has no time to drift."""
-
-LEAST_SWING = 0.1
-"""Standard deviation of the load over its mean [1] below which it is as good as constant."""
-
 
 @dataclass(frozen=True, eq=False)
 class WithCovariates(Sequence[WeakEquations]):
-    """Equations with their factors, worked out when they are asked for.
+    """Equations with their covariates, computed when they are asked for.
 
     The load is the torque that reaches the link, the measured torque without friction, so that friction is not taken
     for its own cause.
@@ -32,7 +27,7 @@ class WithCovariates(Sequence[WeakEquations]):
     Attributes
     ----------
     equations
-        Without factors.
+        Without covariates.
     basis
         Those of `VaryingCurves`.
     friction
@@ -42,7 +37,7 @@ class WithCovariates(Sequence[WeakEquations]):
     middle
         Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
     refined
-        Coefficients of a fit with all terms, shape (n, R), from whose friction the load is found again; None before it.
+        Coefficients of a fit with all terms, shape (n, R), whose friction then gives the load; None before.
     """
 
     equations: Sequence[WeakEquations]
@@ -59,7 +54,7 @@ class WithCovariates(Sequence[WeakEquations]):
         return self.of(self.equations[k])
 
     def of(self, part: WeakEquations) -> WeakEquations:
-        """Return equations with their factors."""
+        """Return equations with their covariates."""
         windows, slow = curve_windows(replace(part, covariates=None), self.basis), self._slow(part)
         load = _carried(part, windows, self.friction)
         if self.refined is not None:
@@ -74,27 +69,27 @@ class WithCovariates(Sequence[WeakEquations]):
 
 
 def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
-    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of friction functions."""
+    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of the basis."""
     return np.asarray(np.abs(part.torque - np.einsum("kjr,jr->kj", windows, friction)))
 
 
 def with_covariates(
-    equations: Sequence[WeakEquations], some: Sequence[WeakEquations], basis: Basis, friction: Array
+    equations: Sequence[WeakEquations], pilot: Sequence[WeakEquations], basis: Basis, friction: Array
 ) -> WithCovariates:
-    """Return equations with factors, whose scale is read off `some` of them; arguments as in `WithCovariates`."""
-    temperature = [part.temperature for part in some if part.temperature is not None]
-    logged = len(temperature) == len(some) and bool(np.isfinite(np.concatenate(temperature)).any())
+    """Return equations with covariates, scaled by the `pilot` equations; arguments as in `WithCovariates`."""
+    temperature = [part.temperature for part in pilot if part.temperature is not None]
+    logged = len(temperature) == len(pilot) and bool(np.isfinite(np.concatenate(temperature)).any())
     if logged:
         return WithCovariates(equations, basis, friction, "temperature", _mean(np.concatenate(temperature)))
-    return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(some), 1e-9)))
+    return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(pilot), 1e-9)))
 
 
-def unsupported(some: Sequence[WeakEquations], slow: str, loads: Array) -> list[dict[str, str]]:
+def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list[dict[str, str]]:
     """Return for each joint the terms that are out of the question, and why.
 
     Parameters
     ----------
-    some
+    pilot
         Equations from the beginning to the end of a log.
     slow
         What friction changes slowly with: "temperature" or "drift".
@@ -102,20 +97,20 @@ def unsupported(some: Sequence[WeakEquations], slow: str, loads: Array) -> list[
         Number of windows, sums of loads and of their squares, shape (3, n).
     """
     mean = loads[1] / loads[0]
-    spread = np.sqrt(np.maximum(loads[2] / loads[0] - mean**2, 0.0))
+    deviation = np.sqrt(np.maximum(loads[2] / loads[0] - mean**2, 0.0))
     reasons = []
     for column in range(loads.shape[1]):
-        temperature = [part.temperature[:, column] for part in some if part.temperature is not None]
-        reasons.append(_slow_reasons(slow, _last(some), temperature))
-        if spread[column] < LEAST_SWING * mean[column]:
-            said = f"{mean[column]:.3g} N m give or take {spread[column]:.2g}"
+        temperature = [part.temperature[:, column] for part in pilot if part.temperature is not None]
+        reasons.append(_slow_reasons(slow, _last(pilot), temperature))
+        if deviation[column] < LEAST_LOAD_VARIATION * mean[column]:
+            said = f"{mean[column]:.3g} N m +- {deviation[column]:.2g}"
             reasons[-1]["load"] = f"its load hardly changes: {said}"
     return reasons
 
 
-def _last(some: Sequence[WeakEquations]) -> float:
+def _last(pilot: Sequence[WeakEquations]) -> float:
     """Return how long a log lasts [s]."""
-    return max(float(part.elapsed[-1]) for part in some)
+    return max(float(part.elapsed[-1]) for part in pilot)
 
 
 def _mean(temperature: Array) -> Array:
@@ -129,7 +124,7 @@ def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str,
     warming, drifting = "", "the log has temperatures, which say more than time"
     if slow == "drift":
         warming = "no temperature in the log"
-        drifting = f"the log lasts {last:.3g} s; {SHORTEST:.0f} s are needed" if last < SHORTEST else ""
+        drifting = f"the log lasts {last:.3g} s; {SHORTEST_DRIFT:.0f} s are needed" if last < SHORTEST_DRIFT else ""
     else:
         own = np.concatenate(temperature)
         if not np.isfinite(own).all():

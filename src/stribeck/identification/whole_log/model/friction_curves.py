@@ -1,4 +1,4 @@
-"""Friction laws of all joints as sums of functions, and what is believed of their parameters beforehand."""
+"""Friction curves of all joints in the basis (docs/estimator.md, equation 11), and priors of their parameters."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Curves:
     law
         Friction law.
     basis
-        Velocities at which the curves are evaluated.
+        Knots of the curves, and the basis that they are sums of.
     top_speed, torque
         Scales of each joint [rad/s], [N m], shape (n,).
     priors
-        Standard deviations before the log speaks.
+        Standard deviations of the prior.
     group_prior
-        Mean and standard deviation over the joints of internal coordinates, shape (2, p); NaN for what no joint has in
-        common with others, None before the log has spoken.
+        Mean and standard deviation over the joints of internal coordinates, shape (2, p); NaN for what is
+        not shared, None before empirical Bayes.
     """
 
     law: FrictionLaw
@@ -45,7 +45,7 @@ class Curves:
 
     @property
     def shared(self) -> list[int]:
-        """Which parameters may be alike in all joints: logarithms, and pure numbers without a sign."""
+        """Which parameters have a group prior: logarithms, and pure numbers without a sign."""
         return [k for k, p in enumerate(self.law.parameters) if p.logarithmic or (p.unit == "1" and p.lower >= 0)]
 
     @property
@@ -58,7 +58,7 @@ class Curves:
         basis = replace(self.basis, velocity=self.basis.velocity[joints])
         return replace(self, basis=basis, top_speed=self.top_speed[joints], torque=self.torque[joints])
 
-    def has(self, joint: int) -> NDArray[np.bool_]:  # noqa: ARG002 - laws alike in all joints
+    def has(self, joint: int) -> NDArray[np.bool_]:  # noqa: ARG002 - the same law in all joints
         """Return which of them a joint has, shape (p,)."""
         return np.ones(len(self.parameters), dtype=bool)
 
@@ -91,7 +91,7 @@ class Curves:
         return np.asarray(self.basis.functions.T @ (np.stack(jacobians) * factor[:, None, :]))
 
     def prior(self) -> tuple[Array, Array]:
-        """Return mean and standard deviation of the internal coordinates before the log speaks, shape (n, p) each."""
+        """Return mean and standard deviation of the prior of the internal coordinates, shape (n, p) each."""
         count = len(self.parameters)
         mean, prior_std = np.zeros((2, len(self.top_speed), count))
         units = {"N m": self.torque, "N m s/rad": self.torque / self.top_speed, "rad/s": self.top_speed}
@@ -111,7 +111,7 @@ class Curves:
         return mean, prior_std
 
     def shapes(self) -> Iterator[list[dict[str, float]]]:
-        """Yield two sets of nonlinear parameters to start from, each by joint: bends at low and at higher speeds."""
+        """Yield two sets of nonlinear parameters to start from, each by joint: scales at low and at higher speeds."""
         nonlinear = [parameter for parameter in self.law.parameters if parameter.starts]
         for place in (1 / 3, 2 / 3):
             yield [

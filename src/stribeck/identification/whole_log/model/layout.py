@@ -1,4 +1,4 @@
-"""Where everything stands in the parameter vector: no other file computes an offset."""
+"""Places in the parameter vector: no other file computes an offset."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ModelLayout:
     Attributes
     ----------
     joints, per_joint
-        Number n of joints, and of the entries of each.
+        Number n of joints, and of entries of each.
     bodies, gains, zeros, tilts, wrenches, rotors
         How many there are of each, as in `Corrections`.
     gaits, gait_effects
@@ -69,13 +69,8 @@ class ModelLayout:
         return self.part("bodies", "rotors")
 
     @property
-    def calibration(self) -> slice:
-        """All corrections but the bodies'."""
-        return self.part("gains", "rotors")
-
-    @property
     def nearly_right(self) -> slice:
-        """Corrections of what is about right beforehand: bodies and sensors, but no wrenches and no rotors."""
+        """Corrections whose priors are learned and widened: bodies and sensors, but no wrenches and no rotors."""
         return self.part("bodies", "tilts")
 
     @property

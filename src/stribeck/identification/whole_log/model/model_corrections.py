@@ -1,4 +1,7 @@
-"""Corrections of model and calibration, and repeated errors, in units of what is believed of them beforehand."""
+"""Corrections of model and calibration, and random effects, in units of their prior standard deviations.
+
+The priors are those of the table in docs/estimator.md, "Coordinates and priors".
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.identification.whole_log.constants import LEAST_LOAD, MEAN_GAIN_STD
 from stribeck.identification.whole_log.model.bodies import Bodies, bodies_of
 from stribeck.identification.whole_log.model.layout import ModelLayout, layout_of
 from stribeck.inertial_parameters import SIZE
@@ -14,37 +18,27 @@ from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections
 
-SUM_OF_GAINS = 1e-3
-"""How far the mean gain may be from 1, in units of its prior: one gain that all torques share is friction's scale."""
-
-LEAST_LOAD = 0.05
-"""Torque of a sensor over that of the most loaded one [1] from which its gain is corrected and counts in the mean.
-
-Gains of lighter limbs come out wrong by some percent, as noise is in their torques and in the motion that their bodies
-are corrected with; gains being right on average, the legs' would make up for that.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class ModelCorrections:
-    """Corrections x of the equations' columns as functions of c coordinates with unit prior.
+    """Corrections x, one a column of the regressors, as functions of c coordinates in units of their prior.
 
     Attributes
     ----------
     corrections
-        What there is to correct.
+        Corrections of the weak form.
     bodies
-        Where the inertias start from.
+        Of the model: mean of the prior of the inertias.
     loaded
-        Which of the torque sensors have gains that are corrected; they are right on average.
+        Which torque sensors have gains that are corrected; the mean of these gains is one.
     layout
         Of their coordinates, and of those of random effects, whose standard deviation is one.
     prior_std
-        Standard deviations of the coordinates of `corrections` before the log speaks [1], shape (corrections.size,).
+        Prior standard deviations of the coordinates of `corrections` [1], shape (corrections.size,).
     priors
         Units of the coordinates.
     overdispersion
-        How many times larger the squared errors are than they are taken to be [1] when it comes to the model.
+        Of the model's coordinates [1], equation (27).
     """
 
     corrections: Corrections
@@ -62,15 +56,15 @@ class ModelCorrections:
 
     @property
     def common_gain(self) -> float:
-        """Standard deviation of the mean gain [1], which no log tells."""
+        """Standard deviation of the mean gain [1], which no log determines."""
         own = self.prior_std[self.layout.part("gains")][self.loaded]
         return self.priors.torque_gain * float(np.linalg.norm(own)) / max(len(self.loaded), 1)
 
     @property
     def precision(self) -> Array:
-        """Inverse covariance of the coordinates before the log speaks, shape (c, c).
+        """Inverse covariance of the prior of the coordinates, shape (c, c).
 
-        Where a log is doubted it is of what is believed, times the doubt: as if it had been the shorter by as much.
+        That of model and sensors is multiplied by the overdispersion: as if the log were the shorter by as much.
         """
         diagonal = np.ones(self.size)
         diagonal[self.layout.corrections] = self.prior_std**-2
@@ -78,7 +72,7 @@ class ModelCorrections:
         precision = np.diag(diagonal)
         if len(self.loaded):
             gains = np.arange(self.size)[self.layout.part("gains")][self.loaded]
-            precision[np.ix_(gains, gains)] += 1 / (len(gains) * SUM_OF_GAINS) ** 2
+            precision[np.ix_(gains, gains)] += 1 / (len(gains) * MEAN_GAIN_STD) ** 2
         return precision
 
     def values(self, coordinates: Array) -> tuple[Array, Array]:
@@ -99,10 +93,10 @@ class ModelCorrections:
 
 
 def model_corrections(corrections: Corrections, loads: Array, priors: Priors) -> ModelCorrections:
-    """Return the coordinates of what there is to correct, without repeated errors.
+    """Return the coordinates of corrections, without random effects.
 
     `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). The gains of those that carry
-    next to nothing are left alone: they cannot be told from friction, and noise would be taken for them.
+    next to nothing are not corrected: friction and noise would be taken for them.
     """
     loaded = np.flatnonzero(loads > LEAST_LOAD * loads.max(initial=0.0))
     bodies = bodies_of(corrections.inertial_parameters, priors)

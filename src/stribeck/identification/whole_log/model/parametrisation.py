@@ -1,4 +1,7 @@
-"""Friction curves and corrections of the model as functions of one vector of parameters, with its prior."""
+"""Coefficients theta(u) of friction curves and corrections, their derivatives J, and the prior of u.
+
+In the code u is x, and theta is y: docs/estimator.md, "Coordinates and priors", equations (16) and (17).
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ class Parametrisation:
 
     @cached_property
     def prior(self) -> tuple[Array, Array]:
-        """Return mean, shape (m,), and inverse covariance, shape (m, m), of x before the log speaks."""
+        """Return mean, shape (m,), and inverse covariance, shape (m, m), of the prior of x."""
         mean, deviation = self.curves.prior()
         precision = block_diag(np.diag(deviation.ravel() ** -2.0), self.model.precision)
         return np.concatenate([mean.ravel(), np.zeros(self.model.size)]), precision

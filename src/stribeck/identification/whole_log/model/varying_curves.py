@@ -1,11 +1,11 @@
-"""Friction curves that load and temperature change: `--law auto`, each joint with terms of its own.
+"""Friction curves that covariates change: `--law auto`, each joint with terms of its own.
 
     R = Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
         + mu |load| tanh(a v) + slow (Fc' tanh(a v) + Fv' v)
 
 with load the torque that the joint carries, and slow its temperature above the mean, or else the time, from -1/2 at the
-beginning of a log to 1/2 at its end. Both are factors that are known beforehand, so that these curves too are sums of
-functions of velocity, some of them times a factor.
+beginning of a log to 1/2 at its end. Both are known beforehand, so that these curves too are sums of functions of
+velocity, some of them times a covariate (docs/estimator.md, "Friction curves").
 """
 
 from __future__ import annotations
@@ -21,12 +21,10 @@ from stribeck.friction import Parameter
 from stribeck.friction.assembled import JUMP, Assembled
 from stribeck.friction.terms import LADDER, LOAD, SLOW
 from stribeck.identification.curve_fit.descent import to_internal
+from stribeck.identification.whole_log.constants import VARYING_BASIS_TOLERANCE
 from stribeck.identification.whole_log.model.basis import Basis, grid_of, spanning
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.typing import Array
-
-RISE_TOLERANCE = 0.012
-"""What functions that are times a factor may miss of tanh(a v) [1], root mean square; factors change a part of it."""
 
 FIXED = 1e-9
 """Standard deviation of a parameter that a joint does without, in its internal coordinate."""
@@ -34,7 +32,7 @@ FIXED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class VaryingCurves(Curves):
-    """Curves of the law `Assembled`, and of how factors change them.
+    """Curves of the law `Assembled`, and of how covariates change them.
 
     Attributes
     ----------
@@ -92,12 +90,12 @@ class VaryingCurves(Curves):
         return np.stack(found)
 
     def prior(self) -> tuple[Array, Array]:
-        """Return mean and standard deviation of the internal coordinates before the log speaks, shape (n, p) each."""
+        """Return mean and standard deviation of the prior of the internal coordinates, shape (n, p) each."""
         mean, prior_std = super().prior()
         return np.where(self.free, mean, self.neutral), np.where(self.free, prior_std, FIXED)
 
     def inside(self, values: Array) -> Array:
-        """Return internal coordinates, shape (n, p), from values of the law alone: nothing changes with a factor."""
+        """Return internal coordinates, shape (n, p), from values of the law alone: nothing changes with a covariate."""
         beyond = np.zeros((len(values), len(self.parameters) - len(self.law.parameters)))
         return super().inside(np.hstack([values, beyond]))
 
@@ -128,8 +126,8 @@ def varying_curves(plain: Curves, basis: Basis, slow: str) -> VaryingCurves:
 
 
 def rising(basis: Basis) -> Basis:
-    """Return nodes whose curves may also have v and tanh(a v) times each of two factors."""
+    """Return the basis of curves that may also have v and tanh(a v) times each of two covariates."""
     velocity = basis.velocity[0] / basis.velocity[0].max()
     slopes = [JUMP, *grid_of(next(p for p in Assembled.parameters if p.name == "slope"))]
     curves = np.column_stack([velocity, *(np.tanh(slope * velocity) for slope in slopes)])
-    return replace(basis, modulated=basis.functions.T @ spanning(curves, RISE_TOLERANCE), covariates=2)
+    return replace(basis, modulated=basis.functions.T @ spanning(curves, VARYING_BASIS_TOLERANCE), covariates=2)

@@ -1,4 +1,4 @@
-"""How large the errors are that no sensor makes, measured from what a fit leaves over."""
+"""Variance components by maximum likelihood from the residuals of a fit (docs/estimator.md, equation 19)."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.identification.whole_log.constants import LARGEST_VARIANCE_RATIO, THREADS
 from stribeck.identification.whole_log.noise.autocorrelation import autocorrelation, innovation_weights
 from stribeck.identification.whole_log.noise.variance_components import AWAY, BINS, VarianceComponents, bin_of
 from stribeck.identification.whole_log.noise.whitening import make_whitener
-from stribeck.identification.whole_log.solver.accumulation import WORKERS
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
-LARGEST_CHANGE = 30.0
-"""Of a variance in one update [1]."""
-
 
 def update_components(
-    components: VarianceComponents, left_over: Iterable[tuple[WeakEquations, Array]]
+    components: VarianceComponents, residuals: Iterable[tuple[WeakEquations, Array]]
 ) -> VarianceComponents:
-    """Return levels that are more likely, given equations and the residuals (K m,) that a fit leaves.
+    """Return variance components that are more likely, given equations and residuals of a fit, shape (K m,).
 
-    With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where r^T Sigma^-1 V_c Sigma^-1 r = tr(Sigma^-1 V_c)
+    With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where
+
+        e^T Sigma^-1 V_c Sigma^-1 e = tr(Sigma^-1 V_c)
+
     for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides
-    are sums over windows: over all they give the levels, over those near contact changes the unrest there. The root's
-    three directions share one level, of lines and of turns, and so do those of forces and of moments.
+    are sums over windows: over all they give s_c, over those near contact changes the contact variance scale. The three
+    directions of a linear or an angular acceleration, a force or a moment have the same component.
     """
-    with ThreadPoolExecutor(WORKERS) as pool:
-        sums = list(pool.map(lambda part: _sums(components, *part), left_over))
+    with ThreadPoolExecutor(THREADS) as pool:
+        sums = list(pool.map(lambda part: _sums(components, *part), residuals))
     left, right, encoder_errors = (np.sum(parts, axis=0) for parts in zip(*sums, strict=True))
     joints = components.model.size
     away_from_contacts = _ratio(_shared(left.sum(axis=1), joints), _shared(right.sum(axis=1), joints))
@@ -49,7 +49,7 @@ def update_components(
 
 
 def _sums(components: VarianceComponents, equations: WeakEquations, residual: Array) -> tuple[Array, Array, Array]:
-    """Return both sides for each level and bin, shape (2 n + root, BINS) each, and for each encoder, (2, encoders)."""
+    """Return both sides of each component and bin, (2 n + root, BINS) each, and of each encoder, (2, encoders)."""
     lags, windows = equations.lags, len(equations.time)
     response = components.response(equations) * components.at(equations)[:, None]
     innovations = (
@@ -70,14 +70,14 @@ def _sums(components: VarianceComponents, equations: WeakEquations, residual: Ar
 
 
 def _ratio(left: Array, right: Array) -> Array:
-    """Return by how much levels change; not at all where no window speaks."""
+    """Return the factor of standard deviations; one where no window has the component."""
     known = right > 0
     ratio = np.where(known, left / np.where(known, right, 1.0), 1.0)
-    return np.asarray(np.sqrt(np.clip(ratio, 1 / LARGEST_CHANGE, LARGEST_CHANGE)))
+    return np.asarray(np.sqrt(np.clip(ratio, 1 / LARGEST_VARIANCE_RATIO, LARGEST_VARIANCE_RATIO)))
 
 
 def _shared(sums: Array, joints: int) -> Array:
-    """Return sums over components, those of lines and of turns, forces and moments each made one."""
+    """Return sums over components: one of each three directions that have the same component."""
     shared = sums.copy()
     for first in range(joints, len(sums), 3):
         shared[first : first + 3] = sums[first : first + 3].sum()
@@ -85,17 +85,17 @@ def _shared(sums: Array, joints: int) -> Array:
 
 
 def _innovations(response: Array, overlap: Array) -> Array:
-    """Return what white drives do to the equations through a response, shape (K m, drives components)."""
+    """Return the columns Z_c of a response: the effect of innovations, shape (K m, innovations components)."""
     windows, rows, components = response.shape
     effect = innovation_weights(overlap)
-    driven = _innovation_places(windows, len(effect) - 1)
-    innovations = np.zeros((windows, rows, len(driven), components))
-    for place, drive in enumerate(driven):
-        reached = np.arange(max(0, drive), min(windows, drive + len(effect)))
-        innovations[reached, :, place] = response[reached] * effect[reached - drive, None, None]
+    places = _innovation_places(windows, len(effect) - 1)
+    innovations = np.zeros((windows, rows, len(places), components))
+    for place, innovation in enumerate(places):
+        reached = np.arange(max(0, innovation), min(windows, innovation + len(effect)))
+        innovations[reached, :, place] = response[reached] * effect[reached - innovation, None, None]
     return innovations.reshape(windows * rows, -1)
 
 
 def _innovation_places(windows: int, lags: int) -> NDArray[np.int64]:
-    """Return the windows of the drives that are looked at, a share of all; the first lie before the segment."""
+    """Return the windows of the innovations that are used, a share of all; the first lie before the segment."""
     return np.arange(-lags, windows, lags)

@@ -1,7 +1,7 @@
-"""Errors that no sensor makes: of the model, and of the root that is taken to stand still.
+"""Variance components: errors that no sensor makes (docs/estimator.md, second line of equation 6).
 
-Around contact changes feet rock, slip and strike, and both errors are larger. How much, the log itself says: such
-windows count as little as they should, rather than being left out by a guess.
+They are those of the model, and those of the root that is taken to stand still. Around contact changes feet rock, slip
+and strike, and both are larger: by the contact variance scale, which the log gives as it gives the components.
 """
 
 from __future__ import annotations
@@ -11,29 +11,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.identification.whole_log.constants import CONTACT_BINS, FIRST_MODEL_STD, FIRST_ROOT_STD, FIRST_WRENCH_STD
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
-FIRST_MODEL, FIRST_LINEAR, FIRST_ANGULAR = 0.02, 0.01, 0.01
-"""Levels before the pilot fit [N m], [m/s^2], [rad/s^2]: of a good model and a hard floor."""
-
-FIRST_WRENCH = np.repeat([2.0, 0.5], 3)
-"""The same of what wrench sensors and the model make of one another [N], [N m]."""
-
-SINCE = (0.06, 0.12, 0.24)
-"""Ends of the first bins, by the time since a contact change [s]."""
-
-UNTIL = 0.06
-"""Length of the last bin, by the time until a contact change [s]."""
-
-BINS = len(SINCE) + 2
-AWAY = len(SINCE)
-"""Index of the bin that is far from any contact change."""
+BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
+"""Number of bins, and the one that is far from any contact change."""
 
 
 @dataclass(frozen=True, eq=False)
 class VarianceComponents:
-    """Standard deviations, each error correlated over a window's length.
+    """Standard deviations of errors whose autocorrelation is equation (8).
 
     Attributes
     ----------
@@ -42,15 +30,16 @@ class VarianceComponents:
     root
         Of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
     contact_scale
-        How much larger the model's and the root's errors are around contact changes, shape (2, BINS); one when calm.
+        Standard deviations around contact changes over those away from them, of the model and of the root [1], shape
+        (2, BINS).
     rest, stiction
-        Speed [rad/s] below which a joint is at rest, and the torque [N m] that then holds it, which a law that jumps at
-        standstill says nothing about, shape (n,) each; zeros for other laws.
+        Speed [rad/s] below which a joint is at rest, and the torque [N m] that may then hold it, shape (n,) each; zeros
+        for laws that do not jump at standstill.
     wrench
         Of the wrench on a standing foot, by its sensor or by the model [N], [N m], shape (6,); (0,) without sensors.
     encoder_scale
-        How many times larger the errors of each joint's acceleration are than its encoder's noise makes them [1],
-        shape (encoders,); at least one. Clocks jitter, and links vibrate.
+        Encoder-noise scale: errors of each joint's acceleration over those that its encoder's noise makes [1], shape
+        (encoders,); at least one. Clocks jitter, and links vibrate.
     """
 
     model: Array
@@ -62,11 +51,11 @@ class VarianceComponents:
     wrench: Array = field(default_factory=lambda: np.zeros(0))
 
     def encoder_errors(self, equations: WeakEquations) -> Array:
-        """Return what errors of the accelerations do to the equations, of unit overlap, shape (K, m, encoders)."""
+        """Return the response of the equations to standard deviations of encoder noise, shape (K, m, encoders)."""
         return equations.encoder_response * (equations.encoder_noise * self.encoder_scale)
 
     def response(self, equations: WeakEquations) -> Array:
-        """Return what errors of unit level do to the equations, shape (K, m, n + root + wrench)."""
+        """Return the response of the equations to a unit of each component, shape (K, m, n + root + wrench)."""
         sensed = len(equations.wrench_noise) > 0
         wrench = float(sensed) * np.eye(equations.residual.shape[1], len(self.wrench))
         wrenches = np.broadcast_to(wrench, (len(equations.residual), *wrench.shape))
@@ -74,7 +63,7 @@ class VarianceComponents:
 
     @property
     def away_from_contacts(self) -> Array:
-        """Levels far from contact changes: swinging and standing joints', root's, wrench's, (2 n + root + wrench,)."""
+        """Components away from contact changes: swinging and standing joints, root, wrench, (2 n + root + wrench,)."""
         return np.concatenate([self.model.ravel(), self.root, self.wrench])
 
     @property
@@ -84,16 +73,16 @@ class VarianceComponents:
 
     @property
     def kinds(self) -> NDArray[np.int64]:
-        """Row of `contact_scale` of each level, shape (2 n + root + wrench,)."""
+        """Row of `contact_scale` of each component, shape (2 n + root + wrench,)."""
         return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])
 
     def which(self, equations: WeakEquations) -> NDArray[np.int64]:
-        """Return which of the levels `response` has, shape (n + root + wrench,)."""
+        """Return which of the components `response` has, shape (n + root + wrench,)."""
         joints = np.arange(len(equations.standing)) + len(equations.standing) * equations.standing
         return np.concatenate([joints, self.model.size + np.arange(len(self.root) + len(self.wrench))])
 
     def at(self, equations: WeakEquations) -> Array:
-        """Return the levels in each window, in the order of `response`, shape (K, n + root + wrench)."""
+        """Return the components in each window, in the order of `response`, shape (K, n + root + wrench)."""
         which = self.which(equations)
         components = np.asarray(
             self.away_from_contacts[which] * self.contact_scale[self.kinds[which]][:, bin_of(equations)].T
@@ -107,18 +96,18 @@ class VarianceComponents:
 def first_components(
     equations: WeakEquations, rest: Array, stiction: Array, sensed: bool = False
 ) -> VarianceComponents:
-    """Return the levels to begin with; `rest` and `stiction` are kept as they are; wrenches are `sensed` or not."""
+    """Return the components before the pilot fit; `rest` and `stiction` stay; wrenches are `sensed` or not."""
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
-    both = np.repeat([FIRST_LINEAR, FIRST_ANGULAR], 3)[:root]
+    both = np.full(root, FIRST_ROOT_STD)
     encoder_scale = np.ones(len(equations.encoder_noise))
-    model, wrench = np.full((2, joints), FIRST_MODEL), FIRST_WRENCH if sensed else FIRST_WRENCH[:0]
+    model, wrench = np.full((2, joints), FIRST_MODEL_STD), FIRST_WRENCH_STD if sensed else FIRST_WRENCH_STD[:0]
     return VarianceComponents(model, both, np.ones((2, BINS)), rest, stiction, encoder_scale, wrench)
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
     """Return which bin each window is in, shape (K,)."""
-    early = np.searchsorted(SINCE, equations.since, side="right")
-    return np.where((early == AWAY) & (equations.until < UNTIL), BINS - 1, early)
+    early = np.searchsorted(CONTACT_BINS, equations.since, side="right")
+    return np.where((early == AWAY) & (equations.until < CONTACT_BINS[0]), BINS - 1, early)
 
 
 def resting(equations: WeakEquations, rest: Array) -> Array:

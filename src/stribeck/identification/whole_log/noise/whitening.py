@@ -1,4 +1,7 @@
-"""Covariance of a segment's equations, and the triangular factor that makes their errors independent."""
+"""Covariance of a segment's equations, and its inverse Cholesky factor (docs/estimator.md, equations 6, 9 and 10).
+
+Block-tridiagonal factorisation: Golub and Van Loan 2013, 4.5.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,8 @@ from stribeck.weak_equations import WeakEquations
 class Whitener:
     """The inverse Cholesky factor of a block-tridiagonal covariance, block by block.
 
-    A block is as many windows as errors reach over, so that windows of two blocks have to do with one another only if
-    the later one has the lower place in its block.
+    A block is as many windows as errors reach over, so that windows of two blocks are correlated only if the later one
+    has the lower place in its block.
 
     Attributes
     ----------
@@ -55,7 +58,7 @@ class Whitener:
 
 
 def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
-    """Return the whitener of a segment, given the levels of the errors that no sensor makes."""
+    """Return the whitener of a segment, given the variance components."""
     windows, rows = equations.residual.shape
     lags = equations.lags
     count, size = -(-windows // lags), lags * rows
@@ -73,14 +76,14 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
 
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """One kind of errors: what they do to groups of windows, shape (B, b, e), and how they fade between two groups.
+    """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
 
-    `fades` holds the factors for windows of the same group, and for windows of a group and of the one before, shape
+    `correlation` is that of windows of the same group, and of windows of a group and of the one before, shape
     (2, b, b).
     """
 
     response: Array
-    fades: Array
+    correlation: Array
 
 
 def _errors(equations: WeakEquations, components: VarianceComponents) -> list[_Errors]:
@@ -88,24 +91,24 @@ def _errors(equations: WeakEquations, components: VarianceComponents) -> list[_E
     windows, rows = equations.residual.shape
     lags = equations.lags
     found = []
-    for response, fades in (
+    for response, correlation in (
         (components.encoder_errors(equations), equations.acceleration_overlap),
         (equations.sensors, equations.torque_overlap),
         (components.response(equations) * components.at(equations)[:, None], autocorrelation(lags)),
     ):
         groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
         groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
-        found.append(_Errors(groups, _between_groups(fades, rows)))
+        found.append(_Errors(groups, _between_groups(correlation, rows)))
     return found
 
 
-def _between_groups(fades: Array, rows: int) -> Array:
-    """Return the factors between windows of groups, shape (2, b, b), from those at lags 0 to `lags`; none beyond."""
-    lags = len(fades) - 1
+def _between_groups(correlation: Array, rows: int) -> Array:
+    """Return the correlation between windows of groups, shape (2, b, b), from lags 0 to `lags`; none beyond."""
+    lags = len(correlation) - 1
     window = np.arange(lags)
     apart = np.abs(window[:, None] - window + np.array([0, lags])[:, None, None])
-    covariates = np.append(fades, np.zeros(lags))[apart]
-    return np.repeat(np.repeat(covariates, rows, axis=1), rows, axis=2)
+    blocks = np.append(correlation, np.zeros(lags))[apart]
+    return np.repeat(np.repeat(blocks, rows, axis=1), rows, axis=2)
 
 
 def _covariances(errors: list[_Errors]) -> tuple[Array, Array]:
@@ -118,7 +121,7 @@ def _covariance(errors: list[_Errors], apart: int, late: slice, early: slice) ->
     """Return the covariances of late groups with early ones, so many groups apart, shape (B, b, b)."""
     parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
     for part, each in zip(parts, errors, strict=True):
-        part *= each.fades[apart]
+        part *= each.correlation[apart]
     for part in parts[1:]:
         parts[0] += part
     return parts[0]

@@ -1,4 +1,4 @@
-"""Sums the equations of many segments up, weighed by threads."""
+"""Sums up the normal equations of many segments (docs/estimator.md, equation 12), by threads."""
 
 from __future__ import annotations
 
@@ -7,17 +7,14 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import replace
 from threading import Event, Lock
 
+from stribeck.identification.whole_log.constants import COSINES, THREADS
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import ModelLayout
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import AlternativeTerms
-from stribeck.identification.whole_log.uncertainty.random_effects import COSINES
 from stribeck.weak_equations import WeakEquations
-
-WORKERS = 2
-"""Threads [1] that weigh equations: linear algebra lets other threads run."""
 
 ByWorker = Sequence[NormalEquations]
 """The normal equations of each worker."""
@@ -29,7 +26,7 @@ def accumulate(
     curves: Curves,
     model: ModelCorrections,
 ) -> NormalEquations:
-    """Return the normal equations of equations."""
+    """Return the normal equations of segments."""
     own = _nothing(curves, model)
     _share_out(equations, components, [(place, own, None) for place in range(len(equations))])
     return merged(own)
@@ -44,31 +41,31 @@ def accumulate_folds(
     gaits: int,
     alternatives: AlternativeTerms,
 ) -> tuple[list[NormalEquations], NormalEquations]:
-    """Return the normal equations of folds, and that of the share of all that is looked at, with more columns.
+    """Return the normal equations of folds, and those of a sample of all segments, with more columns.
 
     Parameters
     ----------
     equations
         Of all segments.
     folds
-        Places of the segments of each: of those that are looked at, and of the others.
+        Places of the segments of each: of those in the sample, and of the others.
     gaits, alternatives
-        The further columns: repeated errors of so many gait phases, and friction beyond the law.
+        The further columns: random effects of so many gait phases, and alternative terms.
     """
     effects = COSINES * (len(curves.top_speed) + len(components.root_turns))
     layout = replace(_layout(curves, model), gaits=gaits, gait_effects=effects, alternatives=alternatives.size)
-    shares = [NormalEquations(curves.basis, layout, alternatives) for _ in range(WORKERS)]
+    shares = [NormalEquations(curves.basis, layout, alternatives) for _ in range(THREADS)]
     by_fold = [_nothing(curves, model) for _ in folds]
     tasks: list[tuple[int, ByWorker, ByWorker | None]] = []
-    for (looked_at, others), own in zip(folds, by_fold, strict=True):
-        tasks += [(place, shares, own) for place in looked_at]
+    for (sampled, others), own in zip(folds, by_fold, strict=True):
+        tasks += [(place, shares, own) for place in sampled]
         tasks += [(place, own, None) for place in others]
     _share_out(equations, components, tasks)
     return [merged(own) for own in by_fold], merged(shares)
 
 
 def _nothing(curves: Curves, model: ModelCorrections) -> ByWorker:
-    return [NormalEquations(curves.basis, _layout(curves, model)) for _ in range(WORKERS)]
+    return [NormalEquations(curves.basis, _layout(curves, model)) for _ in range(THREADS)]
 
 
 def _layout(curves: Curves, model: ModelCorrections) -> ModelLayout:
@@ -82,24 +79,24 @@ def _share_out(
     components: VarianceComponents,
     tasks: Sequence[tuple[int, ByWorker, ByWorker | None]],
 ) -> None:
-    """Take in equations by threads in turn, each in an order that never changes.
+    """Add equations by threads in turn, each in an order that never changes.
 
-    A task is the place of the equations, the normal equations that take them in, and those of their core, if any. One
-    thread at a time works equations out: Pinocchio's working memory is not for two.
+    A task is the place of the equations, the normal equations that they are added to, and those of their core, if any.
+    One thread at a time computes equations: Pinocchio's working memory is not for two.
     """
     making, over = Lock(), Event()
 
     def work(worker: int) -> None:
-        for place, whole, core in tasks[worker::WORKERS]:
+        for place, whole, core in tasks[worker::THREADS]:
             if over.is_set():
                 return
             with making:
                 part = equations[place]
             whole[worker].add(part, components, core[worker] if core else None)
 
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with ThreadPoolExecutor(THREADS) as pool:
         try:
-            done, _ = wait([pool.submit(work, worker) for worker in range(WORKERS)], return_when=FIRST_EXCEPTION)
+            done, _ = wait([pool.submit(work, worker) for worker in range(THREADS)], return_when=FIRST_EXCEPTION)
         finally:
             over.set()  # nobody waits for what an error, or Ctrl-C, has made useless
     for each in done:

@@ -1,12 +1,11 @@
-"""What is believed beforehand, measured from the log itself: how alike joints are, and how wrong the model is.
+"""Empirical Bayes: priors whose standard deviations the log gives (docs/estimator.md, equations 23 to 25).
 
-A prior's standard deviation s is that under which the log is most likely: with estimates x of covariance C,
+A standard deviation s is that under which the log is most likely: with coordinates u_i of variance C_ii,
 
-    s^2 = sum x^2 / sum (1 - C / s^2)
+    s^2 = sum u_i^2 / sum (1 - C_ii / s^2)
 
-where the right sum counts how many of them the log determines (MacKay 1992). So a model that is right is believed to be
-right, a wrong one as wrong as it shows, and the bends of the friction curves, which hardly any joint shows well, are
-alike in all joints as far as the joints that show them are.
+where the right sum counts how many of them the log determines (MacKay 1992). Model and sensors have one each; scales
+and pure numbers of a law have a group prior over the joints, mean and standard deviation (Efron and Morris 1975).
 """
 
 from __future__ import annotations
@@ -17,53 +16,39 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.identification.whole_log.constants import (
+    EMPIRICAL_BAYES_ROUNDS,
+    GROUP_PSEUDO_COUNT,
+    GROUP_STD,
+    LARGEST_PRIOR_STD,
+    MODEL_PSEUDO_COUNT,
+)
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.typing import Array
 
-GROUP_PSEUDO_COUNT = 0.03
-"""How many estimates the first belief is worth [1]: what the log does not determine stays as it was."""
-
-MODEL_PSEUDO_COUNT = 0.001
-"""The same of how wrong model and sensors are, of which a log tells more; offsets are as good as what is believed.
-
-With as much as `GROUP_PSEUDO_COUNT`, an exact model is still believed to be off.
-"""
-
-LARGEST_PRIOR_STD = 1.0
-"""Of the errors of model and sensors [1] over what they are usually wrong by.
-
-A log with errors of other kinds would have bodies explain them, and more so with every round.
-"""
-
-GROUP_STD = 0.5
-"""How much joints differ in the nonlinear parameters and pure numbers of their law [1], before the log speaks."""
-
-ROUNDS = 4
-"""Of measuring [1]; each needs a fit of its own."""
-
 
 def solve_with_empirical_bayes(
     normal_equations: NormalEquations, curves: Curves, model: ModelCorrections, before: Solution
 ) -> tuple[Curves, ModelCorrections, Solution]:
-    """Return curves and model with what the log says of them beforehand, and the solution with that."""
+    """Return curves and model with priors by empirical Bayes, and the solution with these."""
     solution = solve(normal_equations, curves, model, before)
-    for _ in range(ROUNDS):
+    for _ in range(EMPIRICAL_BAYES_ROUNDS):
         curves, model = _learn_group_prior(curves, solution), _learn_prior_std(model, solution)
         solution = solve(normal_equations, curves, model, solution)
     return curves, model, solution
 
 
 def group_mean_covariance(curves: Curves, solution: Solution) -> Array:
-    """Return what to add to a solution's covariance, as what joints have in common is not known for certain either.
+    """Return what to add to a solution's covariance, as the means of the group priors are estimates too.
 
     With s the standard deviation of a coordinate over the joints, of which the log determines N, their mean has the
     variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the solution's
     covariance (Kass and Steffey 1989).
     """
-    assert curves.group_prior is not None  # measured beforehand
+    assert curves.group_prior is not None  # empirical Bayes has been
     added = np.zeros_like(solution.covariance)
     for k in np.flatnonzero(np.isfinite(curves.group_prior[1])).tolist():
         own, known = _determined(curves, solution, k)
@@ -81,6 +66,7 @@ def _determined(curves: Curves, solution: Solution, parameter: int) -> tuple[NDA
 
 
 def _learn_group_prior(curves: Curves, solution: Solution) -> Curves:
+    """Return curves with the group prior of equations (24) and (25)."""
     mean, group_prior = curves.prior()[0], np.full((2, solution.internal.shape[1]), np.nan)
     for k in curves.shared:
         own, known = _determined(curves, solution, k)
@@ -88,14 +74,15 @@ def _learn_group_prior(curves: Curves, solution: Solution) -> Curves:
             continue
         off = solution.internal[own, k] - mean[own, k]
         total = known.sum() + GROUP_PSEUDO_COUNT
-        middle = (np.sum(known * mean[own, k] + off) + GROUP_PSEUDO_COUNT * mean[own, k].mean()) / total
-        squares = np.sum((off + known * (mean[own, k] - middle)) ** 2)
-        beside = max(known.sum() - 1, 0.0) + GROUP_PSEUDO_COUNT  # one of them has gone into the middle
-        group_prior[:, k] = middle, np.sqrt((squares + GROUP_PSEUDO_COUNT * GROUP_STD**2) / beside)
+        group_mean = (np.sum(known * mean[own, k] + off) + GROUP_PSEUDO_COUNT * mean[own, k].mean()) / total
+        squares = np.sum((off + known * (mean[own, k] - group_mean)) ** 2)
+        beside = max(known.sum() - 1, 0.0) + GROUP_PSEUDO_COUNT  # one of them has gone into the mean
+        group_prior[:, k] = group_mean, np.sqrt((squares + GROUP_PSEUDO_COUNT * GROUP_STD**2) / beside)
     return replace(curves, group_prior=group_prior)
 
 
 def _learn_prior_std(model: ModelCorrections, solution: Solution) -> ModelCorrections:
+    """Return model and sensors with the prior of equation (23)."""
     variance = solution.model_variance
     prior_std = model.prior_std.copy()
     for group in _groups(model):
@@ -106,7 +93,7 @@ def _learn_prior_std(model: ModelCorrections, solution: Solution) -> ModelCorrec
 
 
 def _groups(model: ModelCorrections) -> Iterator[NDArray[np.int64]]:
-    """Yield the coordinates that are wrong alike: masses, centres, moments, gains, zeros, tilts."""
+    """Yield the coordinates that have one prior standard deviation: masses, centres, moments, gains, zeros, tilts."""
     places = np.arange(model.size)
     calibration = [places[model.layout.part(name)] for name in ("gains", "zeros", "tilts")]
     for group in (*model.layout.body_groups(), *calibration):

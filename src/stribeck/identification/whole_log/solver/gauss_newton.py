@@ -1,10 +1,11 @@
-"""Damped Gauss-Newton within bounds (Levenberg 1944, Marquardt 1963), several descents at once.
+"""Damped Gauss-Newton within bounds, several descents at once (docs/estimator.md, equation 18).
 
 With g the gradient of a cost and H Gauss-Newton's matrix of its second derivatives, a step goes from x to
 
     clip(x - (H + lambda diag H)^-1 g)
 
-in the coordinates that no bound holds. The damping lambda falls by a factor of 8 where the cost does, else it grows.
+in the coordinates that no bound holds (Levenberg 1944; Marquardt 1963; bounds: Bertsekas 1982). The damping lambda
+falls by `DAMPING_FACTOR` where the cost does, else it grows.
 """
 
 from __future__ import annotations
@@ -15,15 +16,10 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.identification.whole_log.constants import CONVERGED, DAMPING_FACTOR, FIRST_DAMPING, MOST_STEPS
 from stribeck.typing import Array
 
-TOLERANCE = 5e-4
-"""Decrease of half chi^2 [1] in a step that ends a descent: a thirtieth of a standard error."""
-
-ITERATIONS = 100
-"""Steps [1] after which a descent gives up; about ten are needed."""
-
-FIRST_DAMPING, DAMPING_FACTOR, LEAST_DAMPING, MOST_DAMPING = 1e-3, 8.0, 1e-9, 1e8
+LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8
 """Of the diagonal [1]: with the most, no step leads down, and the descent has converged."""
 
 
@@ -54,7 +50,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
     x = np.clip(start, low, high)
     cost, damping = problem.costs(x), np.full(len(x), FIRST_DAMPING)
     converged, going = np.zeros(len(x), dtype=bool), np.arange(len(x))
-    for _ in range(ITERATIONS):
+    for _ in range(MOST_STEPS):
         own = problem.of(going)
         gradient, hessian = own.derivatives(x[going])
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
@@ -66,7 +62,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         x[going[better]], cost[going[better]] = tried[better], after[better]
         damping[going] *= np.where(better, 1 / DAMPING_FACTOR, DAMPING_FACTOR)
         damping = np.maximum(damping, LEAST_DAMPING)
-        converged[going] = (better & (gain < TOLERANCE)) | (damping[going] > MOST_DAMPING)
+        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > MOST_DAMPING)
         going = np.flatnonzero(~converged)
         if not len(going):
             break
@@ -74,7 +70,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
 
 
 def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[np.bool_]:
-    """Return which coordinates a bound holds; that may not move at all, or whose gradient leads beyond it."""
+    """Return which coordinates are at bound: that may not move at all, or whose gradient points outwards."""
     return np.asarray((low >= high) | ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
 
 

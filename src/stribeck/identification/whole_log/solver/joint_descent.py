@@ -1,4 +1,4 @@
-"""Fits many joints' curves at once, each to its own quadratic, all else being fixed."""
+"""Fits of single joints' curves to their profile likelihoods (docs/estimator.md, equation 21), many at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stribeck.typing import Array
 
 @dataclass(frozen=True, eq=False)
 class JointCosts:
-    """Half of chi^2 but for a constant, with the prior's share, of n joints: gram, shape (n, R, R), right, (n, R)."""
+    """Half of chi^2 but for a constant, with the prior's share, of n joints, shapes (n, R, R) and (n, R)."""
 
     information: Array
     right_hand_side: Array
@@ -48,7 +48,7 @@ class JointCosts:
 
 
 def joint_costs(logs: Sequence[Quadratic], curves: Curves) -> JointCosts:
-    """Return the costs of joints whose logs, or one log n times, say this of the coefficients of their curves."""
+    """Return the costs of joints from profile likelihoods of n logs, or of one log n times."""
     return JointCosts(
         np.stack([log.information for log in logs]), np.stack([log.right_hand_side for log in logs]), curves
     )
@@ -60,7 +60,7 @@ def descend_joints(logs: Sequence[Quadratic], curves: Curves, start: Array) -> t
     Parameters
     ----------
     logs
-        What n logs, or one log n times, say of the coefficients of a joint's curves.
+        Profile likelihoods of n logs, or of one log n times.
     curves
         Those of n joints, some of whose parameters may be fixed; a joint may be there more than once.
     start

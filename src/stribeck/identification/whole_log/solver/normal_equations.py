@@ -1,4 +1,4 @@
-"""What a whole log says about friction and model, summed up once: a Gaussian likelihood of fixed size."""
+"""Normal equations of a whole log: sufficient statistics of fixed size (docs/estimator.md, equations 12 and 13)."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from stribeck.weak_equations import WeakEquations
 class NormalEquations:
     """Normal equations of the coefficients of all friction curves, then of corrections and random effects.
 
-        chi^2(x) = square - 2 right^T x + x^T gram x
+        chi^2(theta) = s - 2 b^T theta + theta^T A theta
 
-    A law is fitted to this without another look at the log, and those of several segments or logs add up.
+    A law is fitted to these without another look at the log, and those of several segments or logs add up.
 
     Attributes
     ----------
     basis
-        And functions that the friction curves are sums of.
+        Of the friction curves.
     layout
-        Of the D values x.
+        Of the D values theta.
     alternatives
-        Friction beyond the law that is looked for, if any.
+        That are tested, if any.
     information, right_hand_side
-        Shape (D, D) and (D,).
+        A and b, shape (D, D) and (D,).
     square, count
-        Sum of squared whitened residuals without friction, and their number.
+        s, the sum of squares of the whitened left sides, and their number.
     loads
         Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n); zeros without loads.
     """
@@ -58,7 +58,7 @@ class NormalEquations:
     def add(
         self, equations: WeakEquations, components: VarianceComponents, core: NormalEquations | None = None
     ) -> None:
-        """Take in the equations of a segment; `core`, some without further columns, takes them in as well."""
+        """Add the equations of a segment, and to `core` those without further columns."""
         further: list[tuple[slice, Array]] = []  # by the place of their columns
         if self.layout.gaits and equations.gait >= 0:
             further.append((self.layout.gait(equations.gait), random_effect_columns(equations)))
@@ -91,7 +91,7 @@ class NormalEquations:
             self.loads += [np.full(load.shape[1], len(load)), load.sum(axis=0), (load**2).sum(axis=0)]
 
     def merge(self, other: NormalEquations) -> None:
-        """Take in other normal equations of the same nodes and layout."""
+        """Add other normal equations of the same basis and layout."""
         self.information += other.information
         self.right_hand_side += other.right_hand_side
         self.square += other.square
@@ -99,7 +99,7 @@ class NormalEquations:
         self.loads += other.loads
 
     def without(self, *names: str) -> NormalEquations:
-        """Return the normal equations as if its last columns, by fields of their layout, had never been."""
+        """Return the normal equations without their last columns, by fields of their layout."""
         kept = NormalEquations(self.basis, self.layout.without(*names))
         size = kept.layout.size
         kept.information, kept.right_hand_side = (
@@ -111,7 +111,7 @@ class NormalEquations:
 
 
 def merged(parts: Sequence[NormalEquations]) -> NormalEquations:
-    """Return the normal equations of all parts together, of the same nodes and layout."""
+    """Return the normal equations of all parts together, of the same basis and layout."""
     whole = NormalEquations(parts[0].basis, parts[0].layout, parts[0].alternatives)
     for part in parts:
         whole.merge(part)
@@ -143,12 +143,12 @@ def design(equations: WeakEquations, basis: Basis, behind: Sequence[Array] = ())
 
 
 def curve_windows(equations: WeakEquations, basis: Basis) -> Array:
-    """Return the windows of all functions of velocity, those that factors multiply after the others, (K, n, R)."""
+    """Return the windows of the basis, functions that covariates multiply after the others, shape (K, n, R)."""
     plain = basis.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
     return plain if equations.covariates is None else times_covariates(plain, equations.covariates, basis)
 
 
 def times_covariates(plain: Array, covariates: Array, basis: Basis) -> Array:
-    """Return windows (K, n, r) with those of the functions that factors (K, n, f) multiply, shape (K, n, R)."""
+    """Return windows (K, n, r) with those of functions times covariates (K, n, f), shape (K, n, R)."""
     changed = covariates[:, :, :, None] * (plain @ basis.modulated)[:, :, None]
     return np.concatenate([plain, changed.reshape(*plain.shape[:2], -1)], axis=2)

@@ -1,4 +1,7 @@
-"""The pilot fit, to some segments of a log: how large the errors are, and where the fit of all may begin."""
+"""The pilot fit, to some segments of a log: variance components, and a start for the fit of all.
+
+Two-stage generalised least squares (docs/estimator.md, "Pilot fit and variance components").
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import FrictionLaw
+from stribeck.identification.whole_log.constants import PILOT_SEGMENTS, ROUNDS
 from stribeck.identification.whole_log.model.basis import make_basis
 from stribeck.identification.whole_log.model.covariates import WithCovariates, with_covariates
 from stribeck.identification.whole_log.model.friction_curves import Curves
@@ -17,28 +21,21 @@ from stribeck.identification.whole_log.model.varying_curves import rising, varyi
 from stribeck.identification.whole_log.noise.update import update_components
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.identification.whole_log.solver.accumulation import accumulate
-from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, design
+from stribeck.identification.whole_log.solver.normal_equations import design
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections, WeakEquations
 
-SEGMENTS = 8
-"""About so many [1] are in the pilot fit."""
-
-ROUNDS = 3
-"""Of measuring the errors [1]; each needs a fit of its own."""
-
 
 @dataclass(frozen=True, eq=False)
 class PilotFit:
-    """Coordinates of friction and of the model's corrections, levels of the errors, the last solution, and what of."""
+    """Coordinates of friction and of the model's corrections, variance components, and the solution."""
 
     curves: Curves
     model: ModelCorrections
     components: VarianceComponents
     solution: Solution
-    normal_equations: NormalEquations
 
     @property
     def known(self) -> tuple[Array, Array]:
@@ -49,13 +46,13 @@ class PilotFit:
 def pilot_places(supports: Sequence[tuple[str, ...]]) -> list[int]:
     """Return the places of segments of the pilot fit, given the feet that each segment stands on.
 
-    Every support has its share, one at least, spread over its own segments: errors of a leg that stands show while it
+    Every contact mode has its share, one at least, spread over its own segments: errors of a standing leg show while it
     stands. Evenly spaced segments of a walk could all stand on the same foot.
     """
     found: set[int] = set()
     for support in set(supports):
         own = [place for place, feet in enumerate(supports) if feet == support]
-        share = max(1, round(SEGMENTS * len(own) / len(supports)))
+        share = max(1, round(PILOT_SEGMENTS * len(own) / len(supports)))
         found.update(own[k] for k in np.linspace(0, len(own) - 1, share).astype(int))
     return sorted(found)
 
@@ -68,20 +65,20 @@ def fit_pilot(
     rest: Array,
     priors: Priors,
 ) -> PilotFit:
-    """Return what some segments tell of the errors; parameters are those of `fit_whole_log`."""
+    """Return the pilot fit to some segments; parameters are those of `fit_whole_log`."""
     model = model_corrections(corrections, _loads(some, corrections), priors)
     torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in some]) ** 2))), 1e-9)
     speed = np.maximum(top_speed, 1e-9)
     curves = Curves(law, make_basis(law, speed), speed, np.full(len(speed), torque), priors)
     jumps = np.full(len(speed), float(law.jumps))
     components = first_components(some[0], rest * jumps, torque * jumps, corrections.wrenches > 0)
-    return _measured(some, curves, model, components)
+    return _alternate(some, curves, model, components)
 
 
 def with_all_terms(
     equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit
 ) -> tuple[WithCovariates, PilotFit]:
-    """Return equations with factors, and curves with all terms beside the levels that these leave.
+    """Return equations with covariates, and the pilot fit with all terms.
 
     The load is the measured torque less friction: first that of a law of velocity alone, then that of all terms.
     """
@@ -90,22 +87,21 @@ def with_all_terms(
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
     first = with_covariates(equations, some, rising(plain.basis), friction)
     curves = varying_curves(plain, first.basis, first.slow)
-    found = _measured([first.of(part) for part in some], curves, pilot.model, pilot.components)
+    found = _alternate([first.of(part) for part in some], curves, pilot.model, pilot.components)
     refined = curves.coefficients(found.solution.internal).reshape(joints, -1)
     return replace(first, refined=refined), found
 
 
-def _measured(
+def _alternate(
     some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents
 ) -> PilotFit:
-    """Measure the levels of the errors and solve, by turns."""
+    """Solve and estimate the variance components, in turn."""
     solution = None
     for _ in range(ROUNDS):
-        normal_equations = accumulate(some, components, curves, model)
-        solution = solve(normal_equations, curves, model, solution)
-        components = update_components(components, _left_over(some, curves, model, solution))
+        solution = solve(accumulate(some, components, curves, model), curves, model, solution)
+        components = update_components(components, _residuals(some, curves, model, solution))
     assert solution is not None
-    return PilotFit(curves, model, components, solution, normal_equations)
+    return PilotFit(curves, model, components, solution)
 
 
 def _known(curves: Curves, model: ModelCorrections, solution: Solution) -> tuple[Array, Array]:
@@ -118,16 +114,16 @@ def _torques(equations: WeakEquations) -> Array:
 
 
 def _loads(some: list[WeakEquations], corrections: Corrections) -> Array:
-    """Return the torque that each sensor sees whose gain is corrected, root mean square [N m]."""
+    """Return the torque of each sensor whose gain is corrected, root mean square [N m]."""
     own = layout_of(corrections).part("gains")
     squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in some if part.regressors is not None]
     return np.sqrt(np.concatenate(squares).mean(axis=0)) if corrections.gains else np.zeros(0)
 
 
-def _left_over(
+def _residuals(
     equations: Iterable[WeakEquations], curves: Curves, model: ModelCorrections, solution: Solution
 ) -> Iterator[tuple[WeakEquations, Array]]:
-    """Yield equations and what a solution leaves of them, shape (K m,)."""
+    """Yield equations and the residuals of a solution, shape (K m,)."""
     values = np.concatenate(_known(curves, model, solution))
     for part in equations:
         yield part, part.residual.ravel() - design(part, curves.basis) @ values

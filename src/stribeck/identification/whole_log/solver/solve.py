@@ -1,4 +1,4 @@
-"""The fit of all joints and corrections at once to the summed-up log."""
+"""The fit of all joints and corrections at once to the normal equations (docs/estimator.md, equations 16 and 17)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stribeck.typing import Array
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Solution:
-    """Where the descent ended.
+    """Minimum of the cost.
 
     Attributes
     ----------
@@ -30,11 +30,9 @@ class Solution:
     covariance
         Of x, shape (m, m).
     at_bound
-        Which parameters of the laws a bound holds, shape (n, p).
+        Which parameters of the laws are at bound, shape (n, p).
     chi_square
         Without the prior's share.
-    cost
-        Half of chi_square plus the prior's share.
     converged
         Whether the descent converged.
     """
@@ -44,7 +42,6 @@ class Solution:
     covariance: Array
     at_bound: NDArray[np.bool_]
     chi_square: float
-    cost: float
     converged: bool
 
     @property
@@ -70,7 +67,7 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class _Cost:
-    """Half of chi^2 with the prior's share: (y^T gram y - 2 right^T y + square + (x - mean)^T P (x - mean)) / 2."""
+    """Equation (16): f(x) = chi^2(y(x)) / 2 + (x - mean)^T P (x - mean) / 2, P the prior's inverse covariance."""
 
     normal_equations: NormalEquations
     parameters: Parametrisation
@@ -110,13 +107,11 @@ def solve(
     Parameters
     ----------
     normal_equations
-        The log.
-    curves
-        The law.
-    model
-        Coordinates of the corrections, and what is believed of them.
+        Of the log.
+    curves, model
+        Coordinates of friction and of corrections, with their priors.
     before
-        Where to start; two uniform starts if None.
+        Start; if None, two linear fits, with low and with higher Stribeck velocities.
     """
     cost = _Cost(normal_equations, Parametrisation(curves, model))
     layout, friction = cost.parameters.layout, normal_equations.layout.friction
@@ -144,7 +139,6 @@ def solve(
         covariance=inverse_of(hessian),
         at_bound=held.reshape(layout.joints, -1),
         chi_square=cost.chi_square(x),
-        cost=float(found.cost[best]),
         converged=bool(found.converged[best]),
     )
 

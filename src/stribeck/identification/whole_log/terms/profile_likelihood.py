@@ -1,8 +1,11 @@
-"""What a summed-up log says about one joint's friction, all else being fitted along.
+"""Profile likelihood of one joint's coefficients, all else being fitted along (docs/estimator.md, equation 21).
 
-A term of one joint is tried again and again. So everything else, the other joints' friction and the corrections of the
-model, is eliminated beforehand: to each value of the joint's coefficients belongs the best of all else, by one step of
-Newton's method from a fit of all joints with all terms. What is left is quadratic in the joint's own coefficients.
+Terms of one joint are tried many times. So everything else, the other joints' friction and the corrections, is
+eliminated beforehand, by one Newton step from a fit of all joints with all terms; with i the joint and o all else,
+
+    A_i = A_ii - A_io H_oo^-1 A_oi,    b_i = A_i theta_i - (g_i - A_io H_oo^-1 g_o)
+
+(Murphy and van der Vaart 2000).
 """
 
 from __future__ import annotations
@@ -36,7 +39,7 @@ class Quadratic:
 
 @dataclass(frozen=True, eq=False)
 class JointFold:
-    """Of one joint: what the training part of a log says, and what the held-out part then says of its coefficients."""
+    """Of one joint: the profile likelihood of the training folds, and that of the held-out fold of the same fit."""
 
     training: Quadratic
     held_out: Quadratic
@@ -44,7 +47,7 @@ class JointFold:
 
 @dataclass(frozen=True, eq=False)
 class _Around:
-    """The fit of all joints that everything is linear around.
+    """The fit of all joints that the elimination is linear around.
 
     Attributes
     ----------
@@ -52,7 +55,7 @@ class _Around:
         Coefficients, then corrections, shape (D,).
     slopes
         Their derivatives by the m coordinates that no bound holds, shape (D, m).
-    precision, pull
+    precision, prior_gradient
         Of the prior: shape (m, m), and its gradient (m,).
     joint
         Joint of each coordinate, shape (m,); -1 of corrections.
@@ -61,7 +64,7 @@ class _Around:
     values: Array
     slopes: csr_array
     precision: Array
-    pull: Array
+    prior_gradient: Array
     joint: NDArray[np.int64]
 
 
@@ -72,19 +75,19 @@ def joint_folds(
     model: ModelCorrections,
     solution: Solution,
 ) -> list[list[JointFold]]:
-    """Return for each joint its folds: first the whole log with nothing held out, then with each part held out.
+    """Return for each joint its folds: first the whole log with nothing held out, then with each fold held out.
 
     Parameters
     ----------
     total, folds
-        The log, and its parts.
+        The log, and its folds.
     curves, model, solution
         A fit of all joints with all terms to the whole of it.
     """
     around = _linearise(curves, model, solution)
-    pull = np.asarray((around.slopes.T @ total.information).T)
+    total_slopes = np.asarray((around.slopes.T @ total.information).T)
     nothing = NormalEquations(total.basis, total.layout)
-    parts = [list(_eliminate(total, pull, fold, around)) for fold in (nothing, *folds)]
+    parts = [list(_eliminate(total, total_slopes, fold, around)) for fold in (nothing, *folds)]
     return [list(own) for own in zip(*parts, strict=True)]
 
 
@@ -100,20 +103,22 @@ def _linearise(curves: VaryingCurves, model: ModelCorrections, solution: Solutio
         values=values,
         slopes=csr_array(parameters.times_jacobian(np.eye(len(values)), solution.x)[:, free]),
         precision=precision[np.ix_(free, free)],
-        pull=(precision @ (solution.x - mean))[free],
+        prior_gradient=(precision @ (solution.x - mean))[free],
         joint=owner[free],
     )
 
 
-def _eliminate(total: NormalEquations, pull: Array, fold: NormalEquations, around: _Around) -> Iterator[JointFold]:
-    """Yield each joint's quadratics with a fold held out; `pull` is the total's gram times the slopes."""
+def _eliminate(
+    total: NormalEquations, total_slopes: Array, fold: NormalEquations, around: _Around
+) -> Iterator[JointFold]:
+    """Yield each joint's quadratics with a fold held out; `total_slopes` is the total information times the slopes."""
     J, y = around.slopes, around.values
     FJ = np.asarray((J.T @ fold.information).T)
     JFJ = np.asarray(J.T @ FJ)
-    GJ, G = pull - FJ, total.information - fold.information
+    GJ, G = total_slopes - FJ, total.information - fold.information
     slope, beyond = G @ y - (total.right_hand_side - fold.right_hand_side), fold.information @ y - fold.right_hand_side
     inverse = inverse_of(J.T @ GJ + around.precision)
-    gradient, push = J.T @ slope + around.pull, J.T @ beyond
+    gradient, push = J.T @ slope + around.prior_gradient, J.T @ beyond
     for joint in range(total.layout.joints):
         rows = total.layout.joint(joint)
         own, rest = around.joint == joint, around.joint != joint

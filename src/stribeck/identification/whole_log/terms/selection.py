@@ -1,4 +1,7 @@
-"""Which terms a joint's friction has: chosen by held-out scores, from the simplest up."""
+"""Stepwise selection of a joint's terms by held-out scores (docs/estimator.md, equation 22).
+
+Cross-validation: Stone 1974; stepwise: Efroymson 1960.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +12,9 @@ from functools import cache
 import numpy as np
 
 from stribeck.friction.terms import LADDER, Term
+from stribeck.identification.whole_log.constants import LEAST_GAIN, ROUNDS
 from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.typing import Array
-
-LEAST = 9.0
-"""By how much a term must lower the held-out chi^2 [1]: what a value of three standard errors does."""
-
-ROUNDS = 3
-"""How often the ladder is climbed [1]: what a later term explains better, an earlier one gives up."""
 
 SHARED = ("viscous", "coulomb")
 """Parameters that a term which is open would change."""
@@ -28,23 +26,23 @@ Objection = tuple[TermDecision, str]
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A joint with some terms: chi^2 on each fold that was held out, shape (K,), and what speaks against them."""
+    """A joint with some terms: chi^2 of each held-out fold, shape (F,), and an objection, if any."""
 
     scores: Array
     objection: Objection | None = None
 
 
-def climb(try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str]) -> dict[str, TermVerdict]:
-    """Return what is said of each term of the ladder, those that are kept and those that are refused.
+def select_stepwise(try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str]) -> dict[str, TermVerdict]:
+    """Return the verdict on each term of the ladder.
 
     A term is kept if held-out chi^2 falls by more than the standard error of that over the folds, and by more than
-    `LEAST`. Terms are tried from the simplest up, and once all have had their turn, those that are kept have to show
-    that the others cannot do without them.
+    `LEAST_GAIN`. Terms are tried from the simplest up, then each kept term has to show that the others cannot do
+    without it, until nothing changes.
 
     Parameters
     ----------
     try_terms
-        Fits a joint with some terms, by name, to each training part, and scores it on what was held out.
+        Fits a joint with some terms, by name, to the training folds, and scores it on the held-out one.
     refused
         Terms that are out of the question, and why.
     """
@@ -80,7 +78,7 @@ def _verdict(term: Term, kept: Kept, tried: Callable[[Kept], Candidate], refused
     without = min((tried(others), tried(parts)), key=lambda candidate: candidate.scores.sum())
     with_it = tried(others | {term.name})
     gain, error = held_out_gain(without.scores, with_it.scores)
-    verdict: TermDecision = "kept" if gain > max(error, LEAST) else "refused"
+    verdict: TermDecision = "kept" if gain > max(error, LEAST_GAIN) else "refused"
     reason = _in_words(gain, error)
     if verdict == "kept" and with_it.objection:
         verdict, why = with_it.objection
@@ -94,7 +92,7 @@ def meaningless(term: Term) -> str:
 
 
 def _in_words(gain: float, error: float) -> str:
-    """Return a sentence on what a term does to the held-out chi^2."""
+    """Return a sentence on how a term changes the held-out chi^2."""
     if abs(gain) < 0.05:
         return "held-out chi^2 stays as it is"
     digits = 0 if abs(gain) >= 10 else 1

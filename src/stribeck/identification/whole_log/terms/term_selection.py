@@ -1,4 +1,4 @@
-"""Chooses the terms of every joint's friction by what a whole log says of them where they were not fitted."""
+"""Selects the terms of every joint's friction on held-out folds (docs/estimator.md, equation 22)."""
 
 from __future__ import annotations
 
@@ -9,37 +9,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction.terms import LADDER
+from stribeck.identification.judgement.weakness import CLEARED, RISING
+from stribeck.identification.whole_log.constants import BEST_STARTS, FEWEST_FOLDS, LEAST_GAIN, ROUNDS
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.model.varying_curves import VaryingCurves, neutral_value
 from stribeck.identification.whole_log.solver.joint_descent import descend_joints
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.identification.whole_log.terms.profile_likelihood import JointFold, Quadratic, joint_folds
-from stribeck.identification.whole_log.terms.selection import LEAST, Candidate, Kept, Objection, climb
+from stribeck.identification.whole_log.terms.selection import Candidate, Kept, Objection, select_stepwise
 from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
 from stribeck.result import TermVerdict
 from stribeck.typing import Array
 
-FOLDS = 8
-"""Parts of a log [1] that are held out one after another."""
-
-ROUNDS = 3
-"""How often terms that repeated errors may look like are taken back [1]."""
-
 PARAMETERS = {term.name: term.parameters for term in LADDER}
-"""Term -> its parameters, the one first that is none if the term is."""
-
-LEAST_FOLDS = 4
-"""Of them [1]: fewer do not show how much their scores differ."""
-
-CLEARED = 2.0
-"""Top speed over Stribeck velocity, or over the speed up to which friction rises [1], beyond which the bend shows."""
-
-RISING = 2.0
-"""Value of slope times speed [1] where tanh has risen to 96 %."""
-
-BEST_STARTS = 2
-"""Starts [1] that are followed to their minimum."""
+"""Term -> its parameters, first the one that is zero without the term."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,19 +38,19 @@ class Choice:
 def select_terms(
     total: NormalEquations,
     folds: list[NormalEquations],
-    repeating: NormalEquations,
+    sampled: NormalEquations,
     curves: VaryingCurves,
     model: ModelCorrections,
     solution: Solution,
     root_turns: Array,
     refused: Sequence[dict[str, str]],
 ) -> Choice:
-    """Return the terms of each joint that held-out scores choose and that no repeated error may look like.
+    """Return the terms of each joint that held-out scores select and that no random effect explains as well.
 
     Parameters
     ----------
-    total, folds, repeating
-        The log, its parts, and a share of it with repeated errors.
+    total, folds, sampled
+        The log, its folds, and a sample of it with random effects.
     curves, model, solution
         A fit with all terms, which all else has while a joint is tried.
     root_turns
@@ -75,34 +59,34 @@ def select_terms(
         Of each joint, terms that are out of the question, and why.
     """
     scale = max(1.0, solution.chi_square / max(total.count - solution.internal.size, 1))
-    parts = joint_folds(total, folds, curves, model, solution)
-    trials = [JointTrial(curves.of([k]), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(parts)]
-    if len(folds) < LEAST_FOLDS:
-        few = f"{len(folds)} parts of the log can be held out; at least {LEAST_FOLDS} are needed"
+    by_joint = joint_folds(total, folds, curves, model, solution)
+    trials = [JointTrial(curves.of([k]), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(by_joint)]
+    if len(folds) < FEWEST_FOLDS:
+        few = f"{len(folds)} parts of the log can be held out; at least {FEWEST_FOLDS} are needed"
         refused = [{term.name: few for term in LADDER} for _ in trials]
-    verdicts = [climb(trial.candidate, own) for trial, own in zip(trials, refused, strict=True)]
+    verdicts = [select_stepwise(trial.candidate, own) for trial, own in zip(trials, refused, strict=True)]
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, curves, trials, solution)
         found = solve(total, choice.curves, model, choice.start)
-        _, repeated = random_effect_covariance(repeating, total.count, choice.curves, model, found, root_turns)
-        if not any(dropped := unproven(choice, found, found.covariance + repeated)):
+        _, effect_covariance = random_effect_covariance(sampled, total.count, choice.curves, model, found, root_turns)
+        if not any(dropped := unproven(choice, found, found.covariance + effect_covariance)):
             break
         for joint, own in enumerate(dropped):
             if own:  # what the joint is refused now may let another term in
                 out = dict(refused[joint]) | {name: verdict.reason for name, verdict in own.items()}
-                verdicts[joint] = climb(trials[joint].candidate, out) | own
+                verdicts[joint] = select_stepwise(trials[joint].candidate, out) | own
                 refused = [*refused[:joint], out, *refused[joint + 1 :]]
     return _chosen(verdicts, curves, trials, solution)
 
 
-def unproven(choice: Choice, solution: Solution, repeated: Array) -> list[dict[str, TermVerdict]]:
-    """Return by joint the terms that are none after all: errors that every step repeats may look like them.
+def unproven(choice: Choice, solution: Solution, covariance: Array) -> list[dict[str, TermVerdict]]:
+    """Return by joint the terms that are refused after all: random effects of the gait phase may explain them.
 
-    Held-out parts share these errors, and a term that explains them scores well there too. So its gain counts only by
-    the share that they leave of its variance: of the solution's covariance in the `repeated` one, which knows of them.
+    Random effects recur in held-out steps, and a term that explains them scores well there too. So its gain counts only
+    by the ratio of its variance in the solution to that in `covariance`, which contains random effects.
     """
     curves, names = choice.curves, [parameter.name for parameter in choice.curves.parameters]
-    share = solution.variance / replace(solution, covariance=repeated).variance
+    share = solution.variance / replace(solution, covariance=covariance).variance
     low = np.broadcast_to(curves.bounds[0], solution.internal.shape)
     dropped: list[dict[str, TermVerdict]] = []
     for joint, own in enumerate(choice.verdicts):
@@ -112,7 +96,7 @@ def unproven(choice: Choice, solution: Solution, repeated: Array) -> list[dict[s
             if not said.kept or said.gain is None:
                 continue
             worth = said.gain * float(share[joint, first])
-            if worth < LEAST:
+            if worth < LEAST_GAIN:
                 why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
             elif solution.internal[joint, first] <= low[joint, first]:
                 why = f"{said.reason}, but in the log as a whole it is none"
@@ -136,16 +120,16 @@ def _chosen(
 
 @dataclass(frozen=True, eq=False)
 class JointTrial:
-    """One joint that is tried with this term and that.
+    """One joint that is fitted with different terms.
 
     Attributes
     ----------
     curves
         With all terms.
     whole, folds
-        What the whole log says of it, and what each training part does with its held-out part.
+        Profile likelihoods of the whole log, and of the training and the held-out folds.
     scale
-        Squared errors over what they were taken to be [1].
+        Overdispersion [1].
     """
 
     curves: VaryingCurves
@@ -166,7 +150,7 @@ class JointTrial:
         return ends[[np.argmin(costs)]]
 
     def candidate(self, kept: Kept) -> Candidate:
-        """Return how these terms do on the parts of the log that they are not fitted to."""
+        """Return the held-out scores of these terms."""
         whole = self.fit(kept)
         curves = self.curves.only(self.curves.with_terms(kept)[None])
         same = [0] * len(self.folds)
@@ -187,15 +171,16 @@ class JointTrial:
             yield dict(zip((parameter.name for parameter in nonlinear), point, strict=True))
 
     def _objection(self, kept: Kept, internal: Array) -> Objection | None:
-        """Return what is wrong with the shape that was found: the log does not show it whole, or it makes no sense."""
+        """Return an objection to the shape of the curve: the log does not reach all of it, or it makes no sense."""
         names = [parameter.name for parameter in self.curves.parameters]
         values = dict(zip(names, self.curves.external(internal)[0].tolist(), strict=True))
-        top, bend, rise = float(self.curves.top_speed[0]), values["stribeck_velocity"], RISING / values["slope"]
-        if "stribeck" in kept and rise > CLEARED * bend:
-            gone = f"its Stribeck effect would be gone at {CLEARED * bend:.2g} rad/s"
+        top, rise = float(self.curves.top_speed[0]), RISING / values["slope"]
+        stribeck_velocity = values["stribeck_velocity"]
+        if "stribeck" in kept and rise > CLEARED * stribeck_velocity:
+            gone = f"its Stribeck effect would be gone at {CLEARED * stribeck_velocity:.2g} rad/s"
             return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"
         for term, speed, what in (
-            ("stribeck", bend, "the Stribeck velocity"),
+            ("stribeck", stribeck_velocity, "the Stribeck velocity"),
             ("rounding", rise, "what it rises up to"),
         ):
             if term in kept and top < CLEARED * speed:

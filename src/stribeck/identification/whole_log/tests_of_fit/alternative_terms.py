@@ -1,6 +1,6 @@
-"""What friction may do beyond a law of velocity, as columns that are looked for in what a fit leaves over.
+"""Columns of the alternative terms: friction that no law of velocity describes (docs/estimator.md, "Score tests").
 
-Per joint, with s(v) a smooth sign of the velocity, tau the torque that the sensor feels, t the time since the log
+Per joint, with s(v) a smooth sign of the velocity, tau the torque that the sensor measures, t the time since the log
 began, and z Dahl's deflection, which follows s(v) within a distance d of travel (Dahl 1968):
 
 | what | columns |
@@ -18,30 +18,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.identification.whole_log.constants import PRESLIDING_TIMES, SIGN_CHANGE, SMOOTH_SIGN
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
 KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7)}
-"""What may be found, and its columns."""
+"""Kinds of alternative terms, and their columns."""
 
 GAIN_COLUMN, COLUMNS = 1, 8
-
-SIGN = 0.01
-"""Share of the top speed [1] within which the smooth sign rises."""
-
-DISTANCES = 1e-3, 4e-3
-"""Time [s] that the top speed takes to go the distances of presliding."""
 
 NO_TORQUE = 1e-9
 """Mean torque [N m] of a joint that logs none: it has no friction to be tested."""
 
-CERTAIN = 6.0
-"""Standard deviations of its noise [1] by which a torque changes from window to window when it surely changes sign."""
-
 
 @dataclass(frozen=True, eq=False)
 class AlternativeTerms:
-    """What the columns of n joints are made with.
+    """Scales of the columns of n joints.
 
     Top speeds [rad/s] and mean torques [N m], shape (n,); T [s]; and the unit of gains of torque sensors [1].
     """
@@ -65,9 +57,9 @@ class AlternativeTerms:
     def torques(self, equations: WeakEquations) -> Array:
         """Return the columns as friction torques, through the window, shape (K, n, COLUMNS)."""
         period = (equations.time[1] - equations.time[0]) / equations.step if len(equations.time) > 1 else 0.0
-        sign = np.tanh(equations.velocity / (SIGN * self.top_speed))
+        sign = np.tanh(equations.velocity / (SMOOTH_SIGN * self.top_speed))
         travel = np.abs(equations.velocity) * period / self.top_speed
-        lags = _lags(sign, [travel / distance for distance in DISTANCES])
+        lags = _lags(sign, [travel / distance for distance in PRESLIDING_TIMES])
         s, speed, *lagging = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed, *lags))
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
@@ -75,10 +67,10 @@ class AlternativeTerms:
         return np.stack(columns, axis=2)
 
 
-def find_alternatives(some: Sequence[WeakEquations], top_speed: Array, gain: float) -> AlternativeTerms:
-    """Return what there is to look for in a log of which `some` equations are known; they reach to its end."""
-    torque = np.abs(np.concatenate([part.torque for part in some])).mean(axis=0)
-    last = max(float(part.elapsed[-1]) for part in some)
+def find_alternatives(pilot: Sequence[WeakEquations], top_speed: Array, gain: float) -> AlternativeTerms:
+    """Return the alternative terms of a log, scaled by `pilot` equations that reach to its end."""
+    torque = np.abs(np.concatenate([part.torque for part in pilot])).mean(axis=0)
+    last = max(float(part.elapsed[-1]) for part in pilot)
     return AlternativeTerms(top_speed, np.maximum(torque, NO_TORQUE), max(last, 1e-9), gain)
 
 
@@ -112,7 +104,7 @@ def _blows(equations: WeakEquations) -> list[Array]:
     torque, taps = equations.torque, equations.taps
     change = np.diff(torque, axis=0)
     noise = equations.torque_noise * np.linalg.norm(taps)
-    turns = (torque[:-1] * torque[1:] < 0) & (np.abs(change) > CERTAIN * noise)
+    turns = (torque[:-1] * torque[1:] < 0) & (np.abs(change) > SIGN_CHANGE * noise)
     window, joint = np.nonzero(turns)
     place = window - torque[window, joint] / change[window, joint]  # in windows
     reach = len(taps) // (2 * equations.step) + 1

@@ -1,16 +1,15 @@
-"""Whether friction does what no law of velocity can: score tests of what the fit leaves over.
+"""Score tests of alternative terms, friction that no law of velocity describes (docs/estimator.md, equations 33 to 36).
 
-A law that is fitted to friction that it cannot describe gives an average, and its intervals do not know. With r what
-the fit leaves over of a share of the log, whitened, C the columns of `AlternativeTerms`, J those of all that is fitted,
-and A their curvature on this share,
+A law that is fitted to friction that it cannot describe gives an average, and its intervals do not show it. With e the
+whitened residual of a sample of the log, T the columns of `AlternativeTerms`, J those of all that is fitted, H their
+curvature on this sample, and Z the columns of the random effects, of variances Q,
 
-    scores       s = C^T r - C^T J A^-1 (J^T r)
-    information  N = C^T C - C^T J A^-1 (J^T C)
-    covariance   V = N + B Q B^T,   B = C^T Z - C^T J A^-1 (J^T Z)
+    score        s = T^T e - T^T J H^-1 (J^T e)
+    information  N = T^T T - T^T J H^-1 (J^T T)
+    covariance   V = N + B Q B^T,   B = T^T Z - T^T J H^-1 (J^T Z)
 
-the last term of V being what errors Z that every step repeats do to the scores. A kind of friction beyond the law is
-found where its terms b = N^-1 s differ from zero by more than their covariance N^-1 V N^-1 lets chance do (Rao 1948);
-it is flagged where it also matters.
+and with z = N^-1 s, z^T (N^-1 V N^-1)^-1 z is chi^2 distributed if there is no such friction (Rao 1948). A term is
+flagged if this is improbable, and the term is no small part of the friction.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import chdtrc  # the tail of chi square
 
+from stribeck.identification.whole_log.constants import LEAST_FRICTION, LEAST_MINUS_LOG10_P, LEAST_SHARE
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.model.parametrisation import Parametrisation
@@ -30,17 +30,8 @@ from stribeck.identification.whole_log.solver.solve import Solution, curvature
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import COLUMNS, GAIN_COLUMN, KINDS, NO_TORQUE
 from stribeck.typing import Array
 
-LEAST_MINUS_LOG10_P = 8.0
-"""Minus log10 of the probability [1] of a false alarm in one test by chance alone; errors of a model add to it."""
-
-MATTERS = 0.05
-"""Share of a joint's friction [1] below which a term is not worth a word."""
-
-LEAST_FRICTION = 0.01
-"""Share of the torque that a joint carries [1]: less counts as so much friction."""
-
-LEAST = 1e-6
-"""Information [1/(N m)^2] below which a term is not tested: the law can do the same."""
+LEAST_INFORMATION = 1e-6
+"""Information [1/(N m)^2] below which a term is not tested: the law contains it."""
 
 
 SENTENCES = {
@@ -49,12 +40,12 @@ SENTENCES = {
     "presliding": "friction builds up over some way after a reversal, as bristles bend or a gear winds up",
     "play": "torque is lost where it changes its sign, as in a play",
 }
-"""What is said of each kind."""
+"""The warning of each kind."""
 
 
 @dataclass(frozen=True)
 class ScoreTest:
-    """Friction beyond the law.
+    """The test of one kind of alternative terms in one joint.
 
     Attributes
     ----------
@@ -65,7 +56,7 @@ class ScoreTest:
     minus_log10_p
         Minus log10 of the probability that chance alone does as much [1].
     flagged
-        Whether it is surprising, and matters.
+        Whether that exceeds `LEAST_MINUS_LOG10_P`, and the share `LEAST_SHARE`.
     """
 
     kind: str
@@ -83,18 +74,18 @@ def run_score_tests(
     solution: Solution,
     effect_std: Array,
 ) -> tuple[tuple[ScoreTest, ...], ...]:
-    """Return what is found beyond the law, for each joint one entry a kind.
+    """Return the tests of each joint, one a kind.
 
     Parameters
     ----------
     normal_equations
-        Of a share of the log, with columns of repeated errors and of alternative terms.
+        Of a sample of the log, with columns of random effects and of alternative terms.
     total
         Number of equations of the whole log, which solution and chi^2 are of.
     curves, model, solution
         Of the whole log.
-    repeated
-        Standard deviations of the repeated errors: of each joint's torque [N m] and the root's turns, shape (n + 3,) or
+    effect_std
+        Standard deviations of the random effects: of each joint's torque [N m] and the root's turns, shape (n + 3,) or
         (n,).
     """
     own = normal_equations.alternatives
@@ -103,15 +94,17 @@ def run_score_tests(
     effects, tested = layout.part("random_effects"), layout.part("alternatives")
     plain = normal_equations.without("gaits", "alternatives")
     fitted = plain.layout.part("friction", "rotors")
-    left = normal_equations.right_hand_side - normal_equations.information[:, fitted] @ parameters.values(solution.x)
+    residual_sums = normal_equations.right_hand_side - normal_equations.information[:, fitted] @ parameters.values(
+        solution.x
+    )
 
     def mixed(rows: Array) -> Array:
         return parameters.times_jacobian(rows, solution.x)
 
-    lost = cho_solve(  # C^T J A^-1
+    lost = cho_solve(  # T^T J H^-1
         cho_factor(curvature(plain, curves, model, solution)), mixed(normal_equations.information[tested, fitted]).T
     ).T
-    score = left[tested] - lost @ mixed(left[None, fitted])[0]
+    score = residual_sums[tested] - lost @ mixed(residual_sums[None, fitted])[0]
     bias = normal_equations.information[tested, effects] - lost @ mixed(normal_equations.information[effects, fitted]).T
     bias *= np.resize(effect_std, bias.shape[1])
     information = (
@@ -131,15 +124,15 @@ def run_score_tests(
 
 
 def _test(score: Array, information: Array, variance: Array, level: float) -> tuple[ScoreTest, ...]:
-    """Return what one joint's scores say of each kind; the sensor's gain may be wrong beside each of them."""
+    """Return one joint's tests, one a kind; the sensor's gain may be wrong beside each of them."""
     found = []
     for kind, columns in KINDS.items():
         which = np.array([*columns, GAIN_COLUMN])
         grid = np.ix_(which, which)
         prior = np.diag(which == GAIN_COLUMN).astype(float)
         own = slice(len(columns))
-        if np.linalg.eigvalsh(information[grid][own, own])[0] <= LEAST:
-            continue  # the law can do the same
+        if np.linalg.eigvalsh(information[grid][own, own])[0] <= LEAST_INFORMATION:
+            continue  # the law contains it
         inverse = np.linalg.inv(information[grid] + prior)
         size, covariance = (inverse @ score[which])[own], (inverse @ (variance[grid] + prior) @ inverse)[own, own]
         squares = float(size @ np.linalg.solve(covariance, size))
@@ -148,18 +141,18 @@ def _test(score: Array, information: Array, variance: Array, level: float) -> tu
         largest = float(np.abs(size).max())
         share = largest / max(level, 1e-12)
         found.append(
-            ScoreTest(kind, largest, share, minus_log10_p, minus_log10_p > LEAST_MINUS_LOG10_P and share > MATTERS)
+            ScoreTest(kind, largest, share, minus_log10_p, minus_log10_p > LEAST_MINUS_LOG10_P and share > LEAST_SHARE)
         )
     return tuple(found)
 
 
 def score_test_warnings(score_tests: Sequence[Sequence[ScoreTest]], names: Sequence[str]) -> list[str]:
-    """Return a sentence for each kind that joints have, by name; of a joint that shows several, the clearest."""
+    """Return a sentence for each kind that joints have, by name; of a joint that shows several, the least probable."""
     found: dict[str, list[str]] = {}
     for name, own in zip(names, score_tests, strict=True):
-        flagged = [lack for lack in own if lack.flagged]
+        flagged = [test for test in own if test.flagged]
         if flagged:
-            clearest = max(flagged, key=lambda lack: lack.minus_log10_p)
+            clearest = max(flagged, key=lambda test: test.minus_log10_p)
             found.setdefault(clearest.kind, []).append(f"{name} ({100 * clearest.share:.0f} %)")
     return [
         f"{sentence}: {', '.join(found[kind])} of its friction; the law's parameters are an average over this log, and "

@@ -1,4 +1,4 @@
-"""How well the law explains segments that its fit did not see."""
+"""Validation on held-out segments (docs/estimator.md, "Validation and verdicts")."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stribeck.weak_equations import WeakEquations
 
 
 def validate(
-    unseen: Sequence[WeakEquations],
+    held_out: Sequence[WeakEquations],
     training: NormalEquations,
     curves: Curves,
     components: VarianceComponents,
@@ -27,24 +27,24 @@ def validate(
 
     Parameters
     ----------
-    unseen
-        Equations that the fit did not see.
+    held_out
+        Equations that the fit did not use.
     training
-        What it saw: for the Coulomb friction and offset that the law is compared with.
+        Those that it used: for the Coulomb friction and offset that the law is compared with.
     curves, components
-        Nodes, and errors that equations are weighed by.
+        Basis, and variance components that equations are weighted by.
     friction, corrections
         Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), that the training gave.
     """
     candidates = np.stack([friction, np.zeros_like(friction), coulomb_curves(training, corrections)])
-    rms = left_over(unseen, curves, components, friction, corrections, candidates)
+    rms = friction_residual_rms(held_out, curves, components, friction, corrections, candidates)
     return tuple(
         Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(coulomb))
         for own, zero, coulomb in rms.T
     )
 
 
-def left_over(
+def friction_residual_rms(
     equations: Sequence[WeakEquations],
     curves: Curves,
     components: VarianceComponents,
@@ -52,21 +52,21 @@ def left_over(
     corrections: Array,
     candidates: Array,
 ) -> Array:
-    """Return what curves leave of each joint's friction torque, root mean square [N m], shape (candidates, n).
+    """Return the residual of each joint's friction torque, root mean square [N m], shape (candidates, n).
 
-    Each equation counts as much as it can know of the joint. `friction`, shape (n r,), are the other joints' curves,
-    and each candidate, a row of shape (n r,), stands in for one joint's at a time.
+    Each equation is weighted by P_ki^2 / var(e_k), which is its information on joint i. `friction`, shape (n r,), are
+    the other joints' curves, and each candidate, a row of shape (n r,), stands in for one joint's at a time.
     """
     joints = len(curves.top_speed)
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
     for part in equations:
-        left = part.residual.ravel() - design(part, curves.basis) @ np.concatenate([friction, corrections])
+        residual = part.residual.ravel() - design(part, curves.basis) @ np.concatenate([friction, corrections])
         share = _shares(part, components)
         weights += share.sum(axis=0)
         windows = curve_windows(part, curves.basis)
         changes = (friction - candidates).reshape(len(candidates), joints, -1)
         for k, torque in enumerate(np.einsum("kjr,cjr->ckj", windows, changes)):
-            error = left[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
+            error = residual[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
             squares[k] += (share * error**2).sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
 
@@ -85,7 +85,7 @@ def coulomb_curves(normal_equations: NormalEquations, corrections: Array) -> Arr
 
 
 def _shares(equations: WeakEquations, components: VarianceComponents) -> Array:
-    """Return how much each equation says about each joint's friction torque [1/(N m)^2], shape (K m, n)."""
+    """Return each equation's information on each joint's friction torque [1/(N m)^2], shape (K m, n)."""
     encoder = (components.encoder_errors(equations) ** 2).sum(axis=2)
     torque = (equations.sensors**2).sum(axis=2)
     other = ((components.response(equations) * components.at(equations)[:, None]) ** 2).sum(axis=2)

@@ -1,9 +1,9 @@
-"""Why each interval is as wide as it is: the terms of the covariance, by name.
+"""The covariance budget: the parts of an interval, by name (docs/estimator.md, "Intervals").
 
-With C the covariance of all coordinates that the curvature of the posterior gives, and b those of the model, what is
-not known of the model adds C_fb C_bb^-1 C_bf to friction's covariance; the rest is noise. Errors that every step
-repeats, the mean of a group of joints, and a model that parts of the log disagree about add more. All of it grows where
-errors are larger than they were taken to be (overdispersion), or where parts of the log disagree about a joint.
+With C the inverse curvature and x the coordinates of the model, the uncertainty of the model adds C_.x C_xx^-1 C_x. to
+friction's covariance; the rest is noise. Random effects of the gait phase, the group mean, and heterogeneity over folds
+of the model add more. All of it is multiplied by the overdispersion, or by a joint's own heterogeneity if that is
+larger.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from stribeck.typing import Array
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CovarianceBudget:
-    """Terms of the covariance of all coordinates, shape (m, m) each.
+    """Parts of the covariance of all coordinates, shape (m, m) each.
 
     Attributes
     ----------
     noise
         Of sensors, and of the model from window to window, if inertias and calibration were known.
     model
-        As these are not known.
+        Of inertias and calibration, which are estimates.
     repeated_errors
-        That every step has alike.
+        Of random effects of the gait phase, equation (29).
     group_mean
-        As what joints have in common is not known for certain.
+        Of the means of the group priors.
     heterogeneity
-        As parts of the log disagree about the model.
+        Of the model, over folds.
     """
 
     noise: Array
@@ -54,8 +54,8 @@ class CovarianceBudget:
         own
             Places of the coordinates, shape (k,).
         overdispersion, of_each
-            What variances are multiplied by as errors are larger than expected, and as parts of the log disagree about
-            each coordinate, shape (k,), whichever is more [1].
+            Factors of variances, of which the larger counts [1]: chi^2 per degree of freedom, and the heterogeneity of
+            each coordinate, shape (k,).
         gain
             Standard deviations that one gain common to all torques gives, shape (k,).
         """

@@ -1,4 +1,4 @@
-"""What the whole log says about each joint, in the form that verdicts are made from."""
+"""Fits of single joints with their intervals, from the covariance budget (docs/estimator.md, "Intervals")."""
 
 from __future__ import annotations
 
@@ -8,30 +8,29 @@ from stribeck.identification.curve_fit.covariance import intervals_95
 from stribeck.identification.curve_fit.descent import to_external, to_internal
 from stribeck.identification.curve_fit.problem import ARMATURE
 from stribeck.identification.joint_fit import AT_BOUND, JointFit
+from stribeck.identification.whole_log.constants import FOLDS
 from stribeck.identification.whole_log.estimate import WholeLogFit
-from stribeck.identification.whole_log.terms.term_selection import FOLDS
 
 
 def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     """Return the fits of all joints by name.
 
-    The covariance is the inverse curvature of all coordinates together, so that what is not known of the model widens
-    the friction's intervals; it is scaled where errors are larger than they were taken to be, or parts of the log
-    disagree about a joint. A gain that all torques share scales all friction.
+    The covariance is that of all coordinates together, so that the uncertainty of the model widens friction's
+    intervals, times overdispersion or heterogeneity. A gain that all torque sensors share scales all friction.
     """
     freedom = max(fit.segments - 1.0, 1.0)
     return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
 
 
 def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
-    solution, there = fit.solution, fit.model.corrections
+    solution, corrections = fit.solution, fit.model.corrections
     has = np.flatnonzero(fit.curves.has(joint))
     own, unit = solution.layout.joint(joint).start + has, np.ones(len(has))
     parameters = tuple(fit.curves.parameters[k] for k in has)
     held, joint_heterogeneity = solution.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
-    if joint in there.rotors:
+    if joint in corrections.rotors:
         own, unit = (
-            np.append(own, solution.layout.rotor(there.rotors.index(joint))),
+            np.append(own, solution.layout.rotor(corrections.rotors.index(joint))),
             np.append(unit, fit.model.priors.rotor),
         )
         parameters, joint_heterogeneity = (*parameters, ARMATURE), np.append(joint_heterogeneity, 1.0)
@@ -60,8 +59,6 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         rms=float(fit.residual_rms[joint]),
         samples=fit.normal_equations.count // joints,
         blocks=fit.segments,
-        starts=2,
-        cost=solution.cost,
         converged=solution.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(own))),
     )

@@ -1,4 +1,7 @@
-"""What errors that come back with every step do to the intervals."""
+"""Variances of the gait-phase random effects by REML, and their part of the covariance.
+
+Equations (29) to (32) of docs/estimator.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
+"""
 
 from __future__ import annotations
 
@@ -7,20 +10,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import nnls
 
+from stribeck.identification.whole_log.constants import LEAST_EFFECT_STD, REML_ROUNDS, ROOT_EFFECT_FACTOR
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import Solution, derivatives, inverse_of
 from stribeck.typing import Array
-
-LEAST = 6e-4
-"""Standard deviation [1], over the root mean square of the friction curves, that is always there: filters make it."""
-
-ROCKING = 1.5
-"""How much more feet rock alike in every step than windows show [1]: chosen from offsets in `studies.accuracy`."""
-
-ROUNDS = 5
-"""Of weighing what is left over by what has been found [1]: deviations are then within 2 % of where they rest."""
 
 
 def random_effect_covariance(
@@ -31,28 +26,30 @@ def random_effect_covariance(
     solution: Solution,
     root_turns: Array,
 ) -> tuple[Array, Array]:
-    """Return the repeated errors' standard deviations, shape (n + 3,) or (n,), and what they add to a covariance.
+    """Return the random effects' standard deviations, shape (n + 3,) or (n,), and what they add to a covariance.
 
-    With A the curvature, Z the repeated errors' columns and Q their variances, an estimate that leaves them out has
+    With C the inverse curvature, Z the random effects' columns and Q their variances, a fit that leaves them out has
 
-        A^-1 + A^-1 (J^T Sigma^-1 Z) Q (J^T Sigma^-1 Z)^T A^-1
+        C + C (J^T X^T Sigma^-1 Z) Q (J^T X^T Sigma^-1 Z)^T C
 
-    of which the second term is returned.
+    of which the second term is returned: equation (29).
 
     Parameters
     ----------
     normal_equations
-        Of a share of the log, with the columns Z; without any where there are no steps.
+        Of a sample of the log, with the columns Z; without any where there are no steps.
     total
         Number of equations of the whole log.
     curves, model, solution
-        Of the whole log, without these errors.
+        Of the whole log, without random effects.
     root_turns
         Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. Those of
-        the joints' torques [N m] are what the solution leaves over.
+        the joints' torques [N m] are estimated from the residuals.
     """
     joints = len(curves.top_speed)
-    least = LEAST * np.linalg.norm(curves.coefficients(solution.internal)) / np.sqrt(curves.basis.velocity.size)
+    least = (
+        LEAST_EFFECT_STD * np.linalg.norm(curves.coefficients(solution.internal)) / np.sqrt(curves.basis.velocity.size)
+    )
     effects = joints + len(root_turns)
     gaits = {"gaits": normal_equations.layout.gaits, "gait_effects": normal_equations.layout.gait_effects}
     both = replace(model, layout=replace(model.layout, **gaits))
@@ -68,46 +65,44 @@ def random_effect_covariance(
     across, own = hessian[np.ix_(free, torques)], hessian[np.ix_(torques, torques)] - np.eye(len(torques))
     explained = np.linalg.solve(hessian[np.ix_(free, free)], across).T
     variance = reml_variances(own - explained @ across, explained @ gradient[free] - gradient[torques], joints)
-    level = np.concatenate([np.maximum(np.sqrt(variance), least), ROCKING * root_turns])
+    effect_std = np.concatenate([np.maximum(np.sqrt(variance), least), ROOT_EFFECT_FACTOR * root_turns])
     bias = solution.covariance @ hessian[: added.start, added] * (total / normal_equations.count)
-    bias *= np.resize(level, columns)
-    return level, bias @ bias.T
+    bias *= np.resize(effect_std, columns)
+    return effect_std, bias @ bias.T
 
 
 def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
-    """Return the variances of random effects z, those of each joint being alike, shape (n,).
+    """Return the variances of random effects z, one a joint, shape (n,): equations (30) and (31).
 
-    A log pulls at them by h, with the covariance H + H Q H. By Fisher's scoring of its likelihood (REML; Patterson and
-    Thompson 1971), with B = (I + H Q)^-1 H and u = (I + H Q)^-1 h, and sums over the effects of joints i and j,
+    Their score g has the covariance M + M Q M. By Fisher's scoring of its likelihood (REML), with N = (I + M Q)^-1 M
+    and t = (I + M Q)^-1 g, and sums over the effects k, l of joints i and j,
 
-        sum_j (sum B_kl^2) (Q'_j - Q_j) = sum (u_k^2 - B_kk)
+        sum_j (sum N_kl^2) (Q'_j - Q_j) = sum (t_k^2 - N_kk)
 
-    Few steps say little of one joint's variance, and what chance makes of it would widen its intervals: joints are
-    pooled as far as they are alike. No variance is negative.
+    Few steps say little of one joint's variance: joints are pooled as far as they do not differ beyond chance. No
+    variance is negative.
 
     Parameters
     ----------
-    information, pull
-        H, shape (c, c), and h, shape (c,); the joint of an effect is its place modulo n.
+    information, gradient
+        M, shape (c, c), and g, shape (c,); the joint of an effect is its place modulo n.
     joints
         Number n.
     """
     variance = np.zeros(joints)
-    for _ in range(ROUNDS):
+    for _ in range(REML_ROUNDS):
         squares, score = _scoring(information, gradient, variance)
         unit = 1 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
         factor = np.linalg.cholesky(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
         aim = unit * score + factor @ factor.T @ (variance / unit)
         variance = unit * nnls(factor.T, np.linalg.solve(factor, aim))[0]
-    overdispersion = 2 * np.diag(
-        _inverse(_scoring(information, gradient, np.zeros(joints))[0])
-    )  # if none of them had any
+    chance = 2 * np.diag(_inverse(_scoring(information, gradient, np.zeros(joints))[0]))  # if all were zero
     squares, score = _scoring(information, gradient, variance)
-    return np.maximum(partly_pooled(variance + _inverse(squares) @ score, overdispersion), 0.0)
+    return np.maximum(partly_pooled(variance + _inverse(squares) @ score, chance), 0.0)
 
 
 def _scoring(information: Array, gradient: Array, variance: Array) -> tuple[Array, Array]:
-    """Return the sums of squares of B, shape (n, n), and the score of each joint's variance, shape (n,)."""
+    """Return the sums of squares of N, shape (n, n), and the score of each joint's variance, shape (n,)."""
     joints, size = len(variance), len(gradient)
     mixed = np.eye(size) + information * np.tile(variance, size // joints)
     weighed = np.linalg.solve(mixed, np.column_stack([information, gradient]))
@@ -122,12 +117,12 @@ def _inverse(squares: Array) -> Array:
 
 
 def partly_pooled(values: Array, variances: Array) -> Array:
-    """Return values that chance moves apart nearer to their mean, shape (n,), from themselves and their variances.
+    """Return estimates shrunk towards their mean, shape (n,), from estimates and their variances: equation (32).
 
-    How much they differ beyond chance is measured (DerSimonian and Laird 1986); if they do not, all become the mean.
+    They are as far as they do not differ beyond chance (DerSimonian and Laird 1986); if not at all, all are the mean.
     """
     weight = 1 / variances
     mean = weight @ values / weight.sum()
-    beyond = weight @ (values - mean) ** 2 - (len(values) - 1)
-    between = max(beyond, 0.0) / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
+    excess = weight @ (values - mean) ** 2 - (len(values) - 1)
+    between = max(excess, 0.0) / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
     return np.asarray(mean + between / (between + variances) * (values - mean))

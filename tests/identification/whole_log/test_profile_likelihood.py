@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
-from tests.identification.whole_log.test_repeated import VALUES, steps
+from tests.identification.whole_log.test_reml import VALUES, steps
 
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.model.basis import make_basis

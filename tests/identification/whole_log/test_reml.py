@@ -8,6 +8,7 @@ from scipy.linalg import toeplitz
 from tests.identification.whole_log.test_whitening import some_equations
 
 from stribeck.friction import get_law
+from stribeck.identification.whole_log.constants import COSINES, REML_ROUNDS, ROOT_EFFECT_FACTOR
 from stribeck.identification.whole_log.model.basis import make_basis
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import ModelLayout
@@ -17,14 +18,8 @@ from stribeck.identification.whole_log.noise.variance_components import first_co
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import solve
 from stribeck.identification.whole_log.uncertainty import reml
-from stribeck.identification.whole_log.uncertainty.random_effects import COSINES, random_effect_columns
-from stribeck.identification.whole_log.uncertainty.reml import (
-    ROCKING,
-    ROUNDS,
-    partly_pooled,
-    random_effect_covariance,
-    reml_variances,
-)
+from stribeck.identification.whole_log.uncertainty.random_effects import random_effect_columns
+from stribeck.identification.whole_log.uncertainty.reml import partly_pooled, random_effect_covariance, reml_variances
 from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections, WeakEquations
@@ -81,13 +76,13 @@ def fitted(equations: list[WeakEquations], root_turns: float = 0.0) -> tuple[Arr
     return components, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(solution.covariance + added))[:9]
 
 
-def test_without_them_next_to_nothing_is_found() -> None:
+def test_without_random_effects_hardly_any_variance_is_found() -> None:
     components, errors, deviations = fitted(steps(0.0))
     assert np.all(components < 0.003)
     assert np.sqrt(np.mean((errors / deviations) ** 2)) < 2
 
 
-def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
+def test_variances_are_estimated_and_intervals_cover_the_true_value() -> None:
     components, errors, deviations = fitted(steps(0.05))
     assert np.all((components > 0.025) & (components < 0.1))
     assert np.mean(np.abs(errors) < 2 * deviations) > 0.85
@@ -96,7 +91,7 @@ def test_their_size_is_measured_and_the_intervals_hold_the_truth() -> None:
     assert np.all(deviations[offsets] > 5 * without[offsets])
 
 
-def test_a_rocking_foot_is_noise_that_every_step_repeats() -> None:
+def test_a_rocking_foot_is_a_random_effect_of_every_step() -> None:
     response = np.tile(np.eye(3), (40, 1, 2))
     step = replace(some_equations(40, False, 0), root_response=response)
     columns = random_effect_columns(step).reshape(40, 3, COSINES, 6)[:, 1, :, 3:]  # of the second joint, by turns
@@ -112,7 +107,7 @@ def test_rocking_widens_the_intervals() -> None:
     equations = steps(0.0, root_turns=0.05)
     components, errors, deviations = fitted(equations, root_turns=0.05)
     _, _, without = fitted(equations)
-    assert components[3:] == pytest.approx(ROCKING * 0.05)
+    assert components[3:] == pytest.approx(ROOT_EFFECT_FACTOR * 0.05)
     assert np.all(deviations > without)
     assert np.all(np.abs(errors) < 2 * deviations)
 
@@ -143,7 +138,7 @@ def test_chance_alone_finds_none_in_many_joints() -> None:
     assert np.quantile(found, 0.9) < 0.5 * error
 
 
-def test_a_joint_that_stands_out_from_many_keeps_its_own_however_often_they_are_weighed(
+def test_a_joint_that_stands_out_from_many_keeps_its_variance_in_every_round(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     generator = np.random.default_rng(9)
@@ -151,8 +146,8 @@ def test_a_joint_that_stands_out_from_many_keeps_its_own_however_often_they_are_
     effects = np.tile(np.append(np.zeros(joints - 1), 3.0), each) * generator.standard_normal(joints * each)
     pull = 4 * effects + 2 * generator.standard_normal(joints * each)
     found = []
-    for rounds in (ROUNDS, ROUNDS + 1, 10 * ROUNDS):
-        monkeypatch.setattr(reml, "ROUNDS", rounds)
+    for rounds in (REML_ROUNDS, REML_ROUNDS + 1, 10 * REML_ROUNDS):
+        monkeypatch.setattr(reml, "REML_ROUNDS", rounds)
         found.append(reml_variances(4 * np.eye(joints * each), pull, joints))
     assert 4 < found[0][-1] < 18
     assert found[0][:-1].max() < 0.05 * found[0][-1]
@@ -171,7 +166,7 @@ def test_a_joint_that_shows_nothing_disturbs_no_other() -> None:
     assert blind[both] == pytest.approx(without, rel=1e-6)
 
 
-def test_a_joint_that_stands_out_keeps_its_value_and_the_others_share_theirs() -> None:
+def test_a_joint_that_stands_out_keeps_its_value_and_the_others_are_pooled() -> None:
     generator = np.random.default_rng(7)
     own = 1 + 0.1 * generator.standard_normal(30)
     own[4] = 20.0
@@ -181,5 +176,5 @@ def test_a_joint_that_stands_out_keeps_its_value_and_the_others_share_theirs() -
     assert np.std(group_prior) < 0.5 * np.std(np.delete(own, 4))
 
 
-def test_a_joint_alone_shares_with_none() -> None:
+def test_a_joint_alone_is_not_pooled() -> None:
     assert partly_pooled(np.array([0.3]), np.array([2.0])) == pytest.approx(0.3)

@@ -44,7 +44,7 @@ def walked(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, Truth, Weak
     return robot, log, truth, weak_form(robot, log, robot.torque_controlled, *arguments)
 
 
-def test_what_is_seen_is_friction_alone(walked: tuple[Robot, RobotLog, Truth, WeakForm]) -> None:
+def test_the_projected_equations_have_friction_alone(walked: tuple[Robot, RobotLog, Truth, WeakForm]) -> None:
     robot, _, truth, form = walked
     kinds = {len(stretch.feet) for stretch in form.segments}
     assert len(kinds) > 1 or kinds == {2}
@@ -69,7 +69,7 @@ def test_a_foot_that_has_just_landed_is_no_root() -> None:
     assert all(after.feet[0] == before.feet[0] for before, after in pairs)
 
 
-def test_no_sum_that_is_seen_has_a_contact_force_in_it() -> None:
+def test_no_projected_row_has_a_contact_force_in_it() -> None:
     robot = Robot.from_file(MODELS / "quadruped.toml")
     generator = np.random.default_rng(2)
     joints = np.arange(len(robot.joint_names))

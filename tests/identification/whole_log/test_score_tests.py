@@ -59,7 +59,7 @@ def play(log: RobotLog) -> Array:
 
 
 @pytest.mark.parametrize("kind", [load, drift, presliding, play])
-def test_each_kind_is_told_of_in_the_joint_that_has_it(kind, arm: Robot, exact: RobotLog) -> None:
+def test_each_kind_is_flagged_in_the_joint_that_has_it(kind, arm: Robot, exact: RobotLog) -> None:
     torque = exact.torque.copy()
     torque[:, 1] += kind(exact)[:, 1]
     log = with_noise(replace(exact, torque=torque), position=1e-5, torque=0.05, seed=2)
@@ -70,14 +70,14 @@ def test_each_kind_is_told_of_in_the_joint_that_has_it(kind, arm: Robot, exact: 
 
 
 @pytest.mark.parametrize("corrections", ["none", "inertia"])
-def test_a_law_of_velocity_is_never_told_of(corrections: str, arm: Robot, exact: RobotLog) -> None:
+def test_a_law_of_velocity_is_never_flagged(corrections: str, arm: Robot, exact: RobotLog) -> None:
     for seed in range(2):
         log = with_noise(exact, position=5e-5, torque=0.2, seed=seed)
         result = identify(log, arm, SETTINGS.model_copy(update={"corrections": corrections}))
         assert not any("average" in warning for warning in result.warnings)
 
 
-def test_a_sentence_a_kind_says_the_clearest_of_each_joint_and_nothing_of_the_others() -> None:
+def test_a_warning_names_the_least_probable_kind_of_each_joint() -> None:
     flagged = ScoreTest("load", size=0.3, share=0.25, minus_log10_p=90.0, flagged=True)
     shadow, quiet = ScoreTest("drift", 0.2, 0.16, 40.0, True), ScoreTest("play", 0.1, 0.08, 20.0, False)
     (text,) = score_test_warnings([(flagged, shadow), (quiet,), (flagged,)], ["knee", "hip", "ankle"])

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from stribeck.equations.joint_acceleration import LONGEST, SHARE, SHORTEST, JointAcceleration, joint_acceleration
+from stribeck.equations.constants import LONGEST_ACCELERATION, MOST_ROWS, NOISE_SHARE, SHORTEST_ACCELERATION
+from stribeck.equations.joint_acceleration import JointAcceleration, joint_acceleration
 from stribeck.equations.motion import savgol
-from stribeck.equations.noise import MOST_ROWS
 from stribeck.equations.window import smooth_window
 from stribeck.typing import Array
 
@@ -40,10 +40,10 @@ def test_each_joint_has_as_long_a_window_as_its_noise_needs() -> None:
     noise = NOISE * np.random.default_rng(0).standard_normal(position.shape)
     away_from_contacts = kernels(position + noise)
     found = lengths(away_from_contacts)
-    assert SHORTEST < found[0] < found[1] < found[2] < found[3]
-    assert found[3] == pytest.approx(LONGEST, abs=2 * PERIOD)
+    assert SHORTEST_ACCELERATION < found[0] < found[1] < found[2] < found[3]
+    assert found[3] == pytest.approx(LONGEST_ACCELERATION, abs=2 * PERIOD)
     alone = np.mean(away_from_contacts.windows(noise, 200, 29_800) ** 2, axis=0)
-    assert np.all(alone[:2] < SHARE * np.mean(acceleration**2, axis=0)[:2])
+    assert np.all(alone[:2] < NOISE_SHARE * np.mean(acceleration**2, axis=0)[:2])
 
 
 def test_next_to_nothing_is_lost_of_the_motion() -> None:
@@ -62,7 +62,7 @@ def test_a_constant_position_has_no_acceleration_however_far_away() -> None:
 
 
 @pytest.mark.parametrize("segments", [(slice(0, 5),), (slice(0, 0), slice(5, 10)), (slice(0, 2 * MOST_ROWS),)])
-def test_short_and_long_segments_are_listened_to(segments: tuple[slice, ...]) -> None:
+def test_short_and_long_segments_are_used(segments: tuple[slice, ...]) -> None:
     position = np.resize(motion()[0], (segments[-1].stop, 4))
     assert np.isfinite(kernels(position, segments).kernels).all()
 

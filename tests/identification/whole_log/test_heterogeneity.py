@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.whole_log.test_believed import NOISE, SAMPLES, ZERO, friction, moving
+from tests.identification.whole_log.test_empirical_bayes import NOISE, SAMPLES, ZERO, friction, moving
 
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
@@ -48,7 +48,7 @@ def fitted(parts: list[NormalEquations], curves: Curves) -> tuple[NormalEquation
 
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0, 25.0])
-def test_disagreement_is_by_how_much_squared_errors_are_larger_than_they_are_taken_to_be(ratio: float) -> None:
+def test_heterogeneity_is_the_ratio_of_squared_errors_to_their_covariance(ratio: float) -> None:
     zeros = ZERO * np.random.default_rng(5).standard_normal(ZEROS)
     lasting = np.sqrt((ratio - 1) * PARTS) * ERROR
     parts, curves = parts_of_a_log(zeros, lasting, 0.0, seed=1)
@@ -61,7 +61,7 @@ def named(found: tuple[NormalEquations, Curves, ModelCorrections, Solution]) -> 
     return dict(zip(("total", "curves", "model", "solution"), found, strict=True))
 
 
-def test_a_joint_whose_friction_changes_from_part_to_part_is_found() -> None:
+def test_a_joint_whose_friction_changes_from_fold_to_fold_is_found() -> None:
     """By as much as errors that last for a part's length make the mean over the parts worse."""
     velocity, values = moving()
     lasting, found, off = 0.05, [], []
@@ -86,12 +86,12 @@ def test_a_joint_whose_friction_changes_from_part_to_part_is_found() -> None:
     assert np.mean(np.abs(off) < 1.96) > 0.8
 
 
-def test_one_part_says_nothing_of_it() -> None:
+def test_one_fold_has_no_heterogeneity() -> None:
     parts, curves = parts_of_a_log(np.zeros(ZEROS), 1.0, 0.0, seed=1)
     assert heterogeneity(parts=[merged(parts)], **named(fitted(parts, curves)))[0] == 1.0
 
 
-def test_errors_that_parts_share_are_allowed_for_by_what_they_do_not_share() -> None:
+def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ() -> None:
     lasting = 2.0 * ERROR * np.sqrt(PARTS)
     before, after = [], []
     for seed in range(4):

@@ -73,7 +73,7 @@ def with_zeros(wrong: float, seed: int) -> tuple[Array, Array, tuple[Curves, Mod
 
 
 @pytest.mark.parametrize("wrong", [0.1, 0.4, 1.0])
-def test_how_wrong_the_model_is_believed_to_be_is_what_the_log_shows(wrong: float) -> None:
+def test_the_prior_of_the_model_is_as_wide_as_its_errors(wrong: float) -> None:
     zeros, measured, (_, believed, solution) = with_zeros(wrong, seed=1)
     assert believed.prior_std[:60] == pytest.approx(wrong, rel=0.25)
     assert believed.prior_std[60:] == pytest.approx(1.0)  # what nothing shows is believed as before
@@ -82,7 +82,7 @@ def test_how_wrong_the_model_is_believed_to_be_is_what_the_log_shows(wrong: floa
     assert np.linalg.norm(found - zeros) < 1.01 * np.linalg.norm(measured - zeros)  # a belief that fits does no harm
 
 
-def test_what_is_right_is_believed_to_be_right() -> None:
+def test_the_prior_of_an_exact_model_is_narrow() -> None:
     shares = []
     for seed in range(3):
         _, measured, (_, believed, solution) = with_zeros(0.0, seed)
@@ -90,7 +90,7 @@ def test_what_is_right_is_believed_to_be_right() -> None:
     assert np.mean(shares) < 0.2  # noise is not taken for errors of the model
 
 
-def test_bends_of_curves_that_are_alike_are_found_better_together() -> None:
+def test_scales_that_joints_share_are_found_better_with_a_group_prior() -> None:
     velocity, values = moving()
     model = model_corrections(Corrections(), np.zeros(0), Priors())
     errors = []
@@ -107,7 +107,7 @@ def test_bends_of_curves_that_are_alike_are_found_better_together() -> None:
     assert after[1] < 0.95 * before[1]
 
 
-def test_joints_that_differ_are_left_different() -> None:
+def test_the_group_prior_of_joints_that_differ_is_wide() -> None:
     velocity, values = moving()
     values[:, 3] = np.geomspace(0.05, 0.4, JOINTS)
     normal_equations, curves = friction(velocity, values, noise=0.02 * NOISE)
@@ -116,7 +116,7 @@ def test_joints_that_differ_are_left_different() -> None:
     assert curves.external(solution.internal)[:, 3] == pytest.approx(values[:, 3], rel=0.03)
 
 
-def test_a_joint_that_shows_next_to_nothing_is_as_uncertain_as_one_more_of_its_kind() -> None:
+def test_a_joint_without_information_has_the_uncertainty_of_the_group() -> None:
     velocity, values = moving()
     normal_equations, curves = friction(velocity, values, noise=0.02 * NOISE)
     own = slice(0, normal_equations.basis.size // JOINTS)

@@ -47,7 +47,7 @@ def test_inverse_dynamics_is_linear_in_the_bodies(file: str, foot: str) -> None:
 
 
 @pytest.mark.parametrize(("file", "foot"), FEET)
-def test_zeros_of_encoders_do_what_their_columns_say(file: str, foot: str) -> None:
+def test_encoder_zeros_have_the_effect_of_their_columns(file: str, foot: str) -> None:
     robot, rooted, state = case(file, foot)
     joints = np.arange(len(robot.joint_names))
     zeros = 1e-4 * np.random.default_rng(5).standard_normal(len(joints))
@@ -57,7 +57,7 @@ def test_zeros_of_encoders_do_what_their_columns_say(file: str, foot: str) -> No
     np.testing.assert_allclose(columns[:, :, : len(joints)] @ zeros, change, atol=2e-3 * np.abs(change).max())
 
 
-def test_a_turned_imu_does_what_its_columns_say() -> None:
+def test_a_tilted_imu_has_the_effect_of_its_columns() -> None:
     robot, rooted, state = case("toro.toml", "left_foot")
     assert state.orientation is not None
     joints = np.arange(len(robot.joint_names))

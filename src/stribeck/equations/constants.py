@@ -1,0 +1,83 @@
+"""The tuned constants of the weak form, each with its unit in brackets and what it was chosen on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Windows of the weak form
+
+WINDOW_LENGTH = 0.041
+"""Length of a window [s]: long enough to average encoder noise, short against the motion. Chosen by judgement."""
+
+WINDOW_SPACING = 0.012
+"""Time from one window to the next [s]: errors of three walks are as with windows that are closer."""
+
+BOXES = 4
+"""Boxes that a window is the convolution of [1]: its spectrum falls with the fourth power of frequency."""
+
+NEGLIGIBLE_CORRELATION = 1e-4
+"""Correlation of two windows' errors that counts as none [1], chosen by judgement."""
+
+# Segments
+
+LONGEST_SEGMENT = 1.6
+"""Length of a segment at most [s]: errors of different segments count as independent. Chosen by judgement."""
+
+FEWEST_WINDOWS = 4
+"""Windows of a segment at least [1], chosen by judgement."""
+
+TRIM_LIFTED = 0.05
+"""Time left out after a foot has lifted [s], chosen by judgement."""
+
+TRIM_LANDED = 0.07
+"""Time left out after a foot has landed [s]: it chatters. Chosen by judgement."""
+
+TRIM_END = 0.02
+"""Time left out before a contact change [s], chosen by judgement."""
+
+# Derivatives
+
+POLYNOMIAL = 4
+"""Order of the Savitzky-Golay polynomials [1], chosen by judgement."""
+
+ACCELERATION_LENGTH = 0.011
+"""Window of the acceleration [s]: as short as it can be, as the window of the weak form averages its noise."""
+
+VELOCITY_REFERENCE = (0.031, 2e-5, 1e-3)
+"""Window of the velocity [s] for an encoder noise of so much [rad] at such a sampling period [s], by judgement."""
+
+VELOCITY_LENGTHS = (0.015, 0.061)
+"""Shortest and longest window of the velocity [s], chosen by judgement."""
+
+NOISE_SHARE = 5e-4
+"""Power of noise over that of motion in the regressors' accelerations [1], to which a joint's window brings it.
+
+Chosen on exact models in strong noise (TORO-like, TALOS), whose offsets are 20 to 40 % closer than with one window for
+all joints.
+"""
+
+SHORTEST_ACCELERATION = 0.03
+"""Shortest of these windows [s], chosen by judgement."""
+
+LONGEST_ACCELERATION = 0.2
+"""Longest of these windows [s]: a longer one loses motion. Chosen by judgement."""
+
+# Sensor noise
+
+DIFFERENCES = 6
+"""Order of the differences that noise is measured by [1]: smooth motion hardly shows in them, noise thirtyfold."""
+
+MOST_ROWS = 60_000
+"""Rows that noise is measured on [1]: a minute at 1 kHz, to save time."""
+
+POSITION_FLOOR = 1e-7
+"""Noise of an encoder at least [rad]: what rounding and clocks leave even of a perfect one.
+
+Noise that is taken to be none would hide slow errors, such as those of a foot that rocks.
+"""
+
+TORQUE_FLOOR = 1e-3
+"""The same of a torque sensor [N m]."""
+
+WRENCH_FLOOR = np.repeat([0.5, 0.05], 3)
+"""The same of a wrench sensor [N], [N m]: feet in the air feel no wrench, and would seem to have no noise."""
