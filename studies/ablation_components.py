@@ -104,6 +104,11 @@ def nothing_repeated(
     return np.zeros(len(curves.top_speed) + len(root_turns)), np.zeros_like(solution.covariance)
 
 
+def as_it_is(_: NormalEquations, __: Curves, ___: ModelCorrections, solution: Solution) -> Solution:
+    """Return the solution of the first descent."""
+    return solution
+
+
 def known_for_certain(_: Curves, solution: Solution) -> Array:
     """Return that what joints have in common adds nothing."""
     return np.zeros_like(solution.covariance)
@@ -126,6 +131,7 @@ COMPONENTS: dict[str, Sequence[Substitute]] = {
     "heterogeneity of a joint": ((estimate, "heterogeneity", joints_agree),),
     "random effects": ((estimate, "random_effect_covariance", nothing_repeated),),
     "covariance of group means": ((estimate, "group_mean_covariance", known_for_certain),),
+    "multistart": ((estimate, "with_other_starts", as_it_is), (empirical_bayes, "with_other_starts", as_it_is)),
 }
 """By name, in the order of the table; "full" is the whole estimator; "curve-fit" and "bar" are others."""
 

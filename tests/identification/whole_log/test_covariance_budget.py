@@ -24,7 +24,7 @@ LAYOUT = ModelLayout(joints=2, per_joint=2, zeros=3)
 def solution() -> Solution:
     root = np.random.default_rng(1).standard_normal((LAYOUT.size, LAYOUT.size))
     held = np.zeros((2, 2), dtype=bool)
-    nothing = {"at_bound": held, "chi_square": 1.0, "converged": True}
+    nothing = {"at_bound": held, "chi_square": 1.0, "cost": 1.0, "converged": True}
     return Solution(layout=LAYOUT, x=np.zeros(LAYOUT.size), covariance=root @ root.T, **nothing)
 
 

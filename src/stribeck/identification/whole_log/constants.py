@@ -114,6 +114,14 @@ FIRST_DAMPING = 1e-3
 DAMPING_FACTOR = 8.0
 """Factor that a step divides or multiplies the damping by [1], chosen by judgement."""
 
+# Multistart
+
+MULTISTART_STARTS = 4
+"""Starts of a joint that are followed to their minimum [1]: those whose linear fit is best. Chosen by judgement."""
+
+LEAST_DECREASE = 0.05
+"""Decrease of half of chi^2 for which a joint leaves its minimum [1]: more than descents to the same one differ by."""
+
 # Empirical Bayes
 
 EMPIRICAL_BAYES_ROUNDS = 4

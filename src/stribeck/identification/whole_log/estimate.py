@@ -19,6 +19,7 @@ from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
 from stribeck.identification.whole_log.solver.accumulation import accumulate, accumulate_folds
 from stribeck.identification.whole_log.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
+from stribeck.identification.whole_log.solver.multistart import with_other_starts
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
 from stribeck.identification.whole_log.solver.pilot_fit import PilotFit, fit_pilot, pilot_places, with_all_terms
 from stribeck.identification.whole_log.solver.solve import Solution, solve
@@ -217,6 +218,7 @@ def _with_terms(
     """Return the fit to all folds, and the terms of its joints if these are to be selected."""
     curves, model = pilot.curves, pilot.model
     solution = solve(normal_equations, curves, model, pilot.solution)
+    solution = with_other_starts(normal_equations, curves, model, solution)
     choice = None
     if isinstance(curves, VaryingCurves):
         refused = unsupported(pilot_equations, curves.slow, normal_equations.loads)

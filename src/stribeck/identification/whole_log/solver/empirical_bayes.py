@@ -25,6 +25,7 @@ from stribeck.identification.whole_log.constants import (
 )
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.solver.multistart import with_other_starts
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.typing import Array
@@ -33,11 +34,18 @@ from stribeck.typing import Array
 def solve_with_empirical_bayes(
     normal_equations: NormalEquations, curves: Curves, model: ModelCorrections, before: Solution
 ) -> tuple[Curves, ModelCorrections, Solution]:
-    """Return curves and model with priors by empirical Bayes, and the solution with these."""
+    """Return curves and model with priors by empirical Bayes, and the solution with these.
+
+    Once joints have a prior in common, one that is far from the others may turn out to be in a local minimum that was
+    as good as theirs as long as it stood alone: all try their other starts.
+    """
     solution = solve(normal_equations, curves, model, before)
     for _ in range(EMPIRICAL_BAYES_ROUNDS):
+        first = curves.group_prior is None
         curves, model = _learn_group_prior(curves, solution), _learn_prior_std(model, solution)
         solution = solve(normal_equations, curves, model, solution)
+        if first:
+            solution = with_other_starts(normal_equations, curves, model, solution)
     return curves, model, solution
 
 

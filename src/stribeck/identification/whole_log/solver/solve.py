@@ -33,6 +33,8 @@ class Solution:
         Which parameters of the laws are at bound, shape (n, p).
     chi_square
         Without the prior's share.
+    cost
+        Half of chi_square plus the prior's share.
     converged
         Whether the descent converged.
     """
@@ -42,6 +44,7 @@ class Solution:
     covariance: Array
     at_bound: NDArray[np.bool_]
     chi_square: float
+    cost: float
     converged: bool
 
     @property
@@ -139,6 +142,7 @@ def solve(
         covariance=inverse_of(hessian),
         at_bound=held.reshape(layout.joints, -1),
         chi_square=cost.chi_square(x),
+        cost=float(found.cost[best]),
         converged=bool(found.converged[best]),
     )
 
