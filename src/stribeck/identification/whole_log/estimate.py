@@ -165,20 +165,10 @@ def fit_whole_log(
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
     pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations)
     undiscounted = pilot.solution.corrections
-    of_model, joint_heterogeneity = heterogeneity(normal_equations, folds, pilot.curves, pilot.model, pilot.solution)
-    if of_model > 1:
-        pilot = _with_empirical_bayes(
-            replace(pilot, model=replace(pilot.model, overdispersion=overdispersion_of(of_model, len(folds)))),
-            normal_equations,
-        )
-    validation_equations = list(held_out.values())
-    none = (None,) * len(top_speed)
-    validation = (
-        validate(validation_equations, normal_equations, pilot.curves, pilot.components, *pilot.known)
-        if validation_equations
-        else none
-    )
-    normal_equations.merge(accumulate(validation_equations, pilot.components, pilot.curves, pilot.model))
+    pilot, of_model, joint_heterogeneity = _with_overdispersion(pilot, normal_equations, folds)
+    unseen = list(held_out.values())
+    validation = validate(unseen, normal_equations, pilot.curves, pilot.components, *pilot.known)
+    normal_equations.merge(accumulate(unseen, pilot.components, pilot.curves, pilot.model))
     pilot = _with_empirical_bayes(pilot, normal_equations)
     curves, model, solution = pilot.curves, pilot.model, pilot.solution
     effect_std, effect_covariance = random_effect_covariance(
@@ -226,6 +216,17 @@ def _with_terms(
         choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)
         curves, solution = choice.curves, choice.start
     return _with_empirical_bayes(replace(pilot, curves=curves, solution=solution), normal_equations), choice
+
+
+def _with_overdispersion(
+    pilot: PilotFit, normal_equations: NormalEquations, folds: list[NormalEquations]
+) -> tuple[PilotFit, float, Array]:
+    """Return the fit with what the folds differ by about the model, and that heterogeneity, of model and joints."""
+    of_model, of_joints = heterogeneity(normal_equations, folds, pilot.curves, pilot.model, pilot.solution)
+    if of_model > 1:
+        model = replace(pilot.model, overdispersion=overdispersion_of(of_model, len(folds)))
+        pilot = _with_empirical_bayes(replace(pilot, model=model), normal_equations)
+    return pilot, of_model, of_joints
 
 
 def _with_empirical_bayes(pilot: PilotFit, normal_equations: NormalEquations) -> PilotFit:

@@ -37,7 +37,7 @@ LEAST_INFORMATION = 1e-6
 SENTENCES = {
     "load": "friction changes with the torque that the joint carries",
     "drift": "friction drifts in the course of the log",
-    "presliding": "friction builds up over some way after a reversal, as bristles bend or a gear winds up",
+    "presliding": "friction builds up over some way after a reversal, as bristles deflect or a gear winds up",
     "play": "torque is lost where it changes its sign, as in a play",
 }
 """The warning of each kind."""

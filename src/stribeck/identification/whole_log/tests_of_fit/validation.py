@@ -22,8 +22,8 @@ def validate(
     components: VarianceComponents,
     friction: Array,
     corrections: Array,
-) -> tuple[Validation, ...]:
-    """Return a validation for each joint, in the order of the equations' joints.
+) -> tuple[Validation | None, ...]:
+    """Return a validation for each joint, in the order of the equations' joints; None where nothing is held out.
 
     Parameters
     ----------
@@ -36,6 +36,8 @@ def validate(
     friction, corrections
         Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), that the training gave.
     """
+    if not held_out:
+        return (None,) * len(curves.top_speed)
     candidates = np.stack([friction, np.zeros_like(friction), coulomb_curves(training, corrections)])
     rms = friction_residual_rms(held_out, curves, components, friction, corrections, candidates)
     return tuple(
