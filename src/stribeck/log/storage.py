@@ -21,7 +21,10 @@ BLOCK_ROWS = 1 << 16
 """Rows that are worked through at once: a block of 100 channels of them takes about 50 MB."""
 
 EXPANSION = 200
-"""Bytes of samples a byte of a file, from which compression cannot explain them: measured signals compress tenfold."""
+"""Bytes of samples a byte of a file [1], above which a file is refused as a bomb.
+
+An estimate: measured signals hardly compress more than tenfold.
+"""
 
 _in_memory: list[weakref.ref[Array]] = []
 """Arrays that were handed out; those that are gone are struck off when the next is asked for."""
