@@ -41,14 +41,13 @@ from studies.accuracy_cases import CASES, LAW, NAMES, exact_walks
 from studies.accuracy_table import CURVE_FIT, Key, Run, key_of
 from studies.bar import bar
 from studies.harder_cases import CONDITIONS, as_seen, other_walks
-from studies.held_out import BANDS, ROOT, parts_of, torque_errors
-from studies.held_out import METHODS as UPDATES
+from studies.held_out import BANDS, ROOT, parts_of, slowest_speeds, torque_errors
 
 FULL = "full"
 SETTINGS = Settings(law=LAW, method="whole-log", corrections="calibration")
 """Of all rows but the curve fit's: what a user has on a robot that walks."""
 METHODS: dict[str, Callable[[Sequence[RobotLog], Robot], Result]] = {
-    CURVE_FIT: partial(identify, settings=Settings(law=LAW)),
+    CURVE_FIT: partial(identify, settings=Settings(law=LAW, method="curve-fit")),
     "bar": lambda logs, robot: bar(logs, robot)[0],
 }
 """Of rows that are not of the joint estimator."""
@@ -91,10 +90,9 @@ def run(key: Key) -> Run:
 
 def held_out(folder: Path, component: str) -> dict[str, float]:
     """Return the held-out torque errors of a real robot's joints, root mean square [N m]; see `studies.held_out`."""
-    robot = Robot.from_file(folder / "robot.toml")
+    robot = Robot.from_file(folder / ("curve-fit.toml" if component == CURVE_FIT else "robot.toml"))
     parts = parts_of([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
-    speeds = np.concatenate([np.gradient(part.position, part.time, axis=0) for part in parts])
-    slowest = robot.settings.rest * np.percentile(np.abs(speeds), 99, axis=0)
+    slowest = slowest_speeds(parts)
     errors = []
     for part in parts:
         result, believed = _fitted([other for other in parts if other is not part], robot, component)
@@ -111,9 +109,8 @@ def _fitted(logs: list[RobotLog], robot: Robot, component: str) -> tuple[Result,
     """Return what is found without a component, and the robot that it is found with."""
     if component == "bar":
         return bar(logs, robot)
-    update = UPDATES[CURVE_FIT if component == CURVE_FIT else "whole-log"]
     with without(component):
-        return identify(logs, robot, robot.settings.model_copy(update=update)), robot
+        return identify(logs, robot), robot
 
 
 def read(path: Path) -> tuple[dict[Key, Run], dict[str, Held]]:

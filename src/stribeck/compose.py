@@ -61,7 +61,7 @@ def compose(
             prepared[0].sampling.rate,
             sum(part.used for part in friction.logs),
         ),
-        law=settings.law,
+        law=law.name,
         method=method.name,
         joints=_with_model_armature(joints, robot),
         warnings=[

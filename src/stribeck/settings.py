@@ -142,9 +142,9 @@ class Settings(Table):
     'whole-log'
     """
 
-    law: str = "stribeck"
-    method: str = "curve-fit"
-    corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
+    law: str | None = None  # the method's own: "auto" (whole-log), "stribeck" (curve-fit)
+    method: str = "whole-log"
+    corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # of the model, beside friction (whole-log)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
     priors: Priors = Priors()  # of friction, model and sensors (whole-log)

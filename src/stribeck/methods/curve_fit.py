@@ -28,4 +28,10 @@ def find(
     return Finding(fits=fits, validations=validate(fits, samples, law, settings), robot=robot, logs=prepared)
 
 
-CURVE_FIT = Method(name="curve-fit", uses=SHARED | {"loss", "averaged_law", "holdout"}, laws=LAWS, find=find)
+CURVE_FIT = Method(
+    name="curve-fit",
+    uses=SHARED | {"loss", "averaged_law", "holdout"},
+    laws=LAWS,
+    defaults=lambda _: {"law": "stribeck"},
+    find=find,
+)

@@ -201,5 +201,6 @@ WHOLE_LOG = Method(
     name="whole-log",
     uses=(SHARED - {"standing_legs"}) | {"corrections"} | {f"priors.{key}" for key in Priors.model_fields},
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
+    defaults=lambda robot: {"law": AUTO, "corrections": "calibration" if robot.base == "floating" else "inertia"},
     find=find,
 )

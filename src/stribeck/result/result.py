@@ -42,7 +42,7 @@ class Result:
     Examples
     --------
     >>> result
-    Result('arm', law stribeck, method curve-fit, 3 joints: 3 identified)
+    Result('arm', law auto, method whole-log, 3 joints: 3 identified)
     >>> found = result.joints["elbow"].parameters["coulomb"]
     >>> round(found.value, 2), found.unit, found.verdict
     (1.2, 'N m', 'identified')
