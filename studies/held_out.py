@@ -106,6 +106,12 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
             if result and joint and joint.parameters:
                 left[:, column] -= joint.friction(velocity[:, column], load=load[:, column])
                 left[:, column] -= missing_rotor(robot, joint, column) * acceleration[:, column]
+        for coupling in result.couplings.values() if result else ():
+            if coupling.parameters:
+                acting = np.array([coupling.joints.get(name, 0.0) for name in robot.joint_names])
+                rotor = coupling.parameters["armature"].value if "armature" in coupling.parameters else 0.0
+                torque = coupling.friction(velocity @ acting) + rotor * (acceleration @ acting)
+                left -= np.outer(torque, acting)
         left = sosfiltfilt(narrow, left, axis=0)
         found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])
     return np.concatenate(found)

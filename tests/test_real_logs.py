@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
-from stribeck import Robot, identify, read_log
+from stribeck import Robot, Settings, identify, read_log
 from stribeck.errors import NothingIdentifiedError, RobotFileError
 from stribeck.inspection import inspect_log
 from stribeck.settings import FilterSettings
@@ -80,8 +80,19 @@ def test_tx40_whole_log_finds_the_published_friction_too(converted):
     assert not any("chi^2" in warning for warning in result.warnings)
 
 
-def test_tx40_joints_that_share_a_motor_are_not_told_apart(converted):
-    """Motor 6 resists v5 + v6: a law of one joint cannot say so, and validation shows what is left."""
+def test_tx40_friction_of_the_shared_motor_is_the_published_one(converted):
+    """Motor 6 resists v5 + v6, which the published viscous friction of both joints contains."""
+    logs, robot = opened(converted("tx40"))
+    settings = Settings(law="coulomb-viscous", corrections="none", fit_armature=True)
+    result = identify(logs, robot, settings)
+    found = {name: part.value for name, part in result.couplings["motor_6"].parameters.items()}
+    assert found == pytest.approx({"coulomb": 1.95, "viscous": 0.616, "armature": 0.00964}, rel=0.1)
+    viscous = [result.joints[name].parameters["viscous"].value + found["viscous"] for name in ("joint_5", "joint_6")]
+    assert viscous == pytest.approx([1.86, 0.65], rel=0.05)
+
+
+def test_tx40_joints_that_share_a_motor_are_not_told_apart_by_the_curve_fit(converted):
+    """A law of one joint cannot say so, and validation shows what is left."""
     joints = identify(*by_curves(converted("tx40"))).joints
     share = {name: joint.validation.rms / joint.validation.rms_zero_friction for name, joint in joints.items()}
     assert max(share[f"joint_{k}"] for k in (1, 2, 3, 4)) < 0.15

@@ -24,6 +24,13 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
+class CouplingTable(Table):
+    """`[[robot.couplings]]`: a friction of its own that acts on a sum of joint speeds, as of a shared motor."""
+
+    joints: dict[str, Finite]  # joint -> its coefficient in the sum
+    name: str | None = None
+
+
 class RobotTable(Table):
     """`[robot]`: which model, and the role of its joints."""
 
@@ -35,6 +42,7 @@ class RobotTable(Table):
     position_controlled: list[str] = []
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
+    couplings: list[CouplingTable] = []
     gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
 
 

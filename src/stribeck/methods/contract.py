@@ -57,6 +57,8 @@ class Finding:
         What was found of model and calibration, if that was looked for.
     terms
         By joint, of the law "auto": which terms it has, and the torque that it carries [N m].
+    couplings
+        Names of the robot's that were looked for.
     warnings
         A sentence each.
     """
@@ -69,6 +71,7 @@ class Finding:
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
     terms: Mapping[str, tuple[dict[str, TermVerdict], float]] = field(default_factory=dict)
+    couplings: Sequence[str] = ()
     warnings: Sequence[str] = ()
 
 

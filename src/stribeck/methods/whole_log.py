@@ -52,20 +52,21 @@ class WholeLog:
 
     Attributes
     ----------
-    fit, columns
-        The fit, and the columns of its joints.
+    fit, columns, couplings
+        The fit, the columns of its joints, and the couplings behind them.
     robot
         With the corrections that were found.
     """
 
     fit: WholeLogFit
     columns: NDArray[np.int64]
+    couplings: tuple[str, ...]
     robot: Robot
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints that the fit is of."""
-        return tuple(self.robot.joint_names[column] for column in self.columns)
+        """Names of the joints and couplings that the fit is of."""
+        return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
 
     def corrected(self, log: RobotLog) -> RobotLog:
         """Return a log without the errors of its sensors that were found."""
@@ -130,8 +131,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     NothingIdentifiedError
         If no joint moves enough, or no segment can be used.
     """
-    columns, top_speed = joints_that_move(prepared, robot, law)
-    forms = weak_forms(prepared, robot, columns, settings)
+    columns, couplings, top_speed = joints_that_move(prepared, robot, law)
+    forms = weak_forms(prepared, robot, columns, couplings, settings)
     corrections = forms[0].corrections
     equations = equation_sequence(forms)
     noise = np.max([form.velocity_noise for form in forms], axis=0)
@@ -146,11 +147,17 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         rest,
         settings.priors,
     )
-    return WholeLog(fit=fit, columns=columns, robot=corrected_robot(robot, corrections, fit.corrections))
+    return WholeLog(
+        fit=fit, columns=columns, couplings=couplings, robot=corrected_robot(robot, corrections, fit.corrections)
+    )
 
 
 def weak_forms(
-    prepared: Sequence[PreparedLog], robot: Robot, columns: NDArray[np.int64], settings: Settings
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    columns: NDArray[np.int64],
+    couplings: Sequence[str],
+    settings: Settings,
 ) -> list[WeakForm]:
     """Return the equations of motion of logs: foot wrenches are in them if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
@@ -164,6 +171,7 @@ def weak_forms(
             part.sampling.period,
             settings,
             wrenches=wrenches,
+            couplings=couplings,
         )
         for part in prepared
     ]
@@ -193,6 +201,7 @@ def find(
         criteria=CRITERIA,
         corrections=found.corrections,
         terms=found.terms,
+        couplings=tuple(robot.couplings),
         warnings=found.warnings,
     )
 

@@ -69,8 +69,15 @@ class WithCovariates(Sequence[WeakEquations]):
 
 
 def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
-    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of the basis."""
-    return np.asarray(np.abs(part.torque - np.einsum("kjr,jr->kj", windows, friction)))
+    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of the basis.
+
+    Of a coupling it is zero.
+    """
+    own = np.einsum("kjr,jr->kj", windows, friction)
+    if part.couplings is not None:
+        own[:, : part.joints] += own[:, part.joints :] @ part.couplings.T
+        own[:, part.joints :] = 0.0
+    return np.asarray(np.abs(part.torque - own))
 
 
 def with_covariates(
@@ -102,7 +109,7 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list
     for column in range(loads.shape[1]):
         temperature = [part.temperature[:, column] for part in pilot if part.temperature is not None]
         reasons.append(_slow_reasons(slow, _last(pilot), temperature))
-        if deviation[column] < LEAST_LOAD_VARIATION * mean[column]:
+        if deviation[column] <= LEAST_LOAD_VARIATION * mean[column]:
             said = f"{mean[column]:.3g} N m +- {deviation[column]:.2g}"
             reasons[-1]["load"] = f"its load hardly changes: {said}"
     return reasons

@@ -70,6 +70,8 @@ def fit_pilot(
     torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in some]) ** 2))), 1e-9)
     speed = np.maximum(top_speed, 1e-9)
     curves = Curves(law, make_basis(law, speed), speed, np.full(len(speed), torque), priors)
+    others = np.array([parameter.name != "offset" for parameter in law.parameters])
+    curves = curves.only(others | (np.arange(len(speed)) < some[0].joints)[:, None])  # of couplings, joints have it
     jumps = np.full(len(speed), float(law.jumps))
     components = first_components(some[0], rest * jumps, torque * jumps, corrections.wrenches > 0)
     return _alternate(some, curves, model, components)

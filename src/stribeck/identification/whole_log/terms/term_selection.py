@@ -11,8 +11,9 @@ import numpy as np
 from stribeck.friction.terms import LADDER
 from stribeck.identification.judgement.weakness import CLEARED, RISING
 from stribeck.identification.whole_log.constants import BEST_STARTS, FEWEST_FOLDS, LEAST_GAIN, ROUNDS
+from stribeck.identification.whole_log.model.friction_curves import neutral_value
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
-from stribeck.identification.whole_log.model.varying_curves import VaryingCurves, neutral_value
+from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
 from stribeck.identification.whole_log.solver.joint_descent import descend_joints
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import Solution, solve
