@@ -26,6 +26,7 @@ import runpy
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +60,10 @@ PLACES: tuple[tuple[str, str], ...] = (
     *((robot, case) for case in CONDITIONS for robot in ("TORO-like", "G1")),
     *(
         (robot, case)
-        for case in ("A, wrong model", "B, wrong model", "A", "B", "A, wrong model and calibration")
+        for case in (
+            *("A, wrong model", "B, wrong model", "A", "B", "A, wrong model and calibration"),
+            *(name for name, case in CASES.items() if case.differing),
+        )
         for robot in ("TORO-like", "G1")
     ),
 )
@@ -224,19 +228,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--components", nargs="+", default=list(COMPONENTS), choices=COMPONENTS, help="only these")
     parser.add_argument("--robots", nargs="+", help="only these, real ones or simulated")
+    parser.add_argument("--cases", nargs="+", choices=[*CONDITIONS, *CASES], help="only these, and no real robots")
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0], help="of the simulated cases' errors")
     parser.add_argument("--save", type=Path, help="JSON that is read at first, and written after every run")
     arguments = parser.parse_args()
     runs, held = read(arguments.save) if arguments.save else ({}, {})
     wanted = arguments.robots or [*BANDS, *(robot for robot, _ in PLACES)]
-    for robot, case in PLACES:
+    cases = arguments.cases or [case for _, case in PLACES]
+    for (robot, case), seed in product(PLACES, arguments.seeds):
         for component in arguments.components:
-            key = (robot, case, component, 0)
-            if robot in wanted and key not in runs:
+            key = (robot, case, component, seed)
+            if robot in wanted and case in cases and key not in runs:
                 runs[key] = run(key)
                 print(*by_case([runs[key]]), flush=True)
                 if arguments.save:
                     write(arguments.save, runs, held)
-    if folder := os.environ.get("STRIBECK_REAL_LOGS"):
+    if not arguments.cases and (folder := os.environ.get("STRIBECK_REAL_LOGS")):
         convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
         with tempfile.TemporaryDirectory() as scratch:
             for robot in (name for name in BANDS if name in wanted):

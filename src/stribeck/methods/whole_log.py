@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stribeck.equations.build import WeakForm, weak_form
 from stribeck.equations.equation_sequence import equation_sequence
+from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.assembled import Assembled
 from stribeck.identification.joint_fit import JointFit
@@ -135,6 +136,12 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     forms = weak_forms(prepared, robot, columns, couplings, settings)
     corrections = forms[0].corrections
     equations = equation_sequence(forms)
+    if not equations:
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: the robot always stands in a way that is not used with "
+            f"corrections = '{settings.corrections}' and double_support = '{settings.double_support}'; where several "
+            "feet stand, soles take double_support = 'fit', and corrections may be 'none' or 'inertia'"
+        )
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
     fit = fit_whole_log(

@@ -158,6 +158,14 @@ def test_a_quadruped_on_three_point_feet_and_on_four() -> None:
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
 
 
+def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() -> None:
+    robot = Robot.from_file(MODELS / "quadruped.toml")
+    truth = dict.fromkeys(robot.joint_names, TRUTH)
+    log, _ = exact_log(robot, get_law("stribeck"), truth, duration=4.0, posture=POSTURES["quadruped"], seed=2)
+    with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
+        identify(log, robot, Settings(method="whole-log", corrections="calibration"))
+
+
 def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4)
     wrong = with_wrong_bodies(arm)
