@@ -65,6 +65,7 @@ def compose(
             [float(part.log.time[-1] - part.log.time[0]) for part in prepared],
             prepared[0].sampling.rate,
             sum(part.used for part in friction.logs),
+            sum(len(part.log.time) for part in prepared),
         ),
         law=law.name,
         method=method.name,

@@ -88,7 +88,7 @@ class LogTable(Table):
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
     foot_order: list[str] = []
     rate: Positive | None = None  # [Hz], for logs without a time channel
-    max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 sampling periods
+    max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 periods, 10 ms at least
 
 
 class FilterSettings(Table):

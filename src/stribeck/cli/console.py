@@ -58,6 +58,7 @@ def print_result(result: Result) -> None:
 
     console = _console()
     console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
+    console.print(result.log.usage, markup=False)
     for joint, found in result.all_friction.items():
         if found.verdict != "identified":
             console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
