@@ -33,9 +33,8 @@ from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings
 
-CRITERIA = Criteria(widest=0.33, assumes_exact_law=False, shares_shapes=True)
-"""The width finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
-(studies/verdicts.py)."""
+CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
+"""Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
 SUSPICIOUS = 1.5
 """Chi^2 per degree of freedom [1] from which a warning is given."""

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.friction import unit_for
 from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.judgement.curve import SPEEDS, WIDEST, is_significant, least_known, upper_bound
 from stribeck.identification.judgement.speed import top_speed
+from stribeck.result import CurvePoint
 from stribeck.typing import Array
 
 MOST, FEW = 0.9, 0.02
@@ -27,12 +28,10 @@ RISING = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """From when on the parameters of a method are weak.
+    """Which parameters are weak with a method beside those with a wide interval.
 
     Attributes
     ----------
-    widest
-        Width of a 95 % interval over the value [1].
     assumes_exact_law
         Whether the intervals leave out that the law may be wrong: what lies beyond a Stribeck velocity that the joint
         does not clear is weak then.
@@ -40,7 +39,6 @@ class Criteria:
         Whether the shape of a joint's curve may come from the other joints, by a group prior.
     """
 
-    widest: float = 1.0
     assumes_exact_law: bool = True
     shares_shapes: bool = False
 
@@ -66,7 +64,7 @@ def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArr
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    weak = np.asarray(fit.at_bound | cut | (high - low > criteria.widest * reference))
+    weak = np.asarray(fit.at_bound | cut | (high - low > 2 * WIDEST * reference))
     if criteria.assumes_exact_law and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
     if criteria.shares_shapes:
@@ -83,12 +81,6 @@ def _shape_of_nothing(fit: JointFit) -> list[str]:
     return ["stribeck_velocity", "exponent"] if "stribeck_gain" in insignificant else []
 
 
-def why_identified(criteria: Criteria) -> str:
-    """Return what the intervals of a joint without weak parameters have in common."""
-    least = criteria.widest
-    return f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
-
-
 def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
     """Return whether a joint moves clearly faster than its Stribeck velocity; so does one that has no known one."""
     if "stribeck_velocity" not in fit.names or weak[fit.names.index("stribeck_velocity")]:
@@ -96,33 +88,20 @@ def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
     return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
 
 
-def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
-    """Return one sentence on the weak parameters of a joint, "" if there are none."""
-    if not weak.any():
-        return ""
-    resisting = _resisting(fit)
-    without = all(fit.intervals[index, 0] <= 0.0 for index in resisting)
-    named = [_describe(fit, index, prismatic) for index in (resisting if without else np.flatnonzero(weak).tolist())]
-    causes = [] if without else _causes(fit, weak, velocity, prismatic)  # which are of the shape of friction
-    if not causes:
-        causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
-    return f"{'no friction is significant: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
-
-
-def _resisting(fit: JointFit) -> list[int]:
-    """Return which parameters are torques that resist motion: no offset, no inertia, no scale."""
-    return [k for k, each in enumerate(fit.parameters) if each.unit in ("N m", "N m s/rad") and each.lower == 0.0]
-
-
-def _describe(fit: JointFit, index: int, prismatic: bool) -> str:
-    parameter, (low, high) = fit.parameters[index], fit.intervals[index]
-    unit = unit_for(parameter, prismatic)
-    suffix = "" if unit == "1" else f" {unit}"
-    if fit.at_bound[index]:
-        value = fit.values[index]
-        bound = min(parameter.lower, parameter.upper, key=lambda end: abs(value - end))
-        return f"{parameter.name} at its bound, {bound:.3g}{suffix}"
-    return f"{parameter.name} {fit.values[index]:.3g} ({low:.3g} to {high:.3g}{suffix})"
+def why_weak(
+    fit: JointFit, curve: tuple[CurvePoint, ...], weak: NDArray[np.bool_], velocity: Array, prismatic: bool
+) -> str:
+    """Return one sentence on what is not known of a joint's friction, and what the log lacks for it."""
+    name, unit = least_known(curve), "m/s" if prismatic else "rad/s"
+    point = curve[list(SPEEDS).index(name)]
+    force, (low, high) = point.unit, point.interval_95
+    if is_significant(curve):
+        found = f"{point.value:.3g} ({low:.3g} to {high:.3g} {force})"
+        said = f"friction at {name} speed, {point.velocity:.2g} {unit}, is {found}"
+        causes = _causes(fit, weak, velocity, prismatic)
+    else:
+        said, causes = f"no friction is significant, but it may be up to {upper_bound(curve):.3g} {force}", []
+    return f"{said}: {'; '.join(causes or [f'a residual of {fit.rms:.2g} {force} in {fit.blocks} blocks'])}"
 
 
 def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:

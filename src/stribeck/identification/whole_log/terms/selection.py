@@ -108,13 +108,14 @@ def held_out_gain(without: Array, with_it: Array) -> tuple[float, float]:
 def with_terms(joint: JointResult, terms: dict[str, TermVerdict], mean_load: float) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
-    They are then friction at the speeds of this log, which another law would share out otherwise.
+    They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
+    of the curve, which is the same.
     """
     parameters, found = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.values() if verdict.verdict == "open"]
-    if open_terms:
-        shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters}
+    shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters and open_terms}
+    if shared:
         reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
-        reason = joint.reason if joint.verdict == "weak" else reason
-        found = replace(joint, parameters=parameters | shared, verdict="weak", reason=reason)
+        reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
+        found = replace(joint, parameters=parameters | shared, reason=reason)
     return replace(found, terms=terms, mean_load=mean_load)
