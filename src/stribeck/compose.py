@@ -153,7 +153,8 @@ def _before_and_after(
 
 def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
     """Return a warning about joints whose friction adds power nearly as often as it takes it (7.9)."""
-    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
+    some = {name: joint for name, joint in joints.items() if joint.verdict != "no friction"}
+    names = [name for name, joint in some.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
     if not names:
         return []
     return [

@@ -61,7 +61,8 @@ def _figures(prefix: str, name: str, joint: JointResult, data: JointData) -> Fig
     )
     prediction = data.predict(data.velocity)
     if prediction is None:
-        return [(over_velocity, "Friction torque over velocity: samples only, no law is fitted.")]
+        why = "no friction is detectable" if joint.verdict == "no friction" else "no law is fitted"
+        return [(over_velocity, f"Friction torque over velocity: samples only, {why}.")]
     residual = inline_svg(
         residual_over_velocity(data, prediction),
         f"{name}: residual of the friction torque, over velocity",

@@ -51,7 +51,7 @@ def friction_text(joint: JointResult) -> str:
     half = middle.half_width
     if not 1e-6 < half < 1e6:
         return f"{middle.value:.4g} ± {half:.2g} {middle.unit} at {speed}"
-    decimals = max(math.ceil(-math.log10(half / 3)), 0)  # two digits of 1.2, one of 6
+    decimals = max(math.ceil(-math.log10(half / 5)), 0)  # two digits of 1.2, one of 7
     return f"{middle.value:.{decimals}f} ± {half:.{decimals}f} {middle.unit} at {speed}"
 
 

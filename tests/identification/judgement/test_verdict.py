@@ -28,7 +28,7 @@ def test_a_well_moved_joint_is_identified(make_samples, make_joint, truth) -> No
     found = identified(make_samples({"knee": make_joint()}, blocks=60))["knee"]
     assert found.verdict == "identified"
     assert found.reason.startswith("its friction is known to within 0.0")
-    assert "of it (60 blocks" in found.reason
+    assert " % (60 blocks" in found.reason
     for name, value in truth.items():
         parameter = found.parameters[name]
         assert parameter.verdict == "identified"

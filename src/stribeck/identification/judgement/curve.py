@@ -76,7 +76,7 @@ def least_known(curve: tuple[CurvePoint, ...]) -> str:
 
 
 def is_significant(curve: tuple[CurvePoint, ...]) -> bool:
-    """Return whether friction is told from zero at any of the speeds."""
+    """Return whether friction is significant at any of the speeds."""
     return any(point.interval_95[0] > 0 for point in curve)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.friction import FrictionLaw, unit_for
 from stribeck.identification.curve_fit.problem import FitProblem, joint_problem
@@ -20,7 +19,7 @@ from stribeck.identification.judgement.curve import (
     upper_bound,
 )
 from stribeck.identification.judgement.excitation import Excitation, excitation
-from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, why_weak
+from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validation, Verdict
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -90,13 +89,12 @@ def _judge_joint(
     weak = is_weak(fit, problem.velocity, criteria)
     curve = friction_curve(fit, problem.law, problem.velocity, prismatic)
     added = positive_power_fraction(fit, problem)
-    verdict, reason = _verdict(fit, curve, weak, problem, validation, prismatic, added)
+    verdict, reason = _verdict(fit, curve, problem, validation, prismatic, added)
     if verdict == "identified":
         reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
-        if weak.any():
-            reason += f"; weak by itself: {', '.join(np.array(fit.names)[weak])}"
-        if not fit.converged:
-            reason += "; the fit did not converge: the samples hardly distinguish the parameters"
+    if is_significant(curve):
+        reason += weak_by_themselves(fit, weak, problem.velocity, prismatic)
+        reason += "" if fit.converged else "; the fit did not converge: samples hardly distinguish the parameters"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -125,7 +123,6 @@ def _judge_joint(
 def _verdict(
     fit: JointFit,
     curve: tuple[CurvePoint, ...],
-    weak: NDArray[np.bool_],
     problem: FitProblem,
     validation: Validation | None,
     prismatic: bool,
@@ -139,10 +136,10 @@ def _verdict(
     if wrong_sign:
         return "weak", f"friction adds power in {added:.0%} of the samples: a sign, a delay or the model is wrong"
     if (width := relative_width(curve)) > WIDEST:
-        return "weak", why_weak(fit, curve, weak, problem.velocity, prismatic)
+        return "weak", why_weak(fit, curve, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction:
         return "weak", "on blocks that the fit did not see, its law explains no more than zero friction does"
-    return "identified", f"its friction is known to within {width:.2g} of it"
+    return "identified", f"its friction is known to within {100 * width:.2g} %"
 
 
 def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:

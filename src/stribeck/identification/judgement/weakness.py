@@ -26,6 +26,10 @@ RISING = 2.0
 """Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
 
 
+NEAR = 0.2
+"""Share of the top speed [1] within which samples are near a speed."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
     """Which parameters are weak with a method beside those with a wide interval.
@@ -88,20 +92,28 @@ def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
     return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
 
 
-def why_weak(
-    fit: JointFit, curve: tuple[CurvePoint, ...], weak: NDArray[np.bool_], velocity: Array, prismatic: bool
-) -> str:
-    """Return one sentence on what is not known of a joint's friction, and what the log lacks for it."""
+def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, prismatic: bool) -> str:
+    """Return one sentence on where a joint's friction curve is not known, and how much of the log lies there."""
     name, unit = least_known(curve), "m/s" if prismatic else "rad/s"
     point = curve[list(SPEEDS).index(name)]
     force, (low, high) = point.unit, point.interval_95
-    if is_significant(curve):
-        found = f"{point.value:.3g} ({low:.3g} to {high:.3g} {force})"
-        said = f"friction at {name} speed, {point.velocity:.2g} {unit}, is {found}"
-        causes = _causes(fit, weak, velocity, prismatic)
-    else:
-        said, causes = f"no friction is significant, but it may be up to {upper_bound(curve):.3g} {force}", []
-    return f"{said}: {'; '.join(causes or [f'a residual of {fit.rms:.2g} {force} in {fit.blocks} blocks'])}"
+    residual = f"a residual of {fit.rms:.2g} {force} in {fit.blocks} blocks"
+    if not is_significant(curve):
+        return f"no friction is significant, but it may be up to {upper_bound(curve):.3g} {force}: {residual}"
+    near = float(np.mean(np.abs(np.abs(velocity) - point.velocity) < NEAR * curve[-1].velocity))
+    said = (
+        f"friction at {name} speed, {point.velocity:.2g} {unit}, is {point.value:.3g} ({low:.3g} to {high:.3g} {force})"
+    )
+    return f"{said}: {near:.1%} of the samples are near it, with {residual}"
+
+
+def weak_by_themselves(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
+    """Return which parameters are weak, and what the log lacks for them where that is known, "" if none are."""
+    if not weak.any():
+        return ""
+    causes = _causes(fit, weak, velocity, prismatic)
+    named = ", ".join(name for name, is_open in zip(fit.names, weak, strict=True) if is_open)
+    return f"; weak by itself: {named}" + (f", as {'; '.join(causes)}" if causes else "")
 
 
 def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:
@@ -115,10 +127,6 @@ def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: 
         limit = RISING / values["slope"]
         share = float(np.mean(np.abs(velocity) < limit))
         causes.append(f"{share:.1%} of the samples are slower than {limit:.2g} {unit}, where the slope shows")
-    if "viscous" in open_ and not causes:
-        torque = values["viscous"] * top_speed(velocity)
-        force = "N" if prismatic else "N m"
-        causes.append(f"viscous friction is {torque:.2g} {force} at top speed, the residual {fit.rms:.2g} {force}")
     return causes
 
 
