@@ -7,7 +7,8 @@ what they have not seen:
 
     W[torque - inverse dynamics(q, v, a; the method's own model) - friction(v, a)]
 
-root mean square, joint by joint, while the joint moves. W and the motion's filter are the same for all methods. What a
+root mean square, joint by joint, while the joint moves; the torque is that which comes later by the delay that the
+method found, if it looks for one. W and the motion's filter are the same for all methods. What a
 method declines to say of a joint is no error of any method.
 """
 
@@ -31,6 +32,7 @@ from scipy.signal import butter, sosfiltfilt
 from stribeck import Robot, identify, read_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
+from stribeck.log.interpolation import linear
 from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
 from stribeck.typing import Array
@@ -91,6 +93,8 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
     """Return what is left of the torques of a part [N m], shape (T, n); NaN at rest and where nothing is said."""
     log, sampling = regularise(part, robot.log_table)
     believed = corrected(robot, result) if result else robot
+    late = result.corrections.torque_delay if result and result.corrections else None
+    torque = linear(log.time + late[0], log.time, log.torque) if late else log.torque
     wide, narrow = (butter(ORDER, 2 * cutoff * sampling.period, output="sos") for cutoff in (WIDER * band, band))
     cut, found = round(ENDS / sampling.period), []
     for rows in (rows for rows in sampling.segments if rows.stop - rows.start > 4 * cut):
@@ -98,7 +102,7 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
         velocity = np.gradient(position, sampling.period, axis=0)
         acceleration = np.gradient(velocity, sampling.period, axis=0)
         needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
-        left, load = log.torque[rows] - needed, sosfiltfilt(narrow, needed, axis=0)
+        left, load = torque[rows] - needed, sosfiltfilt(narrow, needed, axis=0)
         said = np.ones(left.shape[1], dtype=bool)
         for column, name in enumerate(robot.joint_names if result else ()):
             joint = result.joints.get(name) if result else None

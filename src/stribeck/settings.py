@@ -126,6 +126,8 @@ class Priors(Table):
     torque_gain: Positive = 0.01  # [1] of a joint's torque sensor, calibrated once
     encoder_zero: Positive = 2e-3  # [rad] of an encoder that was zeroed against a stop or a jig, 0.1 degrees
     imu_tilt: Positive = 5e-3  # [rad] of an IMU screwed to its place, 0.3 degrees
+    torque_delay: Positive = 1e-3  # [s] of the torques against the encoders: a cycle of a 1 kHz bus
+    base_delay: Positive = 2e-3  # [s] of the base orientation against the encoders: IMUs filter
     wrench_force: Positive = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
     wrench_moment: Positive = 2.0  # [N m] the same of moments
     wrench_gain: Positive = 0.02  # [1] of foot wrench sensors

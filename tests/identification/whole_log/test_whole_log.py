@@ -256,6 +256,42 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
         assert value == pytest.approx(zeros[column], abs=4 * error)
 
 
+@pytest.mark.parametrize("late", [0, 5, -30])
+def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog, late: int) -> None:
+    """By as many samples of 1 ms; without the correction 5 ms cost 7 % of the Coulomb friction."""
+    log = with_noise(exact_arm_log, position=2e-5, torque=0.1, seed=8)
+    log = replace(log, torque=np.roll(log.torque, late, axis=0)).take(slice(100, 10_100))
+    settings = Settings(method="whole-log", corrections="inertia")
+    found = whole_log(log, arm, settings)
+    assert found.corrections.torque_delay is not None
+    delay, error = found.corrections.torque_delay
+    assert error < 2e-5
+    assert delay == pytest.approx(1e-3 * late, abs=4 * error)
+    for fit in found.fits.values():
+        assert fit.values[1] == pytest.approx(TRUTH["coulomb"], rel=0.01)
+    true = np.roll(log.torque, -late, axis=0)[100:-100]
+    np.testing.assert_allclose(found.corrected(log).torque[100:-100], true, atol=0.05)
+    assert [f"delay = {1e-3 * late:.4f} in the robot file" in text for text in found.warnings] == [True] * (late != 0)
+
+
+def test_a_late_base_orientation_is_found() -> None:
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    exact, _ = exact_log(
+        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=8.0, posture=POSTURES["biped"], seed=2
+    )
+    assert exact.base_orientation is not None
+    log = replace(
+        with_noise(exact, position=1e-5, torque=0.05, seed=3),
+        base_orientation=np.roll(exact.base_orientation, 10, axis=0),
+    )
+    found = whole_log(log.take(slice(50, None)), robot, Settings(method="whole-log", corrections="calibration"))
+    assert found.corrections.base_delay is not None
+    delay, error = found.corrections.base_delay
+    assert error < 2e-3
+    assert delay == pytest.approx(0.01, abs=3 * error)
+
+
 def test_gains_of_limbs_that_carry_little_do_not_move_those_of_the_legs() -> None:
     model = model_corrections(Corrections(gains=4), np.array([40.0, 1.2, 15.0, 0.2]), Priors())
     np.testing.assert_array_equal(model.loaded, [0, 2])
