@@ -72,7 +72,7 @@ class Ran:
 
 
 HEAD = """\
-| log | command | exit | s | identified/weak/not excited | held-out rms / without friction | warnings | on stderr |
+| log | command | exit | s | identified/weak/none/not excited | held-out rms / without friction | warnings | on stderr |
 |---|---|---:|---:|---|---:|---:|---|"""
 
 
@@ -80,7 +80,7 @@ def summary(path: Path) -> tuple[str, str, str]:
     """Return the verdicts' counts, the median joint's held-out rms over that of zero friction, and the warnings."""
     result = json.loads(path.read_text(encoding="utf-8"))
     verdicts = Counter(joint["verdict"] for joint in result["joints"].values())
-    shown = "/".join(str(verdicts[verdict]) for verdict in ("identified", "weak", "not excited"))
+    shown = "/".join(str(verdicts[verdict]) for verdict in ("identified", "weak", "no friction", "not excited"))
     checks = [joint["validation"] for joint in result["joints"].values() if joint["validation"]]
     shares = [check["rms"] / check["rms_zero_friction"] for check in checks if check["rms_zero_friction"]]
     return shown, f"{median(shares):.2f}" if shares else "", str(len(result["warnings"]))

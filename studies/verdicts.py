@@ -1,12 +1,16 @@
-"""Whether verdicts tell what is wrong: straight walking alone, and every parameter's error beside its verdict.
+"""Whether verdicts tell what is wrong: on straight walks, whose friction is known, and between logs of real robots.
 
-    python -m studies.verdicts --save studies/verdicts.json
+    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.verdicts --save studies/verdicts.json
 
 The straight walks of `studies.accuracy`, about 45 s each, with its noise and wrong models: too little for some of the
-six parameters of some joints. A parameter that is over 25 % wrong should be called weak (recall), one that is within
-10 % should not (false alarms). Errors of offsets are relative to the Coulomb friction where that is larger, as their
-verdicts are. Printed for the verdicts as they are, and for widths of the 95 % interval, relative to the value, from
-which all parameters could be called weak; `CRITERIA` in `methods/whole_log.py` was chosen from this.
+six parameters of some joints. What is over 25 % wrong, a parameter or a joint's friction curve, should be called weak
+(recall), what is within 10 % should not (false alarms). Errors of offsets are relative to the Coulomb friction where
+that is larger, as their verdicts are; that of a curve is the root mean square over its three speeds, as its width is.
+Printed for the verdicts as they are, and for half widths of the 95 % interval, relative to the value, from which all
+could be called weak; `WIDEST` in `identification/judgement/curve.py` was chosen from this.
+
+Of real robots, every two logs, or halves of the only one, are compared where both fits moved a joint: whether the 95 %
+intervals of its friction are disjoint at the slowest or the fastest speed that both have.
 
 Runs that the file holds already are not repeated: move it away when the estimator has changed.
 """
@@ -15,26 +19,48 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable
+import os
+import runpy
+import tempfile
+from collections.abc import Iterable, Iterator
+from itertools import combinations
 from pathlib import Path
 from typing import TypedDict
 
-from stribeck import Settings, identify
+import numpy as np
+
+from stribeck import NothingIdentifiedError, Robot, Settings, identify, read_log
+from stribeck.friction import get_law
+from stribeck.identification.judgement.curve import relative_width
+from stribeck.log import RobotLog
+from stribeck.result import JointResult
 from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured, wrong_model
 
-SEEDS = 5
+SEEDS = 1
 WRONG, RIGHT = 0.25, 0.10
-"""Relative errors [1] from which a parameter should be called weak, and up to which it should not."""
-WIDTHS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.8, 1.0)
+"""Relative errors [1] from which something should be called weak, and up to which it should not."""
+WIDTHS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 NOISY = ("A", "B", "A, wrong model", "B, wrong model")
-HEAD = "| robot | weak from | over 25 % wrong | flagged | within 10 % | called weak |\n|---|---:|---:|---:|---:|---:|"
-DIGITS = 6
+METHODS = {"whole-log": {"corrections": "inertia"}, "curve-fit": {}}
+CURVE = "curve"
+"""Name of a joint's friction curve among its parameters."""
+HEAD = (
+    "| of | method | weak from | over 25 % wrong | flagged | within 10 % | called weak |\n"
+    "|---|---|---:|---:|---:|---:|---:|"
+)
+REAL = ("tx40", "kinova-gen3", "go2", "double-pendulum")
+REAL_HEAD = (
+    "| robot | method | fits of moving joints | identified | pairs | disjoint | both identified | disjoint |\n"
+    "|---|---|---:|---:|---:|---:|---:|---:|"
+)
+DIGITS = 4
 
 
 class Said(TypedDict):
-    """Of one parameter: its relative error, the width of its interval over its value, and whether it is called weak."""
+    """Of a parameter or a curve: its relative error, half of its interval over its value, whether it is called weak."""
 
+    method: str
     robot: str
     case: str
     seed: int
@@ -45,37 +71,64 @@ class Said(TypedDict):
     weak: bool
 
 
-def said_of(robot: str, case: str, seed: int, walk: Simulated) -> list[Said]:
-    """Return what the whole log says of every parameter that got a number."""
+class Real(TypedDict):
+    """Of a robot: fits of joints that move, those identified, pairs of them, and how many of these are disjoint."""
+
+    robot: str
+    method: str
+    fits: int
+    identified: int
+    pairs: tuple[int, int]
+    both_identified: tuple[int, int]
+
+
+def said_of(method: str, robot: str, case: str, seed: int, walk: Simulated) -> list[Said]:
+    """Return what a method says of every parameter that got a number, and of every curve."""
     believed = wrong_model(walk.robot, seed) if CASES[case].wrong_model else walk.robot
-    settings = Settings(law=LAW, method="whole-log", corrections="inertia")
+    settings = Settings.model_validate({"law": LAW, "method": method, **METHODS[method]})
     result = identify([measured(walk.log, CASES[case], seed, 0)], believed, settings)
-    found: list[Said] = []
-    for joint, known in walk.truth.parameters.items():
-        parameters = result.joints[joint].parameters
-        for name in NAMES if parameters else ():
-            estimate = parameters[name]
-            value, true = abs(estimate.value), abs(known[name])
-            if name == "offset":
-                value, true = max(value, parameters["coulomb"].value), max(true, known["coulomb"])
-            low, high = estimate.interval_95
-            found.append(
-                Said(
-                    robot=robot,
-                    case=case,
-                    seed=seed,
-                    joint=joint,
-                    parameter=name,
-                    error=float(f"{abs(estimate.value - known[name]) / true:.{DIGITS}g}"),
-                    width=float(f"{(high - low) / max(value, 1e-9):.{DIGITS}g}"),
-                    weak=estimate.verdict == "weak",
-                )
-            )
-    return found
+    return [
+        Said(
+            method=method,
+            robot=robot,
+            case=case,
+            seed=seed,
+            joint=joint,
+            parameter=name,
+            error=float(f"{error:.{DIGITS}g}"),
+            width=float(f"{width:.{DIGITS}g}"),
+            weak=weak,
+        )
+        for joint, known in walk.truth.parameters.items()
+        for name, error, width, weak in _said_of_joint(result.joints[joint], known)
+    ]
+
+
+def _said_of_joint(joint: JointResult, known: dict[str, float]) -> Iterator[tuple[str, float, float, bool]]:
+    """Yield name, error, half width and whether it is weak, of each parameter and of the curve."""
+    for name in NAMES if len(joint.parameters) >= len(NAMES) else ():
+        estimate = joint.parameters[name]
+        value, true = abs(estimate.value), abs(known[name])
+        if name == "offset":
+            value, true = max(value, joint.parameters["coulomb"].value), max(true, known["coulomb"])
+        low, high = estimate.interval_95
+        yield (
+            name,
+            abs(estimate.value - known[name]) / true,
+            (high - low) / 2 / max(value, 1e-9),
+            estimate.verdict == "weak",
+        )
+    if joint.curve:
+        speeds = np.array([point.velocity for point in joint.curve])
+        values = np.array([known[name] for name in NAMES])
+        true_curve = (get_law(LAW).torque(speeds, values) - get_law(LAW).torque(-speeds, values)) / 2
+        off = np.array([point.value for point in joint.curve]) - true_curve
+        error = float(np.linalg.norm(off) / np.linalg.norm(true_curve))
+        yield CURVE, error, relative_width(joint.curve), joint.verdict != "identified"
 
 
 def flagged(said: Iterable[Said], width: float | None = None) -> tuple[int, int, int, int]:
-    """Return how many parameters are wrong, how many of them are weak, how many right, how many of them weak."""
+    """Return how many are wrong, how many of them are weak, how many right, how many of them weak."""
     said = list(said)
     weak = [each["weak"] if width is None else each["width"] > width for each in said]
     wrong = [called for each, called in zip(said, weak, strict=True) if each["error"] > WRONG]
@@ -84,18 +137,87 @@ def flagged(said: Iterable[Said], width: float | None = None) -> tuple[int, int,
 
 
 def table(said: list[Said]) -> list[str]:
-    """Return a line for each robot as verdicts are, then for all of them by width."""
+    """Return the rows: for parameters and for curves, and each method, as verdicts are, then by width."""
     lines = []
-    for robot in ROBOTS:
-        if own := [each for each in said if each["robot"] == robot]:
-            lines.append(_line(robot, "as it is", flagged(own)))
-    lines.append(_line("all", "as it is", flagged(said)))
-    return lines + [_line("all", f"{width:g}", flagged(said, width)) for width in WIDTHS]
+    for kind in ("parameters", "curves"):
+        for method in METHODS:
+            own = [
+                each for each in said if each["method"] == method and (each["parameter"] == CURVE) == (kind == "curves")
+            ]
+            for width in (None, *WIDTHS):
+                wrong, found, right, alarms = flagged(own, width)
+                shown = "as it is" if width is None else f"± {100 * width:g} %"
+                shares = [f"{part / whole:.1%}" if whole else "–" for part, whole in ((found, wrong), (alarms, right))]
+                lines.append(f"| {kind} | {method} | {shown} | {wrong} | {shares[0]} | {right} | {shares[1]} |")
+    return lines
 
 
-def _line(robot: str, width: str, numbers: tuple[int, int, int, int]) -> str:
-    wrong, found, right, alarms = numbers
-    return f"| {robot} | {width} | {wrong} | {found / max(wrong, 1):.1%} | {right} | {alarms / max(right, 1):.1%} |"
+def real_logs(data: Path) -> Iterator[Real]:
+    """Yield what both methods say of the logs of each real robot."""
+    convert = runpy.run_path(str(Path(__file__).parents[1] / "examples/real_robots/convert.py"))["convert"]
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in REAL:
+            folder = convert(name, data, Path(scratch))
+            robot = Robot.from_file(folder / "robot.toml")
+            logs = _parts([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
+            for method, update in METHODS.items():
+                settings = robot.settings.model_copy(update={"method": method, "holdout": 5, **update})
+                yield _compared(robot, method, [_moving(log, robot, settings) for log in logs])
+
+
+def _parts(logs: list[RobotLog]) -> list[RobotLog]:
+    """Return the logs, or the halves of the only one."""
+    middle = len(logs[0].time) // 2
+    return logs if len(logs) > 1 else [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
+
+
+def _moving(log: RobotLog, robot: Robot, settings: Settings) -> dict[str, JointResult]:
+    try:
+        joints = identify(log, robot, settings).joints
+    except NothingIdentifiedError:
+        return {}
+    return {name: joint for name, joint in joints.items() if joint.curve}
+
+
+def _compared(robot: Robot, method: str, fits: list[dict[str, JointResult]]) -> Real:
+    pairs = [
+        (a[name], b[name]) for a, b in combinations(fits, 2) for name in robot.joint_names if name in a and name in b
+    ]
+    both = [pair for pair in pairs if all(joint.verdict == "identified" for joint in pair)]
+    all_fits = [joint for fit in fits for joint in fit.values()]
+    return Real(
+        robot=robot.name,
+        method=method,
+        fits=len(all_fits),
+        identified=sum(joint.verdict == "identified" for joint in all_fits),
+        pairs=(len(pairs), sum(disjoint(*pair) for pair in pairs)),
+        both_identified=(len(both), sum(disjoint(*pair) for pair in both)),
+    )
+
+
+def disjoint(a: JointResult, b: JointResult) -> bool:
+    """Return whether the intervals of two curves are disjoint at the slowest or the fastest speed of both."""
+    ends = [max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)]
+    (first, half), (second, other) = (_at(joint, ends) for joint in (a, b))
+    return bool(np.any(np.abs(first - second) > half + other))
+
+
+def _at(joint: JointResult, speeds: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return friction and half of its interval at some speeds, between those of the curve."""
+    there = [point.velocity for point in joint.curve]
+    return (
+        np.interp(speeds, there, [point.value for point in joint.curve]),
+        np.interp(speeds, there, [point.half_width for point in joint.curve]),
+    )
+
+
+def real_table(real: list[Real]) -> list[str]:
+    """Return the rows of real robots."""
+    return [
+        f"| {one['robot']} | {one['method']} | {one['fits']} | {one['identified']} | "
+        f"{' | '.join(str(count) for count in (*one['pairs'], *one['both_identified']))} |"
+        for one in real
+    ]
 
 
 def main() -> None:
@@ -105,22 +227,33 @@ def main() -> None:
     parser.add_argument("--save", type=Path, help="JSON that is read at first, and written after every run")
     arguments = parser.parse_args()
     said: list[Said] = []
+    real: list[Real] = []
     if arguments.save and arguments.save.exists():
-        said = json.loads(arguments.save.read_text(encoding="utf-8"))["parameters"]
-    done = {(each["robot"], each["case"], each["seed"]) for each in said}
+        kept = json.loads(arguments.save.read_text(encoding="utf-8"))
+        said, real = kept["parameters"], kept["real"]
+
+    def save() -> None:
+        if arguments.save:
+            rows = [",\n".join(json.dumps(each) for each in some) for some in (said, real)]
+            text = f'{{"parameters": [\n{rows[0]}\n],\n"real": [\n{rows[1]}\n]}}\n'
+            arguments.save.write_text(text, encoding="utf-8")
+
+    data = os.environ.get("STRIBECK_REAL_LOGS")
+    if data and not real:
+        real += real_logs(Path(data))
+        save()
+    done = {(each["method"], each["robot"], each["case"], each["seed"]) for each in said}
     for robot in arguments.robots:
-        runs = [(robot, case, seed) for case in NOISY for seed in range(arguments.seeds)]
+        runs = [(method, robot, case, seed) for case in NOISY for seed in range(arguments.seeds) for method in METHODS]
         if set(runs) <= done:
             continue
         walk = exact_walks(robot)[0]
         for run in runs:
             if run not in done:
-                said += said_of(*run, walk)
-                print(*run, flagged(said[-len(walk.truth.parameters) * len(NAMES) :]), flush=True)
-                if arguments.save:
-                    lines = ",\n".join(json.dumps(each) for each in said)
-                    arguments.save.write_text(f'{{"parameters": [\n{lines}\n]}}\n', encoding="utf-8")
-    print(HEAD, *table(said), sep="\n")
+                said += (found := said_of(*run, walk))
+                print(*run, flagged(found), flush=True)
+                save()
+    print(HEAD, *table(said), "", REAL_HEAD, *real_table(real), sep="\n")
     for each in said:
         if each["error"] > WRONG and not each["weak"]:
             print("not flagged:", *each.values())
