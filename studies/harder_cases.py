@@ -167,11 +167,11 @@ def _with_rotors(walk: Simulated) -> Simulated:
 
 
 def _other_rotors(robot: Robot, most: float, seed: int) -> Robot:
-    """Return the robot with rotors that are as large as the walks', but for an error."""
+    """Return the robot with rotors that are as large as the walks', but for an error; its torques are the motors'."""
     model = pin.Model(robot.tree.model)
     factors = 1 + most * np.random.default_rng([seed, 5]).uniform(-1, 1, len(robot.joint_names))
     model.armature[-len(factors) :] = ROTOR * factors
-    return replace(robot, tree=replace(robot.tree, model=model))
+    return replace(robot, tree=replace(robot.tree, model=model), torque_source="motor_current")
 
 
 def _without_payload(robot: Robot, mass: float) -> Robot:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
+from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.own_friction import own_friction
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
@@ -56,7 +57,8 @@ def compose(
     samples, close_up = (
         own_friction(part, finding.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)
     )
-    found = _joints(finding, samples, law, settings)
+    fits = {name: _with_model_armature(fit, name, robot) for name, fit in finding.fits.items()}
+    found = _joints(finding, fits, samples, law, settings)
     joints = {name: found[name] for name in friction.samples.joint_names}
     return Result(
         robot=robot.name,
@@ -69,7 +71,7 @@ def compose(
         ),
         law=law.name,
         method=method.name,
-        joints=_with_model_armature(joints, robot),
+        joints=joints,
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         warnings=[
             *robot.warnings,
@@ -91,9 +93,11 @@ def compose(
     )
 
 
-def _joints(finding: Finding, samples: Samples, law: FrictionLaw, settings: Settings) -> dict[str, JointResult]:
+def _joints(
+    finding: Finding, fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
+) -> dict[str, JointResult]:
     """Return what is said of every joint and coupling, with the terms of the law "auto"."""
-    joints = judge(finding.fits, samples, law, settings, finding.validations, finding.criteria)
+    joints = judge(fits, samples, law, settings, finding.validations, finding.criteria)
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
@@ -163,14 +167,12 @@ def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
     ]
 
 
-def _with_model_armature(joints: dict[str, JointResult], robot: Robot) -> dict[str, JointResult]:
-    """Add what the model already has to the fitted rotor inertias, which are what it lacks."""
-    changed = dict(joints)
-    for name, joint in joints.items():
-        if (lacking := joint.parameters.get("armature")) is not None:
-            modelled = float(robot.armature[robot.joint_names.index(name)])
-            low, high = lacking.interval_95
-            interval = (low + modelled, high + modelled)
-            total = replace(lacking, value=lacking.value + modelled, interval_95=interval)
-            changed[name] = replace(joint, parameters={**joint.parameters, "armature": total})
-    return changed
+def _with_model_armature(fit: JointFit, name: str, robot: Robot) -> JointFit:
+    """Add what the model already has to a fitted rotor inertia, which is what it lacks."""
+    rotor = np.array([parameter.name == "armature" for parameter in fit.parameters])
+    if name not in robot.joint_names or not rotor.any():
+        return fit
+    added = float(robot.armature[robot.joint_names.index(name)]) * rotor
+    parameters = [replace(p, lower=p.lower + more) for p, more in zip(fit.parameters, added.tolist(), strict=True)]
+    intervals = fit.intervals + added[:, None]
+    return replace(fit, parameters=tuple(parameters), values=fit.values + added, intervals=intervals)

@@ -84,7 +84,7 @@ def identify(
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
     """Refuse rotor inertias of joints that get no friction."""
-    asked = [] if isinstance(settings.fit_armature, bool) else settings.fit_armature
+    asked = settings.fit_armature if isinstance(settings.fit_armature, list) else []
     known = [*(robot.joint_names[column] for column in robot.torque_controlled), *robot.couplings]
     unknown = [joint for joint in asked if joint not in known]
     if unknown:

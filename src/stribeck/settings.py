@@ -131,7 +131,8 @@ class Priors(Table):
     wrench_force: Positive = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
     wrench_moment: Positive = 2.0  # [N m] the same of moments
     wrench_gain: Positive = 0.02  # [1] of foot wrench sensors
-    rotor: Positive = 1.0  # [kg m^2] that the model lacks; wider than any joint's, as nothing is known
+    rotor: Positive = 1.0  # [kg m^2] where the model has none; wider than any joint's, as nothing is known
+    rotor_share: Positive = 0.2  # [1] of a rotor inertia that the model has: data sheets and gears are that wrong
     friction: Positive = 100.0  # [1] sizes of friction over the joint's torque: as good as no prior
     scale: Positive = 1.0  # [1] logarithms of Stribeck velocity and slope around their starts: a factor of three
     pure_number: Positive = 1.0  # [1] parameters without a unit, such as the Stribeck gain
@@ -162,7 +163,7 @@ class Settings(Table):
     double_support: Literal["skip", "guess", "fit"] = "skip"
     standing_legs: bool = False  # let samples of standing legs into the fits
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
-    fit_armature: bool | list[str] = False
+    fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: whole-log does where rotors turn in the torque
     filter_torque: bool = False
     averaged_law: bool = False  # torque and law are averaged over time as the filter averages the acceleration
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there

@@ -34,7 +34,9 @@ class Corrections:
     wrenches
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
-        Which of the n joints and couplings have a rotor inertia that the model lacks [kg m^2].
+        Which of the n joints and couplings have a rotor whose inertia is corrected [kg m^2].
+    armature
+        Inertia that the model has for each of these [kg m^2], shape (rotors,).
     """
 
     bodies: tuple[str, ...] = ()
@@ -45,6 +47,7 @@ class Corrections:
     delays: int = 0
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
+    armature: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def size(self) -> int:

@@ -210,9 +210,12 @@ def find_corrections(robot: Robot, names: Sequence[str], settings: Settings) -> 
     `names` are those of joints, then of couplings.
     """
     asked = settings.fit_armature
-    rotors = tuple(k for k, name in enumerate(names) if asked is True or (asked and name in asked))
+    everywhere = asked is True or (asked == "auto" and robot.torque_source != "link_side_sensor")
+    rotors = tuple(k for k, name in enumerate(names) if everywhere or (isinstance(asked, list) and name in asked))
+    modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
+    armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
     if settings.corrections == "none":
-        return Corrections(rotors=rotors)
+        return Corrections(rotors=rotors, armature=armature)
     model = robot.tree.model
     bodies = range(1, model.njoints)
     calibration = settings.corrections == "calibration"
@@ -224,6 +227,7 @@ def find_corrections(robot: Robot, names: Sequence[str], settings: Settings) -> 
         tilts=3 if calibration else 0,
         delays=1 + (calibration and robot.base == "floating"),
         rotors=rotors,
+        armature=armature,
     )
 
 

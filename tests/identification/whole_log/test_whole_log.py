@@ -311,6 +311,25 @@ def test_rotor_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log:
         assert parameters["coulomb"].value == pytest.approx(1.2, rel=0.02)
 
 
+def test_rotors_of_motor_side_torque_are_corrected_without_being_asked_for(arm: Robot, exact_arm_log: RobotLog) -> None:
+    """Those of the model are a prior of 20 %; where it has none, nothing is known of them."""
+    modelled = 0.05 * np.array([0.8, 1.2, 0.9, 1.1, 0.0, 0.0])
+    model = pin.Model(arm.tree.model)
+    model.armature = modelled
+    believed = replace(arm, tree=replace(arm.tree, model=model), torque_source="motor_current")
+    assert exact_arm_log.acceleration is not None
+    log = replace(exact_arm_log, torque=exact_arm_log.torque + 0.05 * exact_arm_log.acceleration)
+    log = with_noise(log, position=1e-5, torque=0.05, seed=6)
+    for joint in identify(log, believed, WHOLE_LOG).joints.values():
+        low, high = joint.parameters["armature"].interval_95
+        assert low < 0.05 < high
+        assert high - low < 0.02
+        assert joint.parameters["armature"].verdict == "identified"
+        assert joint.parameters["offset"].value == pytest.approx(0.2, abs=0.02)
+    sensed = identify(log, replace(believed, torque_source="link_side_sensor"), WHOLE_LOG)
+    assert all("armature" not in joint.parameters for joint in sensed.joints.values())
+
+
 @pytest.mark.parametrize("noise", [2e-4, 1e-3])
 def test_encoder_noise_does_not_make_rotors_light(arm: Robot, exact_arm_log: RobotLog, noise: float) -> None:
     """Noise of the acceleration is motion that takes no torque: least squares on it would find next to no inertia."""

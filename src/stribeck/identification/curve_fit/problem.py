@@ -118,7 +118,8 @@ def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Sett
     jump at standstill, samples slower than `settings.rest` times the top speed are left out.
     """
     column = samples.joint_names.index(joint)
-    fits_armature = settings.fit_armature if isinstance(settings.fit_armature, bool) else joint in settings.fit_armature
+    asked = settings.fit_armature
+    fits_armature = joint in asked if isinstance(asked, list) else asked is True
     velocity, torque = samples.velocity[:, column], samples.friction_torque[:, column]
     keep = samples.usable[:, column] & np.isfinite(velocity) & np.isfinite(torque)
     if fits_armature:

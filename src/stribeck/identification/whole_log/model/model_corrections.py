@@ -90,7 +90,8 @@ class ModelCorrections:
             [c.gains, c.zeros, c.tilts, c.delays > 0, c.delays > 1],
         )
         wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
-        calibration = np.concatenate([sensors, np.tile(wrench, c.wrenches), np.full(len(c.rotors), priors.rotor)])
+        rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
+        calibration = np.concatenate([sensors, np.tile(wrench, c.wrenches), rotors])
         calibration[np.setdiff1d(np.arange(c.gains), self.loaded)] = 0.0
         return np.concatenate([calibration, np.ones(self.size - self.corrections.size)])
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stribeck.identification.curve_fit.covariance import intervals_95
@@ -29,17 +31,17 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
     parameters = tuple(fit.curves.parameters[k] for k in has)
     held, joint_heterogeneity = solution.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
     if joint in corrections.rotors:
-        own, unit = (
-            np.append(own, solution.layout.rotor(corrections.rotors.index(joint))),
-            np.append(unit, fit.model.priors.rotor),
-        )
-        parameters, joint_heterogeneity = (*parameters, ARMATURE), np.append(joint_heterogeneity, 1.0)
-        held = np.append(held, solution.x[own[-1]] <= 0)
+        number = corrections.rotors.index(joint)
+        own = np.append(own, solution.layout.rotor(number))
+        unit = np.append(unit, fit.model.scales[fit.model.layout.rotor(number) - fit.model.layout.part("bodies").stop])
+        rotor = replace(ARMATURE, lower=0.0 - float(corrections.armature[number]))
+        parameters, joint_heterogeneity = (*parameters, rotor), np.append(joint_heterogeneity, 1.0)
+        held = np.append(held, solution.x[own[-1]] * unit[-1] <= rotor.lower)
     degrees = np.where(joint_heterogeneity > fit.widening, min(freedom, FOLDS - 1), freedom)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
-    rotor = np.array([parameter is ARMATURE for parameter in parameters])
-    values = to_external(np.where(rotor, np.maximum(solution.x[own], 0.0), solution.x[own]), logs) * unit
+    least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # which the fit passes
+    values = np.maximum(to_external(solution.x[own], logs) * unit, least)
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
     gain = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
     terms = fit.budget.terms(own, fit.widening, joint_heterogeneity, gain)
