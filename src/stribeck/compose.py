@@ -89,9 +89,9 @@ def _joints(finding: Finding, samples: Samples, law: FrictionLaw, settings: Sett
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
-    for name, (terms, load) in finding.terms.items():
+    for name, terms in finding.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], terms, load)
+            joints[name] = with_terms(joints[name], *terms)
     return joints
 
 

@@ -103,6 +103,8 @@ class WeakEquations:
         Time since the log began [s], shape (K,).
     temperature
         [deg C], shape (K, n); None if the log has none.
+    direction
+        Cosine and sine of the joints' positions, shape (K, n, 2); NaN of prismatic joints.
     covariates
         Of friction, shape (K, n, f); None if it is not.
     wrench_noise
@@ -129,6 +131,7 @@ class WeakEquations:
     regressors: Array | None
     torque: Array
     elapsed: Array
+    direction: Array
     temperature: Array | None = None
     covariates: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
