@@ -108,7 +108,9 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
             joint = result.joints.get(name) if result else None
             said[column] = bool(joint and joint.parameters)
             if result and joint and joint.parameters:
-                left[:, column] -= joint.friction(velocity[:, column], load=load[:, column])
+                left[:, column] -= joint.friction(
+                    velocity[:, column], load=load[:, column], position=position[:, column]
+                )
                 left[:, column] -= missing_rotor(robot, joint, column) * acceleration[:, column]
         for coupling in result.couplings.values() if result else ():
             if coupling.parameters:

@@ -112,6 +112,8 @@ class WeakEquations:
         Time since the log began [s], shape (K,).
     temperature
         [deg C], shape (K, n); None if the log has none.
+    direction
+        Cosine and sine of the joints' positions, shape (K, n, 2); NaN of prismatic joints.
     covariates
         Of friction, shape (K, n, f); None if it is not.
     couplings
@@ -140,6 +142,7 @@ class WeakEquations:
     regressors: Array | None
     torque: Array
     elapsed: Array
+    direction: Array
     temperature: Array | None = None
     covariates: Array | None = None
     couplings: Array | None = None

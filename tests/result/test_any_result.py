@@ -117,6 +117,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
+        mean_direction=draw(st.none() | st.tuples(NUMBERS, NUMBERS)) if law == AUTO else None,
     )
 
 

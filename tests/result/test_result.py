@@ -61,6 +61,16 @@ def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
     assert "law" not in found.to_json().partition('"joints"')[2]
 
 
+def test_coulomb_friction_changes_over_position_around_its_mean() -> None:
+    terms = {"coulomb_cosine": 0.3, "coulomb_sine": -0.2}
+    knee = result("auto", knee=joint(STRIBECK | terms, mean_direction=(0.5, 0.1))).joints["knee"]
+    v, q = np.linspace(-1, 1, 50), np.linspace(-4, 4, 50)
+    change = (0.3 * (np.cos(q) - 0.5) - 0.2 * (np.sin(q) - 0.1)) * np.tanh(40 * v)
+    np.testing.assert_allclose(knee.friction(v, position=q), knee.friction(v) + change, atol=1e-12)
+    plain = result("auto", knee=joint(STRIBECK)).joints["knee"]
+    np.testing.assert_allclose(knee.friction(v), plain.friction(v), atol=1e-12)
+
+
 def test_load_and_temperature_change_friction_as_the_terms_say() -> None:
     """Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset + mu |load| tanh(a v) + dT (...)."""
     terms = {"viscous_asymmetry": 0.2, "load": 0.05, "coulomb_per_kelvin": -0.02, "viscous_per_kelvin": -0.01}

@@ -18,21 +18,29 @@ JUMP = 1e9
 """Slope [s/rad] of friction that jumps at standstill: any velocity that is not zero is beyond its rise."""
 
 
-def beyond_velocity(values: Mapping[str, float], velocity: Array, load: ArrayLike, temperature: ArrayLike) -> Array:
-    """Return what load and temperature add to this law's friction of velocity alone [N m].
+def beyond_velocity(
+    values: Mapping[str, float],
+    velocity: Array,
+    load: ArrayLike,
+    temperature: ArrayLike,
+    cosine: ArrayLike = 0.0,
+    sine: ArrayLike = 0.0,
+) -> Array:
+    """Return what load, temperature and position add to this law's friction of velocity alone [N m].
 
-    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v), each term where a joint has it
+    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v) + (Fc_c cosine + Fc_s sine) tanh(a v), each where a joint has it
 
     Parameters
     ----------
     values
         A joint's parameters by name.
-    velocity, load, temperature
-        [rad/s], [N m] and [K] above the mean, of shapes that broadcast.
+    velocity, load, temperature, cosine, sine
+        [rad/s], [N m], [K] above the mean, and those of the position above their means, of shapes that broadcast.
     """
     rise, warmer = np.tanh(values.get("slope", JUMP) * velocity), np.asarray(temperature)
     slow = values.get("coulomb_per_kelvin", 0.0) * rise + values.get("viscous_per_kelvin", 0.0) * velocity
-    return np.asarray(values.get("load", 0.0) * np.abs(load) * rise + warmer * slow)
+    turned = values.get("coulomb_cosine", 0.0) * np.asarray(cosine) + values.get("coulomb_sine", 0.0) * np.asarray(sine)
+    return np.asarray((values.get("load", 0.0) * np.abs(load) + turned) * rise + warmer * slow)
 
 
 class Assembled(Stribeck):

@@ -26,6 +26,7 @@ LADDER = (
     Term("stribeck", ("stribeck_gain", "stribeck_velocity", "slope")),
     Term("asymmetry", ("viscous_asymmetry",), needs="viscous"),
     Term("load", ("load",)),
+    Term("coulomb_position", ("coulomb_cosine", "coulomb_sine")),
     Term("viscous_temperature", ("viscous_per_kelvin",), needs="viscous"),
     Term("coulomb_temperature", ("coulomb_per_kelvin",)),
     Term("viscous_drift", ("viscous_drift",), needs="viscous"),
@@ -55,5 +56,11 @@ SLOW = {
 }
 """How friction changes slowly: a kelvin away from its mean temperature, or from the beginning of a log to its end."""
 
-BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"])
+POSITION = (
+    Parameter(name="coulomb_cosine", symbol="Fc_c", unit="N m", lower=float("-inf"), neutral=0.0),
+    Parameter(name="coulomb_sine", symbol="Fc_s", unit="N m", lower=float("-inf"), neutral=0.0),
+)
+"""Coulomb friction over cosine and sine of a joint's position, less their means."""
+
+BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"], *POSITION)
 """Parameters that are no function of velocity alone."""

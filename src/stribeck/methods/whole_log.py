@@ -99,10 +99,13 @@ class WholeLog:
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
-    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float]]:
-        """Which terms each joint has, of the law "auto", and the torque that it carries [N m]."""
-        load = np.zeros(0) if self.fit.mean_load is None else self.fit.mean_load
-        return dict(zip(self.joints, zip(self.fit.terms, load.tolist(), strict=True), strict=False))
+    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None]]:
+        """Which terms each joint has, of the law "auto", the torque that it carries [N m], and its mean direction."""
+        if self.fit.mean_load is None or self.fit.mean_direction is None:
+            return {}
+        directions = [tuple(own.tolist()) if np.isfinite(own).all() else None for own in self.fit.mean_direction]
+        own = zip(self.fit.terms, self.fit.mean_load.tolist(), directions, strict=True)
+        return dict(zip(self.joints, own, strict=True))
 
     @property
     def corrections(self) -> Corrections:

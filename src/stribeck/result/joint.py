@@ -89,7 +89,8 @@ class JointResult:
 
     `curve` is its friction as a whole, at slow, middle and top speed; the verdict is the curve's. A joint without
     detectable friction has no parameters but those of other torques, an offset or a rotor inertia.
-    Of the law "auto", `terms` says which of them the joint has, and `mean_load` is the torque that it carries [N m].
+    Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], and
+    `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint.
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
 
@@ -104,10 +105,17 @@ class JointResult:
     positive_power_fraction: float | None = None
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
+    mean_direction: tuple[float, ...] | None = None
     curve: tuple[CurvePoint, ...] = ()
     law: str = field(default="", repr=False, compare=False)
 
-    def friction(self, velocity: ArrayLike, load: ArrayLike | None = None, temperature: ArrayLike = 0.0) -> Array:
+    def friction(
+        self,
+        velocity: ArrayLike,
+        load: ArrayLike | None = None,
+        temperature: ArrayLike = 0.0,
+        position: ArrayLike | None = None,
+    ) -> Array:
         """Return the friction torque of the law that was found [N m], of a prismatic joint [N].
 
         Of a joint whose friction drifts, it is that of the middle of the log.
@@ -121,6 +129,8 @@ class JointResult:
             mean one of the log if None. It changes nothing unless friction was found to grow with it (law "auto").
         temperature
             Above the joint's mean temperature in the log [K], likewise.
+        position
+            Of the joint [rad], likewise; if None, friction is that of the mean over the log's positions.
 
         Returns
         -------
@@ -149,7 +159,10 @@ class JointResult:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
         carried = (self.mean_load or 0.0) if load is None else load
         own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
-        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature))
+        turned: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)
+        if position is not None and self.mean_direction:
+            turned = np.cos(position) - self.mean_direction[0], np.sin(position) - self.mean_direction[1]
+        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned))
 
 
 def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:

@@ -182,4 +182,8 @@ def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     for parameter in plain["parameters"].values():
         if parameter["variance_shares"] is None:
             del parameter["variance_shares"]
-    return {key: value for key, value in plain.items() if value is not None or key not in ("terms", "mean_load")}
+    return {
+        key: value
+        for key, value in plain.items()
+        if value is not None or key not in ("terms", "mean_load", "mean_direction")
+    }

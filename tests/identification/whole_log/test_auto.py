@@ -136,6 +136,29 @@ def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
     assert others[0].terms["coulomb_drift"].reason == "the log has temperatures, which say more than time"
 
 
+def test_coulomb_friction_that_changes_over_position_is_found(arm: Robot) -> None:
+    log, _ = plain_log(arm, 20.0, 9)
+    assert log.velocity is not None
+    turning = np.zeros(6)
+    turning[[0, 3]] = 0.3
+    change = turning * np.cos(log.position - 0.5) * np.sign(log.velocity)
+    noisy = with_noise(replace(log, torque=log.torque + change), position=5e-5, torque=0.1, seed=10)
+    result = identify(noisy, arm, AUTO)
+    for size, joint in zip(turning, result.joints.values(), strict=True):
+        assert joint.terms is not None
+        assert joint.terms["coulomb_position"].kept == bool(size), joint.terms["coulomb_position"]
+        if size:
+            found = {name: joint.parameters[name] for name in ("coulomb_cosine", "coulomb_sine")}
+            truth = {"coulomb_cosine": size * np.cos(0.5), "coulomb_sine": size * np.sin(0.5)}
+            for name, value in truth.items():
+                assert found[name].value == pytest.approx(value, abs=3 * found[name].standard_error)
+                assert found[name].interval_95[0] > 0
+    base = next(iter(result.joints.values()))
+    q = np.linspace(log.position[:, 0].min(), log.position[:, 0].max(), 5)
+    friction = (1.2 + 0.3 * np.cos(q - 0.5)) + 0.3 + 0.2
+    np.testing.assert_allclose(base.friction(np.ones(5), position=q), friction, atol=0.05)
+
+
 def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> None:
     log, load = plain_log(arm, 9.0, 5)
     assert log.velocity is not None

@@ -84,6 +84,9 @@ BASIS_TOLERANCE = 5e-4
 VARYING_BASIS_TOLERANCE = 0.012
 """The same of the curves that covariates multiply [1]: these are a small part of friction."""
 
+COARSE_BASIS_TOLERANCE = 0.1
+"""The same of those that position multiplies [1]: a smaller part."""
+
 # Covariates and corrections of the model
 
 LEAST_WARMING = 2.0
@@ -94,6 +97,9 @@ SHORTEST_DRIFT = 20.0
 
 LEAST_LOAD_VARIATION = 0.1
 """Standard deviation of the load over its mean below which a term of load is refused [1]: it is Coulomb friction"""
+
+LEAST_TURN = 0.1
+"""Standard deviation of a position [rad] below which friction over position is refused, chosen by judgement."""
 
 LEAST_LOAD = 0.05
 """Torque of a sensor over the largest one's from which its gain is corrected and counts in the mean gain [1].

@@ -59,8 +59,9 @@ class WholeLogFit:
         Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
     validation
         Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
-    terms, mean_load
-        Of the law "auto": which terms each joint has, and the mean torque that it carries [N m], shape (n,).
+    terms, mean_load, mean_direction
+        Of the law "auto": which terms each joint has, the mean torque that it carries [N m], shape (n,), and the means
+        of cosine and sine of its position, shape (n, 2).
     heterogeneity, joint_heterogeneity
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
@@ -84,6 +85,7 @@ class WholeLogFit:
     undiscounted: Array
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
+    mean_direction: Array | None = None
 
     @property
     def values(self) -> Array:
@@ -158,8 +160,10 @@ def fit_whole_log(
     places = pilot_places(supports)
     pilot_equations = [equations[k] for k in places]
     pilot, auto = fit_pilot(pilot_equations, corrections, law, top_speed, rest, priors), law.name == AUTO
+    direction = None
     if auto:
         modulated, pilot = with_all_terms(equations, pilot_equations, pilot)
+        direction = modulated.direction
         equations, pilot_equations = modulated, [modulated.of(part) for part in pilot_equations]
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
@@ -199,6 +203,7 @@ def fit_whole_log(
         undiscounted=undiscounted,
         terms=choice.verdicts if choice else (),
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
+        mean_direction=direction,
         score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std),
     )
 

@@ -41,26 +41,24 @@ class Basis:
     functions
         Phi, values at the knots of a joint: orthonormal columns, the same for all joints, shape (N, r).
     modulated
-        Functions that covariates multiply, as sums of the others, shape (r, s); (r, 0) if none.
-    covariates
-        Number f of covariates.
+        Functions that each covariate multiplies, as sums of the others, shape (r, s) each.
     """
 
     velocity: Array
     functions: Array
-    modulated: Array
-    covariates: int = 0
+    modulated: tuple[Array, ...] = ()
 
     @property
     def size(self) -> int:
-        """Number of coefficients of all joints, n R with R = r + f s."""
-        return int(self.velocity.shape[0] * (self.functions.shape[-1] + self.covariates * self.modulated.shape[1]))
+        """Number of coefficients of all joints, n R with R = r and all s."""
+        return int(self.velocity.shape[0] * (self.functions.shape[-1] + sum(each.shape[1] for each in self.modulated)))
 
     def coefficients(self, curves: Array, *times_covariates: Array) -> Array:
         """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times covariates."""
         base = self.functions.T @ curves
-        missing = [np.zeros_like(curves)] * (self.covariates - len(times_covariates))
-        changed = [self.modulated.T @ (self.functions.T @ each) for each in (*times_covariates, *missing)]
+        missing = [np.zeros_like(curves)] * (len(self.modulated) - len(times_covariates))
+        each_times = zip(self.modulated, (*times_covariates, *missing), strict=True)
+        changed = [functions.T @ (self.functions.T @ each) for functions, each in each_times]
         return np.concatenate([base, *changed])
 
     def windows(self, velocity: Array, taps: Array, step: int, count: int) -> Array:
@@ -112,8 +110,7 @@ def make_basis(law: FrictionLaw, top_speed: Array) -> Basis:
     )
     shape = np.concatenate([-positive[::-1], [0.0], positive])
     functions = _functions(law, shape)
-    none = np.zeros((functions.shape[1], 0))
-    return Basis(np.maximum(top_speed, 1e-9)[:, None] * shape, functions, none)
+    return Basis(np.maximum(top_speed, 1e-9)[:, None] * shape, functions)
 
 
 def _functions(law: FrictionLaw, velocity: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Covariates that friction may be proportional to: load, and temperature or time (docs/estimator.md).
+"""Covariates that friction may be proportional to: load, temperature or time, and position (docs/estimator.md).
 
 Load: Hamon, Gautier and Garrec 2010; temperature: Bittencourt and Gunnarsson 2012.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.identification.whole_log.constants import LEAST_LOAD_VARIATION, LEAST_WARMING, SHORTEST_DRIFT
+from stribeck.identification.whole_log.constants import LEAST_LOAD_VARIATION, LEAST_TURN, LEAST_WARMING, SHORTEST_DRIFT
 from stribeck.identification.whole_log.model.basis import Basis
 from stribeck.identification.whole_log.solver.normal_equations import curve_windows, times_covariates
 from stribeck.typing import Array
@@ -37,6 +37,8 @@ class WithCovariates(Sequence[WeakEquations]):
         What friction changes slowly with: "temperature" or "drift".
     middle
         Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
+    direction
+        Mean cosine and sine of each joint's position, shape (n, 2).
     refined
         Coefficients of a fit with all terms, shape (n, R), whose friction then gives the load; None before.
     """
@@ -46,6 +48,7 @@ class WithCovariates(Sequence[WeakEquations]):
     friction: Array
     slow: str
     middle: Array
+    direction: Array
     refined: Array | None = None
 
     def __len__(self) -> int:
@@ -56,19 +59,24 @@ class WithCovariates(Sequence[WeakEquations]):
 
     def of(self, part: WeakEquations) -> WeakEquations:
         """Return equations with their covariates."""
+        others = np.concatenate([self._slow(part)[:, :, None], np.nan_to_num(part.direction - self.direction)], axis=2)
         if part.projection is None:
-            return replace(part, covariates=np.stack([np.abs(part.torque - part.residual), self._slow(part)], axis=2))
-        windows, slow = curve_windows(replace(part, covariates=None), self.basis), self._slow(part)
+            return replace(part, covariates=_beside(np.abs(part.torque - part.residual), others))
+        windows = curve_windows(replace(part, covariates=None), self.basis)
         load = _carried(part, windows, self.friction)
         if self.refined is not None:
-            load = _carried(part, times_covariates(windows, np.stack([load, slow], axis=2), self.basis), self.refined)
-        return replace(part, covariates=np.stack([load, slow], axis=2))
+            load = _carried(part, times_covariates(windows, _beside(load, others), self.basis), self.refined)
+        return replace(part, covariates=_beside(load, others))
 
     def _slow(self, part: WeakEquations) -> Array:
         if self.slow == "temperature" and part.temperature is not None:
             return np.asarray(np.nan_to_num(part.temperature - self.middle))
         since = 0.5 * (part.elapsed - self.middle) / self.middle
         return np.broadcast_to(since[:, None], part.torque.shape)
+
+
+def _beside(load: Array, others: Array) -> Array:
+    return np.concatenate([load[:, :, None], others], axis=2)
 
 
 def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
@@ -89,9 +97,10 @@ def with_covariates(
     """Return equations with covariates, scaled by the `pilot` equations; arguments as in `WithCovariates`."""
     temperature = [part.temperature for part in pilot if part.temperature is not None]
     logged = len(temperature) == len(pilot) and bool(np.isfinite(np.concatenate(temperature)).any())
+    direction = _directions(pilot).mean(axis=0)
     if logged:
-        return WithCovariates(equations, basis, friction, "temperature", _mean(np.concatenate(temperature)))
-    return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(pilot), 1e-9)))
+        return WithCovariates(equations, basis, friction, "temperature", _mean(np.concatenate(temperature)), direction)
+    return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(pilot), 1e-9)), direction)
 
 
 def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list[dict[str, str]]:
@@ -108,6 +117,7 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list
     """
     mean = loads[1] / loads[0]
     deviation = np.sqrt(np.maximum(loads[2] / loads[0] - mean**2, 0.0))
+    turns = np.sqrt(_directions(pilot).var(axis=0).sum(axis=1))
     reasons = []
     for column in range(loads.shape[1]):
         temperature = [part.temperature[:, column] for part in pilot if part.temperature is not None]
@@ -115,7 +125,15 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list
         if deviation[column] <= LEAST_LOAD_VARIATION * mean[column]:
             said = f"{mean[column]:.3g} N m +- {deviation[column]:.2g}"
             reasons[-1]["load"] = f"its load hardly changes: {said}"
+        if not turns[column] >= LEAST_TURN:
+            said = "it is prismatic" if np.isnan(turns[column]) else f"+- {turns[column]:.2g} rad"
+            reasons[-1]["coulomb_position"] = f"its position hardly turns: {said}"
     return reasons
+
+
+def _directions(pilot: Sequence[WeakEquations]) -> Array:
+    """Return cosine and sine of the joints' positions, shape (K, n, 2)."""
+    return np.concatenate([part.direction for part in pilot])
 
 
 def _last(pilot: Sequence[WeakEquations]) -> float:

@@ -150,5 +150,5 @@ def curve_windows(equations: WeakEquations, basis: Basis) -> Array:
 
 def times_covariates(plain: Array, covariates: Array, basis: Basis) -> Array:
     """Return windows (K, n, r) with those of functions times covariates (K, n, f), shape (K, n, R)."""
-    changed = covariates[:, :, :, None] * (plain @ basis.modulated)[:, :, None]
-    return np.concatenate([plain, changed.reshape(*plain.shape[:2], -1)], axis=2)
+    changed = [covariates[:, :, [k]] * (plain @ functions) for k, functions in enumerate(basis.modulated)]
+    return np.concatenate([plain, *changed], axis=2)

@@ -136,7 +136,9 @@ def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     return np.asarray(gain) > np.maximum(error, LEAST_GAIN)
 
 
-def with_terms(joint: JointResult, terms: dict[str, TermVerdict], mean_load: float) -> JointResult:
+def with_terms(
+    joint: JointResult, terms: dict[str, TermVerdict], mean_load: float, mean_direction: tuple[float, ...] | None
+) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
     They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
@@ -149,4 +151,4 @@ def with_terms(joint: JointResult, terms: dict[str, TermVerdict], mean_load: flo
         reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
-    return replace(found, terms=terms, mean_load=mean_load)
+    return replace(found, terms=terms, mean_load=mean_load, mean_direction=mean_direction)
