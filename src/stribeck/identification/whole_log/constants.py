@@ -1,7 +1,7 @@
 """The tuned constants of the whole-log estimator; its priors stand in `stribeck.settings.Priors`.
 
-Each has its unit in brackets and what it was chosen on. What halving or doubling does is said where it was measured: on
-an arm, a quadruped, and logs of a Kinova Gen3, a Go2, a double pendulum and a TX40, in standard errors of parameters.
+Each has its unit in brackets and what it was chosen on. docs/constants.md has what halving and doubling each of them
+does, on a simulated quadruped, a Kinova Gen3 and a double pendulum; here it is said where that is much.
 """
 
 from __future__ import annotations
@@ -16,12 +16,18 @@ ROUNDS = 3
 and terms taken back for random effects. Chosen by judgement."""
 
 FOLDS = 8
-"""Parts of a log that are held out in turn, and compared [1], chosen by judgement."""
+"""Parts of a log that are held out in turn, and compared [1], chosen by judgement.
+
+Halved, the law `auto` selects another term on a double pendulum.
+"""
 
 # Pilot fit and variance components
 
 PILOT_SEGMENTS = 8
-"""Segments in the pilot fit, about [1]: with fewer, a leg may not stand in any. Chosen by judgement."""
+"""Segments in the pilot fit, about [1]: with fewer, a leg may not stand in any. Chosen by judgement.
+
+Halved, the law `auto` selects another term on a double pendulum.
+"""
 
 MOST_ROUNDS, STILL_GROWING = 10, 1.2
 """Rounds of the pilot fit at most [1], and the growth of a standard deviation of the model in a round above which there
@@ -29,13 +35,17 @@ is another one [1]: gains that are taken for certain while a model seems good ex
 rounds, chi^2 per degree of freedom of the TX40 with its calibration freed is 9, and 59 with all terms."""
 
 SEGMENTS_PER_HELD_OUT = 4
-"""Segments in all for each one that is held out for the validation [1], chosen by judgement."""
+"""Segments in all for each one that is held out for the validation [1], chosen by judgement.
+
+Halved or doubled, the law `auto` selects another term on a double pendulum.
+"""
 
 FIRST_MODEL_STD = 0.02
 """Standard deviation of the model's errors before the pilot fit [N m]: of a good model.
 
 Halved or doubled, a parameter moves by 1.2 standard errors at most, held-out errors by 0.9 %; halved, chi^2 per degree
-of freedom of the TX40 is 6.4 instead of 1.1, as the rounds end before the components have converged.
+of freedom of the TX40 is 6.4 instead of 1.1, as the rounds end before the components have converged, and the law `auto`
+selects another term on a double pendulum, whose Coulomb friction moves by 15 standard errors.
 """
 
 FIRST_ROOT_STD = 0.01
@@ -70,7 +80,10 @@ KNOT_GROWTH = 0.12
 """Growth of the distance of the knots per unit of velocity [1], chosen by judgement."""
 
 KNOT_REACH = 1.05
-"""Outermost knots over the top speed [1]: that is a percentile, which some samples exceed."""
+"""Outermost knots over the top speed [1]: that is a percentile, which some samples exceed.
+
+Halved, they end within the motion, and parameters move by up to 33 standard errors.
+"""
 
 SHAPE_REACH = 3.0
 """Factor beyond a law's starts up to which the basis covers its nonlinear parameters [1], chosen by judgement."""
@@ -117,7 +130,10 @@ CONVERGED = 5e-4
 """Decrease of half chi^2 in a step that ends a descent [1]: a thirtieth of a standard error."""
 
 MOST_STEPS = 100
-"""Steps after which a descent is given up [1]; about ten are needed."""
+"""Steps after which a descent is given up [1]; about ten are needed, for some sets of terms over 50.
+
+Halved, the law `auto` selects another term on a double pendulum, whose Coulomb friction moves by 15 standard errors.
+"""
 
 FIRST_DAMPING = 1e-3
 """First damping over the curvature [1], chosen by judgement: later steps find their own."""
@@ -150,7 +166,8 @@ With as much as `GROUP_PSEUDO_COUNT`, an exact model would still be taken to be 
 LARGEST_PRIOR_STD = 1.0
 """Standard deviation of model and sensors in units of their first prior, at most [1].
 
-A log with errors of other kinds would have bodies explain them, and more so with every round.
+A log with errors of other kinds would have bodies explain them, and more so with every round. Halved or doubled, a
+parameter of a double pendulum moves by a standard error.
 """
 
 GROUP_STD = 0.5
@@ -159,10 +176,16 @@ GROUP_STD = 0.5
 # Selection of terms
 
 LEAST_GAIN = 9.0
-"""Decrease of the held-out chi^2 from which a term is kept [1]: that of a value of three standard errors."""
+"""Decrease of the held-out chi^2 from which a term is kept [1]: that of a value of three standard errors.
+
+Doubled, another term is selected on a double pendulum.
+"""
 
 FEWEST_FOLDS = 4
-"""Folds without which no term is selected [1]: fewer do not show how much their scores differ."""
+"""Folds without which no term is selected [1]: fewer do not show how much their scores differ.
+
+Doubled, other terms are selected on a double pendulum, and parameters move by up to 4 standard errors.
+"""
 
 LARGEST_ASYMMETRY = 0.5
 """Asymmetry from which it is refused [1]: one direction's viscous friction is then three times the other's, which
