@@ -166,6 +166,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         forms = weak_forms(prepared, robot, columns, settings, delay)
         corrections = forms[0].corrections
         equations = equation_sequence(forms)
+        if delay and not equations:
+            break  # every stretch of the log is shorter than the delay
         noise = np.max([form.velocity_noise for form in forms], axis=0)
         rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
         fit = fit_whole_log(
