@@ -19,6 +19,9 @@ from stribeck.robot.rooting import BASE_FRAME
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections
 
+LEAST_SHIFT = 0.1
+"""Delay over the sampling period [1] below which a log stays as it is."""
+
 
 def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Robot:
     """Return the robot whose bodies have the inertias that were found."""
@@ -44,16 +47,17 @@ def corrected_log(
         return log
     layout = layout_of(corrections)
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
-    torque = linear(log.time + delay, log.time, log.torque)
+    late = abs(delay) > LEAST_SHIFT * (log.time[1] - log.time[0])
+    torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
     if not corrections.gains:
         return replace(log, torque=torque)
     factors = np.ones(log.torque.shape[1])
     factors[columns] -= gains
-    position = allocate(log.position.shape)
-    np.multiply(torque, factors, out=torque)
+    scaled, position = allocate(torque.shape), allocate(log.position.shape)
+    np.multiply(torque, factors, out=scaled)
     np.subtract(log.position, zeros, out=position)
     orientation = log.base_orientation
     if orientation is not None and robot.base_frame == BASE_FRAME:
         orientation = slerp(log.time + delays[1:].sum(), log.time, orientation)
         orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec(-tilt)).as_quat()
-    return replace(log, torque=torque, position=position, base_orientation=orientation)
+    return replace(log, torque=scaled, position=position, base_orientation=orientation)

@@ -170,6 +170,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         forms = weak_forms(prepared, robot, columns, couplings, settings, delay)
         corrections = forms[0].corrections
         equations = equation_sequence(forms)
+        if delay and not equations:
+            break  # every stretch of the log is shorter than the delay
         if not equations:
             raise NothingIdentifiedError(
                 "no joint can be identified from this log: the robot always stands in a way that is not used with "
