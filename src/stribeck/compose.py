@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +11,12 @@ from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
-from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.judgement.own_friction import own_friction
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
 from stribeck.methods import Finding, Method
 from stribeck.preparation import PreparedLog
-from stribeck.result import Evidence, JointResult, Result
+from stribeck.result import CouplingResult, Evidence, JointResult, Result
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
 from stribeck.samples import Samples
@@ -52,7 +52,12 @@ def compose(
     NothingIdentifiedError
         If no joint moves enough for any number.
     """
-    joints = _joints(finding, friction.samples, law, settings)
+    couplings = {name: robot.couplings[name] for name in finding.couplings}
+    samples, close_up = (
+        own_friction(part, finding.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)
+    )
+    found = _joints(finding, samples, law, settings)
+    joints = {name: found[name] for name in friction.samples.joint_names}
     return Result(
         robot=robot.name,
         log=log_summary(
@@ -60,15 +65,17 @@ def compose(
             [float(part.log.time[-1] - part.log.time[0]) for part in prepared],
             prepared[0].sampling.rate,
             sum(part.used for part in friction.logs),
+            sum(len(part.log.time) for part in prepared),
         ),
-        law=settings.law,
+        law=law.name,
         method=method.name,
         joints=_with_model_armature(joints, robot),
+        couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         warnings=[
             *robot.warnings,
             *(warning for part in prepared for warning in part.warnings),
             *(warning for part in friction.logs for warning in part.warnings),
-            *_passivity_violated(joints),
+            *_passivity_violated(found),
             *finding.warnings,
         ],
         corrections=finding.corrections,
@@ -76,6 +83,7 @@ def compose(
         evidence=_evidence(
             finding,
             friction,
+            (samples, close_up),
             prepared,
             robot,
             provenance(settings, method.uses, robot.path, _choices(friction, prepared)),
@@ -84,7 +92,7 @@ def compose(
 
 
 def _joints(finding: Finding, samples: Samples, law: FrictionLaw, settings: Settings) -> dict[str, JointResult]:
-    """Return what is said of every joint, with the terms of the law "auto"."""
+    """Return what is said of every joint and coupling, with the terms of the law "auto"."""
     joints = judge(finding.fits, samples, law, settings, finding.validations, finding.criteria)
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
@@ -105,19 +113,20 @@ def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list
 def _evidence(
     finding: Finding,
     friction: FrictionSamples,
+    shown: tuple[Samples, Samples],
     prepared: Sequence[PreparedLog],
     robot: Robot,
     origin: list[tuple[str, str]],
 ) -> Evidence:
     """Return what the report draws."""
-    slides = zip(robot.joint_names, robot.prismatic, strict=True)
+    samples, close_up = shown
     return Evidence(
-        samples=_without_armature(friction.samples, finding.fits),
+        samples=samples,
         covariance={joint: fit.covariance for joint, fit in finding.fits.items()},
         phases=[phase for part in friction.logs for phase in part.phases],
-        close_up=_without_armature(friction.logs[0].close_up, finding.fits),
+        close_up=close_up,
         provenance=origin,
-        prismatic=frozenset(name for name, prismatic in slides if prismatic),
+        prismatic=frozenset(name for column, name in enumerate(samples.joint_names) if samples.slides(column)),
         notes=[
             *(note for part in prepared for note in part.notes),
             *friction.notes,
@@ -152,16 +161,6 @@ def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
         f"passivity violated, friction adds power in over {100 * MOST_ADDED:.0f} % of the samples: {', '.join(names)}; "
         "they have hardly any friction, or signs, delays ('stribeck inspect') or inertias are wrong"
     ]
-
-
-def _without_armature(samples: Samples, fits: Mapping[str, JointFit]) -> Samples:
-    """Take the torque of fitted rotor inertias out of the friction torque."""
-    friction = samples.friction_torque.copy()
-    for joint, fit in fits.items():
-        if "armature" in fit.names:
-            column = samples.joint_names.index(joint)
-            friction[:, column] -= fit.values[fit.names.index("armature")] * samples.acceleration[:, column]
-    return replace(samples, friction_torque=friction)
 
 
 def _with_model_armature(joints: dict[str, JointResult], robot: Robot) -> dict[str, JointResult]:

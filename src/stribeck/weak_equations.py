@@ -29,10 +29,12 @@ class Corrections:
         Number of encoders whose zero is corrected [rad].
     tilts
         Number of axes of the root link about which its orientation is corrected [rad].
+    delays
+        Number of delays against the encoders, positive if late: of all torques, then of the base orientation [s].
     wrenches
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
-        Which of the n joints have a rotor inertia that the model lacks [kg m^2].
+        Which of the n joints and couplings have a rotor inertia that the model lacks [kg m^2].
     """
 
     bodies: tuple[str, ...] = ()
@@ -40,13 +42,14 @@ class Corrections:
     gains: int = 0
     zeros: int = 0
     tilts: int = 0
+    delays: int = 0
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of columns."""
-        sensors = self.gains + self.zeros + self.tilts + WRENCH_SIZE * self.wrenches
+        sensors = self.gains + self.zeros + self.tilts + self.delays + WRENCH_SIZE * self.wrenches
         return self.inertial_parameters.size + sensors + len(self.rotors)
 
 
@@ -67,6 +70,9 @@ class WeakEquations:
     The standard deviations of the last two terms are not known beforehand: of accelerations of the root, which is taken
     to stand still, and of errors of the model. Nor is the encoder-noise scale of the first term.
 
+    A coupling B^T v of joints counts as one more joint, behind them, without a torque sensor: its friction acts on
+    them through P_k^T B.
+
     Attributes
     ----------
     time
@@ -83,7 +89,7 @@ class WeakEquations:
         Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
         `k step ... k step + L - 1` of `velocity`.
     projection
-        P_k^T, shape (K, m, n); None where every joint has an equation of its own.
+        P_k^T, shape (K, m, n); None where every joint has an equation of its own, and nothing else acts on it.
     standing
         Which of the joints lie between the base and a standing foot, shape (n,).
     encoder_response
@@ -105,6 +111,8 @@ class WeakEquations:
         [deg C], shape (K, n); None if the log has none.
     covariates
         Of friction, shape (K, n, f); None if it is not.
+    couplings
+        B, shape (n - c, c): coefficients of the joints in the last c, which are couplings; None if none is.
     wrench_noise
         Standard deviations of the first rows where these are of the wrench on the standing foot, on which no
         friction acts [N], [N m], shape (6,); (0,) where they are not.
@@ -131,7 +139,13 @@ class WeakEquations:
     elapsed: Array
     temperature: Array | None = None
     covariates: Array | None = None
+    couplings: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def joints(self) -> int:
+        """Number of joints that are no couplings."""
+        return self.velocity.shape[1] if self.couplings is None else len(self.couplings)
 
     @property
     def lags(self) -> int:
@@ -143,8 +157,7 @@ class WeakEquations:
         """P_k^T, or the identity, shape (K, m, n)."""
         if self.projection is not None:
             return self.projection
-        joints = self.velocity.shape[1]
-        return np.broadcast_to(np.eye(joints), (len(self.residual), joints, joints))
+        return np.broadcast_to(np.eye(self.joints), (len(self.residual), self.joints, self.joints))
 
     def windows(self, signal: Array) -> Array:
         """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""

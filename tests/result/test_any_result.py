@@ -132,6 +132,8 @@ def results(draw: Callable[..., Any], law: str | None = None, names: st.SearchSt
         bodies=st.dictionaries(names, BODIES, max_size=2),
         torque_gain=calibration,
         encoder_zero=calibration,
+        torque_delay=st.none() | st.tuples(NUMBERS, POSITIVE),
+        base_delay=st.none() | st.tuples(NUMBERS, POSITIVE),
     )
     paths = draw(st.one_of(TEXTS, st.lists(TEXTS, min_size=1, max_size=3)))
     return Result(

@@ -190,6 +190,21 @@ WRONG_TABLES = {
     ),
     "rotor": ("armature = { knee = 1.0 }", "armature names joint 'knee'.*it has shoulder, elbow"),
     "locked": ("locked = { knee = 1.0 }", "locked names joint 'knee'.*it has shoulder, elbow"),
+    "coupling of no joint": (
+        "[[robot.couplings]]\njoints = { knee = 1.0, elbow = 1.0 }",
+        r"\[\[robot.couplings\]\] 'knee\+elbow' names joint 'knee'; the torque-controlled joints are shoulder, elbow",
+    ),
+    "coupling without a part": (
+        "[[robot.couplings]]\njoints = { shoulder = 0.0, elbow = 1.0 }",
+        "'shoulder.elbow' needs two joints or more, each with a coefficient that is not 0",
+    ),
+    "coupling of one": ("[[robot.couplings]]\njoints = { elbow = 1.0 }", "'elbow' needs two joints or more"),
+    "coupling without joints": ("[[robot.couplings]]\njoints = {}\nname = 'motor'", "'motor' needs two joints or more"),
+    "coupling called like a joint": (
+        "[[robot.couplings]]\nname = 'elbow'\njoints = { shoulder = 1.0, elbow = 1.0 }",
+        "'elbow' has the name of another coupling or joint",
+    ),
+    "coupling of what": ("[[robot.couplings]]\nname = 'motor'", "key 'robot.couplings.0.joints' is missing"),
     "all locked": ("locked = { shoulder = 0.0, elbow = 0.0 }", "no joint left"),
     "fixed with feet": ("[contacts.left]\nframe = 'lower'", "are for a floating base"),
     "base frame": ("base_frame = 'imu'", "base_frame = 'imu' is not in the model; it has .*upper"),

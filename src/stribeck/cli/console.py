@@ -58,7 +58,8 @@ def print_result(result: Result) -> None:
 
     console = _console()
     console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
-    for joint, found in result.joints.items():
+    console.print(result.log.usage, markup=False)
+    for joint, found in result.all_friction.items():
         if found.verdict != "identified":
             console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
     for warning in result.warnings:
@@ -67,7 +68,7 @@ def print_result(result: Result) -> None:
 
 def _lines_of_parameters(result: Result) -> Table:
     table = _table(_title(result), ["joint", "verdict", "friction", "parameter"], ["value", HELD_OUT])
-    for joint, found in result.joints.items():
+    for joint, found in result.all_friction.items():
         named = "\n".join(f"{name} [{parameter.unit}]" for name, parameter in found.parameters.items())
         values = "\n".join(_with_error(parameter) for parameter in found.parameters.values())
         table.add_row(*_row_head(joint, found), escape(named), values, _held_out(found), end_section=True)
@@ -75,14 +76,14 @@ def _lines_of_parameters(result: Result) -> Table:
 
 
 def _columns_of_parameters(result: Result) -> Table:
-    names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
+    names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
     units = {
-        name: sorted({j.parameters[name].unit for j in result.joints.values() if name in j.parameters})
+        name: sorted({j.parameters[name].unit for j in result.all_friction.values() if name in j.parameters})
         for name in names
     }
     headings = [f"{name}\n[{', '.join(units[name])}]" for name in names]
     table = _table(_title(result), ["joint", "verdict", "friction"], [*headings, HELD_OUT])
-    for joint, found in result.joints.items():
+    for joint, found in result.all_friction.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
         table.add_row(*_row_head(joint, found), *cells, _held_out(found))
     return table

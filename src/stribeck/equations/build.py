@@ -22,6 +22,7 @@ from stribeck.equations.contact_mode import (
     sees_friction,
     without_contact_forces,
 )
+from stribeck.equations.couplings import acting, with_couplings
 from stribeck.equations.joint_acceleration import JointAcceleration, joint_acceleration
 from stribeck.equations.motion import Differentiator, differentiator
 from stribeck.equations.noise import NoiseLevels, measure_noise
@@ -47,6 +48,12 @@ class WeakForm:
         By the feet that stand.
     corrections
         What of the model and of the calibration is corrected beside the friction.
+    couplings
+        Coefficients of these joints in each coupling, shape (n, c).
+    period
+        [s].
+    delay
+        By which torques are taken to be late [s]; corrections start from there.
     """
 
     robot: Robot
@@ -60,17 +67,21 @@ class WeakForm:
     noise: NoiseLevels
     tilted: bool
     corrections: Corrections
+    couplings: Array
+    period: float
+    delay: float
 
     @property
     def velocity_noise(self) -> Array:
-        """Standard deviation of the velocities' noise [rad/s], shape (n,)."""
-        return np.asarray(self.noise.position[self.joints] * np.linalg.norm(self.filter.smooth[1]))
+        """Standard deviation of the velocities' noise [rad/s], of joints and couplings, shape (n + c,)."""
+        noise = self.noise.position[self.joints] * np.linalg.norm(self.filter.smooth[1])
+        return np.asarray(np.linalg.norm(noise[:, None] * acting(self.couplings), axis=0))
 
     def equations(self, segment: Segment, gait: int) -> WeakEquations:
         """Return the weak form of one segment, which is part of a numbered gait phase."""
         state = self.filter.state(self.robot, self.log, segment.first, segment.last, self.tilted)
         mode, window = self.contact_modes[segment.feet], self.window
-        torque = self.log.torque[segment.first : segment.last]
+        torque = self._torque(segment)
         wrench = self._wrench(mode, segment)
         left = mode.left_side(state, torque, wrench)
         columns = None
@@ -89,7 +100,7 @@ class WeakForm:
             left = without_contact_forces(left, at_every_row(forces, half, window.step, len(left)))
         of_acceleration, of_torque = window.overlaps(self.filter.sharp[2], np.ones(1))
         time = self.log.time[segment.first + half :: window.step][: len(centres)]
-        return WeakEquations(
+        plain = WeakEquations(
             time=time,
             since=time - (-np.inf if segment.begins is None else self.log.time[segment.begins]),
             until=(np.inf if segment.ends is None else self.log.time[segment.ends]) - time,
@@ -112,6 +123,15 @@ class WeakForm:
             temperature=self._temperature(segment),
             wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(mode.foot)],
         )
+        return with_couplings(plain, self.couplings)
+
+    def _torque(self, segment: Segment) -> Array:
+        """Return the torques that come `delay` after the segment's rows, shape (T, all joints)."""
+        late = round(self.delay / self.period)
+        torque = self.log.torque[segment.first + late : segment.last + late]
+        if self.delay == 0:
+            return torque
+        return torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0)
 
     def _temperature(self, segment: Segment) -> Array | None:
         if self.log.temperature is None:
@@ -156,6 +176,11 @@ class WeakForm:
         if self.corrections.gains:
             found.append(smooth(torque)[:, None] * own)
             found.append(zero_regressors(self.robot, mode.rooted, mode.rows, feet, smoothed))
+        if self.corrections.delays:
+            found.append(-(own @ smooth(np.gradient(torque, self.period, axis=0))[:, :, None]))
+        if self.corrections.delays > 1:
+            turning = np.zeros((len(smoothed.position), 3)) if turn is None else turn.angular_velocity
+            found.append(-(found[-2][:, :, -3:] @ turning[:, :, None]))
         if self.corrections.wrenches:
             sensors = np.zeros((len(smoothed.position), len(mode.rows), self.corrections.wrenches, WRENCH_SIZE))
             if wrench is not None:
@@ -163,7 +188,8 @@ class WeakForm:
                 own_sensor[:, :, :6], own_sensor[:, :, 6] = np.eye(6), smooth(wrench)
             found.append(sensors.reshape(*sensors.shape[:2], -1))
         if rotors := list(self.corrections.rotors):
-            found.append(smoothed.acceleration[:, None, self.joints[rotors]] * own[:, rotors])
+            turned = acting(self.couplings)[:, rotors]
+            found.append((smoothed.acceleration[:, self.joints] @ turned)[:, None] * (own @ turned))
         return np.concatenate(found, axis=2)
 
 
@@ -178,10 +204,13 @@ def _sensed_feet(robot: Robot, log: RobotLog) -> list[str]:
     return [foot for foot, contact in robot.contacts.items() if contact.kind == "surface" and foot in sensed]
 
 
-def find_corrections(robot: Robot, joints: NDArray[np.int64], settings: Settings) -> Corrections:
-    """Return what is corrected: nothing, the bodies' inertias, the calibration of the sensors, rotor inertias."""
+def find_corrections(robot: Robot, names: Sequence[str], settings: Settings) -> Corrections:
+    """Return what is corrected: nothing, inertias and the torques' delay, all sensors' calibration, rotor inertias.
+
+    `names` are those of joints, then of couplings.
+    """
     asked = settings.fit_armature
-    rotors = tuple(k for k, c in enumerate(joints) if asked is True or (asked and robot.joint_names[c] in asked))
+    rotors = tuple(k for k, name in enumerate(names) if asked is True or (asked and name in asked))
     if settings.corrections == "none":
         return Corrections(rotors=rotors)
     model = robot.tree.model
@@ -190,9 +219,10 @@ def find_corrections(robot: Robot, joints: NDArray[np.int64], settings: Settings
     return Corrections(
         bodies=tuple(str(model.names[body]) for body in bodies),
         inertial_parameters=np.stack([model.inertias[body].toDynamicParameters() for body in bodies]),
-        gains=len(joints) if calibration else 0,
+        gains=sum(name in robot.joint_names for name in names) if calibration else 0,
         zeros=len(robot.joint_names) if calibration else 0,
         tilts=3 if calibration else 0,
+        delays=1 + (calibration and robot.base == "floating"),
         rotors=rotors,
     )
 
@@ -207,6 +237,8 @@ def weak_form(
     settings: Settings,
     *,
     wrenches: bool = True,
+    couplings: Sequence[str] = (),
+    delay: float = 0.0,
 ) -> WeakForm:
     """Return the weak form of a log.
 
@@ -226,14 +258,19 @@ def weak_form(
         `tilt`, `corrections`, `fit_armature` and `double_support` are used.
     wrenches
         Whether the wrenches on standing surfaces are used, where the log has them and inertias are corrected.
+    couplings
+        Names of those whose friction is asked for too.
+    delay
+        By which torques are taken to be late [s].
     """
     columns = np.asarray(joints, dtype=np.int64)
+    names = [robot.joint_names[column] for column in columns]
     noise = measure_noise(log.position, log.torque, unbroken, log.foot_wrench)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
-    window, corrections = smooth_window(period), find_corrections(robot, columns, settings)
+    window, corrections = smooth_window(period), find_corrections(robot, [*names, *couplings], settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
     acceleration_kernels = joint_acceleration(log.position, noise.position, unbroken, period, window, kernels.smooth[2])
-    margin = max(kernels.margin, acceleration_kernels.margin)
+    margin = max(kernels.margin, acceleration_kernels.margin, round(abs(delay) / period))
     segments = cut_segments(phases, unbroken, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
     corrections = replace(corrections, wrenches=len(sensed))
@@ -253,6 +290,9 @@ def weak_form(
         noise=noise,
         tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
         corrections=corrections,
+        couplings=robot.coefficients(names, couplings),
+        period=period,
+        delay=delay,
     )
 
 

@@ -105,6 +105,8 @@ def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended
     kept = [name for name in result.joints if name not in joints]
     if kept:
         lines.append(f"Not identified, so that these joints keep what the model said: {', '.join(kept)}.")
+    if result.couplings:
+        lines.append(f"The friction of couplings has no place here: {', '.join(result.couplings)}.")
     if corrections and (corrections.torque_gain or corrections.encoder_zero):
         lines.append(
             "Gains of torque sensors and zeros of encoders were found too; they are the sensors', not the model's."

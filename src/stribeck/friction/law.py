@@ -30,7 +30,7 @@ class Parameter:
     `starts` is only for parameters that enter nonlinearly: the values a fit tries, times the joint's top speed to the
     power `start_speed_power`, so that one grid suits slow and fast, revolute and prismatic joints. `logarithmic`
     parameters are scales, whose intervals are symmetric in their logarithm. `neutral` is the value of a joint that does
-    without the parameter, of laws whose joints may.
+    without the parameter, of laws whose joints may, and of a coupling without an offset.
     """
 
     name: str

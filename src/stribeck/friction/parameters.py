@@ -11,7 +11,7 @@ MAX_GAIN = 10.0
 
 VISCOUS = Parameter(name="viscous", symbol="Fv", unit="N m s/rad")
 COULOMB = Parameter(name="coulomb", symbol="Fc", unit="N m")
-OFFSET = Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf)
+OFFSET = Parameter(name="offset", symbol="tau_os", unit="N m", lower=-np.inf, neutral=0.0)
 STRIBECK_GAIN = Parameter(name="stribeck_gain", symbol="S", unit="1", upper=MAX_GAIN)
 STRIBECK_VELOCITY = Parameter(
     name="stribeck_velocity",

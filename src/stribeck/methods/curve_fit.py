@@ -12,6 +12,8 @@ from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
+LEFT_OUT = "the curve fit takes the friction of couplings for that of their joints (the method whole-log does not)"
+
 
 def find(
     prepared: Sequence[PreparedLog],
@@ -25,7 +27,19 @@ def find(
     samples = friction_torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
-    return Finding(fits=fits, validations=validate(fits, samples, law, settings), robot=robot, logs=prepared)
+    return Finding(
+        fits=fits,
+        validations=validate(fits, samples, law, settings),
+        robot=robot,
+        logs=prepared,
+        warnings=[f"{LEFT_OUT}: {', '.join(robot.couplings)}"] if robot.couplings else [],
+    )
 
 
-CURVE_FIT = Method(name="curve-fit", uses=SHARED | {"loss", "averaged_law", "holdout"}, laws=LAWS, find=find)
+CURVE_FIT = Method(
+    name="curve-fit",
+    uses=SHARED | {"loss", "averaged_law", "holdout"},
+    laws=LAWS,
+    defaults=lambda _: {"law": "stribeck"},
+    find=find,
+)

@@ -31,26 +31,38 @@ FEWEST = 5
 
 def joints_that_move(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
-) -> tuple[NDArray[np.int64], Array]:
-    """Return the columns of the torque-controlled joints that move enough, and their top speeds [rad/s]."""
+) -> tuple[NDArray[np.int64], tuple[str, ...], Array]:
+    """Return the columns of the torque-controlled joints that move enough, couplings of these, and all top speeds.
+
+    The top speeds [rad/s] are those of the joints, then of the couplings.
+    """
     velocity, block = _some_speeds(prepared, robot)
-    reasons = []
-    for k, column in enumerate(robot.torque_controlled):
+    names = [robot.joint_names[column] for column in robot.torque_controlled]
+
+    def reason(speed: Array, prismatic: bool) -> str:
         problem = FitProblem(
             law=law,
             parameters=law.parameters,
-            velocity=velocity[:, k],
-            friction_torque=np.zeros(len(velocity)),
+            velocity=speed,
+            friction_torque=np.zeros(len(speed)),
             acceleration=None,
             block=block,
         )
-        reasons.append(excitation(problem, robot.prismatic[column]).reason)
+        return excitation(problem, prismatic).reason
+
+    slides = [robot.prismatic[column] for column in robot.torque_controlled]
+    reasons = [reason(own, slide) for own, slide in zip(velocity.T, slides, strict=True)]
     moves = np.array([not reason for reason in reasons])
     if not moves.any():
-        names = [robot.joint_names[column] for column in robot.torque_controlled[:3]]
-        why = "; ".join(f"{name}: {reason}" for name, reason in zip(names, reasons, strict=False))
+        why = "; ".join(f"{name}: {reason}" for name, reason in list(zip(names, reasons, strict=True))[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {why}")
-    return robot.torque_controlled[moves], np.percentile(np.abs(velocity[:, moves]), TOP_SPEED, axis=0)
+    moving = {name for name, moved in zip(names, moves, strict=True) if moved}
+    sums = {name: velocity @ robot.coefficients(names, [name])[:, 0] for name in robot.couplings}
+    couplings = [
+        name for name, own in robot.couplings.items() if moving.issuperset(own) and not reason(sums[name], False)
+    ]
+    speeds = np.column_stack([velocity[:, moves], *(sums[name] for name in couplings)])
+    return robot.torque_controlled[moves], tuple(couplings), np.percentile(np.abs(speeds), TOP_SPEED, axis=0)
 
 
 def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from stribeck.errors import SettingsError
@@ -58,16 +59,17 @@ def write_report(
             f"{path}: this result has no samples to draw (read from a result.json?); expected one from `identify`"
         )
     law = get_law(result.law)
+    shown = replace(result, joints=result.all_friction, couplings={})
     with house_style():
         sections = [
-            verdict_table(result, evidence, law, reference),
+            verdict_table(shown, evidence, law, reference),
             warnings(result),
-            terms(result),
+            terms(shown),
             *further,
-            joint_panels(result, evidence, law, reference),
+            joint_panels(shown, evidence, law, reference),
             sides(result, evidence, law),
             corrections(result),
-            power(result),
+            power(shown),
             timeline(evidence.phases, _start(evidence.close_up)),
             provenance(result, evidence),
         ]

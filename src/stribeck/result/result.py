@@ -13,6 +13,7 @@ from typing_extensions import TypedDict
 
 from stribeck.errors import SettingsError
 from stribeck.result.corrections import Corrections
+from stribeck.result.coupling import CouplingResult
 from stribeck.result.evidence import Evidence
 from stribeck.result.joint import JointResult
 from stribeck.result.tables import html_table, parameter_rows, verdict_counts
@@ -26,13 +27,25 @@ SCHEMA = 1
 
 @dataclass(frozen=True, kw_only=True)
 class LogSummary:
-    """Which log, and how much of it was used; for several logs `path` and `sha256` are lists."""
+    """Which log, and how much of it was used; for several logs `path` and `sha256` are lists.
+
+    `samples` is how many there are on the even clock, without those that gaps and missing values cost; 0 if not known.
+    """
 
     path: str | list[str]
     sha256: str | list[str]
     duration: float
     rate: float
     samples_used: int
+    samples: int = 0
+
+    @property
+    def usage(self) -> str:
+        """How many samples a fit may use, of how many, in words."""
+        if not self.samples:
+            return f"{self.samples_used:,} samples used"
+        share = 100 * self.samples_used / self.samples
+        return f"{self.samples_used:,} of {self.samples:,} samples used ({share:.0f} %)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +55,7 @@ class Result:
     Examples
     --------
     >>> result
-    Result('arm', law stribeck, method curve-fit, 3 joints: 3 identified)
+    Result('arm', law auto, method whole-log, 3 joints: 3 identified)
     >>> found = result.joints["elbow"].parameters["coulomb"]
     >>> round(found.value, 2), found.unit, found.verdict
     (1.2, 'N m', 'identified')
@@ -55,14 +68,21 @@ class Result:
     joints: dict[str, JointResult]
     warnings: list[str]
     stribeck: str
+    couplings: dict[str, CouplingResult] = field(default_factory=dict)
     corrections: Corrections | None = None
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Tell every joint the law, so that it can say its friction."""
-        joints = {name: replace(joint, law=self.law) for name, joint in self.joints.items()}
-        object.__setattr__(self, "joints", joints)
+        for of in ("joints", "couplings"):
+            found = {name: replace(joint, law=self.law) for name, joint in getattr(self, of).items()}
+            object.__setattr__(self, of, found)
+
+    @property
+    def all_friction(self) -> dict[str, JointResult]:
+        """Joints, and couplings behind them."""
+        return {**self.joints, **self.couplings}
 
     def __repr__(self) -> str:
         return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
@@ -104,6 +124,7 @@ class Result:
             "law": self.law,
             "method": self.method,
             "joints": {name: _joint_to_plain(joint) for name, joint in self.joints.items()},
+            **({"couplings": {k: _joint_to_plain(v) for k, v in self.couplings.items()}} if self.couplings else {}),
             **({"corrections": asdict(self.corrections)} if self.corrections else {}),
             "warnings": self.warnings,
         }
@@ -149,6 +170,7 @@ class _Document(TypedDict):
     law: str
     method: str
     joints: dict[str, JointResult]
+    couplings: NotRequired[dict[str, CouplingResult]]
     corrections: NotRequired[Corrections]
     warnings: list[str]
 

@@ -16,7 +16,7 @@ def parameter_rows(result: Result) -> dict[str, list[object]]:
     columns: dict[str, list[object]] = {key: [] for key in ("joint", "parameter")}
     numbers = ("value", "standard_error", "low", "high")
     columns |= {key: [] for key in (*numbers, "unit", "verdict", "joint_verdict", "reason")}
-    for name, joint in result.joints.items():
+    for name, joint in result.all_friction.items():
         for parameter, found in joint.parameters.items():
             own = (found.value, found.standard_error, *found.interval_95, found.unit, found.verdict)
             _append(columns, (name, parameter, *own, joint.verdict, joint.reason))
@@ -57,13 +57,13 @@ def friction_text(joint: JointResult) -> str:
 
 def html_table(result: Result) -> str:
     """Return an HTML table with a row for each joint: its verdict, and each parameter with its standard error."""
-    names = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
+    names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
     head = "".join(f"<th>{escape(text)}</th>" for text in ("joint", "verdict", *names))
     rows = "".join(
         f'<tr title="{escape(joint.reason)}"><th>{escape(name)}</th><td>{escape(joint.verdict)}</td>'
         + "".join(f"<td>{_cell(joint, parameter)}</td>" for parameter in names)
         + "</tr>"
-        for name, joint in result.joints.items()
+        for name, joint in result.all_friction.items()
     )
     caption = escape(f"{result.robot}: law {result.law}, method {result.method}, {verdict_counts(result)}")
     return f"<table><caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"

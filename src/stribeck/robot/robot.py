@@ -16,7 +16,7 @@ from stribeck.errors import RobotFileError
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import LogTable, RobotFile, Settings, describe, parse_toml
+from stribeck.settings import LogTable, RobotFile, RobotTable, Settings, describe, parse_toml
 from stribeck.typing import Array, TorqueSource
 
 ENDLESS = 4 * np.pi
@@ -59,6 +59,8 @@ class Robot:
         In the world, or in the frame of a fixed base [m/s^2], shape (3,).
     torque_source, log_table, settings
         As the robot file says.
+    couplings
+        By name, coefficients b_j of torque-controlled joints: friction R(sum_j b_j v_j) acts on joint j as b_j R.
     warnings
         What is odd about the model.
     path
@@ -83,6 +85,7 @@ class Robot:
     base_frame: str = BASE_FRAME
     gravity: Array
     torque_source: TorqueSource = "link_side_sensor"
+    couplings: dict[str, dict[str, float]] = field(default_factory=dict)
     log_table: LogTable = field(default_factory=LogTable)
     settings: Settings = field(default_factory=Settings)
     warnings: tuple[str, ...] = ()
@@ -199,6 +202,11 @@ class Robot:
         """Columns of the joints whose torque is measured (the selection S_tc of (5.3))."""
         return np.array([k for k, name in enumerate(self.joint_names) if name not in self.position_controlled])
 
+    def coefficients(self, joints: Sequence[str], couplings: Sequence[str]) -> Array:
+        """Return the coefficients of some joints in some couplings, shape (joints, couplings)."""
+        rows = [[self.couplings[coupling].get(joint, 0.0) for coupling in couplings] for joint in joints]
+        return np.array(rows).reshape(len(joints), len(couplings))
+
     @cached_property
     def _rooted(self) -> dict[str, RootedModel]:
         return {}
@@ -303,9 +311,29 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         base_frame=table.base_frame or BASE_FRAME,
         gravity=gravity,
         torque_source=table.torque_source,
+        couplings=_couplings(table, names, str(path)),
         log_table=file.log,
         settings=file.identify,
         warnings=tuple(warnings),
         path=str(path),
         model_path=str(path.parent / table.model),
     )
+
+
+def _couplings(table: RobotTable, joints: Sequence[str], path: str) -> dict[str, dict[str, float]]:
+    """Return the couplings by name, or say what is wrong with one."""
+    measured = [name for name in joints if name not in table.position_controlled]
+    found: dict[str, dict[str, float]] = {}
+    for coupling in table.couplings:
+        name = coupling.name or "+".join(coupling.joints)
+        where = f"{path}: [[robot.couplings]] '{name}'"
+        if unknown := [joint for joint in coupling.joints if joint not in measured]:
+            raise RobotFileError(
+                f"{where} names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(measured)}"
+            )
+        if len(coupling.joints) < 2 or not all(coupling.joints.values()):
+            raise RobotFileError(f"{where} needs two joints or more, each with a coefficient that is not 0")
+        if name in found or name in joints:
+            raise RobotFileError(f"{where} has the name of another coupling or joint; give it a 'name' of its own")
+        found[name] = coupling.joints
+    return found

@@ -145,12 +145,10 @@ def _verdict(
 def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:
     """Return the share of samples in which friction would add power, v (R - offset) < 0, (7.9).
 
-    The paper's tau_f is -R, so its P = v tau_f is positive there. Torque of a fitted armature is not friction.
+    The paper's tau_f is -R, so its P = v tau_f is positive there.
     """
     values = dict(zip(fit.names, fit.values, strict=True))
     torque = problem.friction_torque - values.get("offset", 0.0)
-    if problem.acceleration is not None:
-        torque = torque - values["armature"] * problem.acceleration
     power = problem.velocity * torque
     dead_zone = POWER_DEAD_ZONE * _rms(problem.velocity) * _rms(torque)
     return float(np.mean(power < -dead_zone))

@@ -21,8 +21,9 @@ from stribeck.weak_equations import WeakEquations
 class WithCovariates(Sequence[WeakEquations]):
     """Equations with their covariates, computed when they are asked for.
 
-    The load is the torque that reaches the link, the measured torque without friction, so that friction is not taken
-    for its own cause.
+    The load is the torque that reaches the link: inverse dynamics where a joint has an equation of its own, as what is
+    left of the measured torque would be taken for its own cause there, least of all with a gain that is free. Where
+    contact forces are unknown, it is the measured torque without friction.
 
     Attributes
     ----------
@@ -55,6 +56,8 @@ class WithCovariates(Sequence[WeakEquations]):
 
     def of(self, part: WeakEquations) -> WeakEquations:
         """Return equations with their covariates."""
+        if part.projection is None:
+            return replace(part, covariates=np.stack([np.abs(part.torque - part.residual), self._slow(part)], axis=2))
         windows, slow = curve_windows(replace(part, covariates=None), self.basis), self._slow(part)
         load = _carried(part, windows, self.friction)
         if self.refined is not None:
@@ -69,8 +72,15 @@ class WithCovariates(Sequence[WeakEquations]):
 
 
 def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
-    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of the basis."""
-    return np.asarray(np.abs(part.torque - np.einsum("kjr,jr->kj", windows, friction)))
+    """Return the size of the torque that joints carry [N m], shape (K, n), from windows of the basis.
+
+    Of a coupling it is zero.
+    """
+    own = np.einsum("kjr,jr->kj", windows, friction)
+    if part.couplings is not None:
+        own[:, : part.joints] += own[:, part.joints :] @ part.couplings.T
+        own[:, part.joints :] = 0.0
+    return np.asarray(np.abs(part.torque - own))
 
 
 def with_covariates(
@@ -102,7 +112,7 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list
     for column in range(loads.shape[1]):
         temperature = [part.temperature[:, column] for part in pilot if part.temperature is not None]
         reasons.append(_slow_reasons(slow, _last(pilot), temperature))
-        if deviation[column] < LEAST_LOAD_VARIATION * mean[column]:
+        if deviation[column] <= LEAST_LOAD_VARIATION * mean[column]:
             said = f"{mean[column]:.3g} N m +- {deviation[column]:.2g}"
             reasons[-1]["load"] = f"its load hardly changes: {said}"
     return reasons

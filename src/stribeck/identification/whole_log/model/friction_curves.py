@@ -16,6 +16,9 @@ from stribeck.identification.whole_log.model.basis import Basis
 from stribeck.settings import Priors
 from stribeck.typing import Array
 
+FIXED = 1e-9
+"""Standard deviation of a parameter that a joint does without, in its internal coordinate."""
+
 
 @dataclass(frozen=True, eq=False)
 class Curves:
@@ -34,6 +37,8 @@ class Curves:
     group_prior
         Mean and standard deviation over the joints of internal coordinates, shape (2, p); NaN for what is
         not shared, None before empirical Bayes.
+    free
+        Which parameters each joint has, shape (n, p); all if None.
     """
 
     law: FrictionLaw
@@ -42,6 +47,7 @@ class Curves:
     torque: Array
     priors: Priors
     group_prior: Array | None = field(default=None, kw_only=True)
+    free: NDArray[np.bool_] | None = field(default=None, kw_only=True)
 
     @property
     def shared(self) -> list[int]:
@@ -56,11 +62,26 @@ class Curves:
     def of(self, joints: Sequence[int] | NDArray[np.int64]) -> Self:
         """Return the curves of some joints, each as often as it is named."""
         basis = replace(self.basis, velocity=self.basis.velocity[joints])
-        return replace(self, basis=basis, top_speed=self.top_speed[joints], torque=self.torque[joints])
+        free = None if self.free is None else self.free[joints]
+        return replace(self, basis=basis, top_speed=self.top_speed[joints], torque=self.torque[joints], free=free)
 
-    def has(self, joint: int) -> NDArray[np.bool_]:  # noqa: ARG002 - the same law in all joints
+    @property
+    def having(self) -> NDArray[np.bool_]:
+        """Which parameters each joint has, shape (n, p)."""
+        return np.broadcast_to(True if self.free is None else self.free, (len(self.top_speed), len(self.parameters)))
+
+    def has(self, joint: int) -> NDArray[np.bool_]:
         """Return which of them a joint has, shape (p,)."""
-        return np.ones(len(self.parameters), dtype=bool)
+        return np.asarray(self.having[joint])
+
+    def only(self, free: NDArray[np.bool_]) -> Self:
+        """Return the curves of joints with none but these of their parameters, shape (n, p)."""
+        return replace(self, free=free & self.having)
+
+    @property
+    def neutral(self) -> Array:
+        """Internal coordinates of a joint that does without, shape (p,); nan for what every joint has."""
+        return to_internal(np.array([neutral_value(parameter) for parameter in self.parameters]), self.logarithmic)
 
     @property
     def logarithmic(self) -> NDArray[np.bool_]:
@@ -69,9 +90,9 @@ class Curves:
 
     @property
     def bounds(self) -> Array:
-        """Bounds of the internal coordinates, shape (2, p)."""
+        """Bounds of the internal coordinates, shape (2, n, p): one value where a joint does without."""
         bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.parameters]).T
-        return to_internal(bounds, self.logarithmic)
+        return np.where(self.having, to_internal(bounds, self.logarithmic)[:, None, :], self.neutral)
 
     def external(self, internal: Array) -> Array:
         """Return parameter values, shape (n, p), from internal coordinates, shape (n, p)."""
@@ -108,7 +129,7 @@ class Curves:
         if self.group_prior is not None:
             known = np.isfinite(self.group_prior[0])
             mean[:, known], prior_std[:, known] = self.group_prior[:, None, known]
-        return mean, prior_std
+        return np.where(self.having, mean, self.neutral), np.where(self.having, prior_std, FIXED)
 
     def shapes(self) -> Iterator[list[dict[str, float]]]:
         """Yield two sets of nonlinear parameters to start from, each by joint: scales at low and at higher speeds."""
@@ -142,3 +163,8 @@ class Curves:
         """Return internal coordinates within their bounds, shape (n, p), from values of the law, shape (n, p)."""
         low, high = self.bounds
         return np.clip(to_internal(values, self.logarithmic), low, high)
+
+
+def neutral_value(parameter: Parameter) -> float:
+    """Return the value of a joint that does without a parameter; nan if none may."""
+    return float("nan") if parameter.neutral is None else parameter.neutral

@@ -10,9 +10,7 @@ velocity, some of them times a covariate (docs/estimator.md, "Friction curves").
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +18,10 @@ from numpy.typing import NDArray
 from stribeck.friction import Parameter
 from stribeck.friction.assembled import JUMP, Assembled
 from stribeck.friction.terms import LADDER, LOAD, SLOW
-from stribeck.identification.curve_fit.descent import to_internal
 from stribeck.identification.whole_log.constants import VARYING_BASIS_TOLERANCE
 from stribeck.identification.whole_log.model.basis import Basis, grid_of, spanning
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.typing import Array
-
-FIXED = 1e-9
-"""Standard deviation of a parameter that a joint does without, in its internal coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,33 +32,14 @@ class VaryingCurves(Curves):
     ----------
     slow
         What friction changes slowly with: "temperature" or "drift".
-    free
-        Which parameters each joint has, shape (n, p).
     """
 
     slow: str
-    free: NDArray[np.bool_]
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The law's, then those of load and slow change."""
         return (*self.law.parameters, LOAD, *SLOW[self.slow])
-
-    def has(self, joint: int) -> NDArray[np.bool_]:
-        """Return which of them a joint has, shape (p,)."""
-        return np.asarray(self.free[joint])
-
-    @property
-    def neutral(self) -> Array:
-        """Internal coordinates of a joint that does without, shape (p,); nan for what every joint has."""
-        return to_internal(np.array([neutral_value(parameter) for parameter in self.parameters]), self.logarithmic)
-
-    @property
-    def bounds(self) -> Array:
-        """Bounds of the internal coordinates, shape (2, n, p): one value where a joint does without."""
-        bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.parameters]).T
-        internal = to_internal(bounds, self.logarithmic)[:, None, :]
-        return np.where(self.free, internal, self.neutral)
 
     def coefficients(self, internal: Array) -> Array:
         """Return the coefficients of all joints' curves [N m], shape (n R,)."""
@@ -89,40 +64,22 @@ class VaryingCurves(Curves):
             found.append(self.basis.coefficients(base, loaded, slow) * np.where(self.logarithmic, p, 1.0))
         return np.stack(found)
 
-    def prior(self) -> tuple[Array, Array]:
-        """Return mean and standard deviation of the prior of the internal coordinates, shape (n, p) each."""
-        mean, prior_std = super().prior()
-        return np.where(self.free, mean, self.neutral), np.where(self.free, prior_std, FIXED)
-
     def inside(self, values: Array) -> Array:
         """Return internal coordinates, shape (n, p), from values of the law alone: nothing changes with a covariate."""
         beyond = np.zeros((len(values), len(self.parameters) - len(self.law.parameters)))
         return super().inside(np.hstack([values, beyond]))
 
-    def only(self, free: NDArray[np.bool_]) -> VaryingCurves:
-        """Return the curves of joints with these parameters, shape (n, p)."""
-        return replace(self, free=free)
-
-    def of(self, joints: Sequence[int] | NDArray[np.int64]) -> Self:
-        """Return the curves of some joints, each as often as it is named."""
-        return replace(super().of(joints), free=self.free[joints])
-
     def with_terms(self, kept: frozenset[str]) -> NDArray[np.bool_]:
         """Return which parameters a joint with these terms has, shape (p,)."""
-        named = {name for term in LADDER if term.name in kept for name in term.parameters}
-        return np.array([parameter.neutral is None or parameter.name in named for parameter in self.parameters])
-
-
-def neutral_value(parameter: Parameter) -> float:
-    """Return the value of a joint that does without a parameter; nan if none may."""
-    return float("nan") if parameter.neutral is None else parameter.neutral
+        without = {name for term in LADDER for name in term.parameters}
+        without -= {name for term in LADDER if term.name in kept for name in term.parameters}
+        return np.array([parameter.name not in without for parameter in self.parameters])
 
 
 def varying_curves(plain: Curves, basis: Basis, slow: str) -> VaryingCurves:
     """Return the curves with all terms for joints whose scales are known."""
-    count = len(plain.law.parameters) + 3
-    free = np.ones((len(plain.top_speed), count), dtype=bool)
-    return VaryingCurves(plain.law, basis, plain.top_speed, plain.torque, plain.priors, slow, free)
+    free = np.hstack([plain.having, np.ones((len(plain.top_speed), 3), dtype=bool)])
+    return VaryingCurves(plain.law, basis, plain.top_speed, plain.torque, plain.priors, slow, free=free)
 
 
 def rising(basis: Basis) -> Basis:

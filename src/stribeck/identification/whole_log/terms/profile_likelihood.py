@@ -95,7 +95,7 @@ def _linearise(curves: VaryingCurves, model: ModelCorrections, solution: Solutio
     parameters, layout = Parametrisation(curves, model), solution.layout
     mean, precision = parameters.prior
     free = np.ones(layout.size, dtype=bool)
-    free[layout.friction] = (curves.free & ~solution.at_bound).ravel()
+    free[layout.friction] = (curves.having & ~solution.at_bound).ravel()
     owner = np.full(layout.size, -1)
     owner[layout.friction] = np.repeat(np.arange(layout.joints), layout.per_joint)
     values = parameters.values(solution.x)

@@ -38,7 +38,9 @@ def validate(
     """
     if not held_out:
         return (None,) * len(curves.top_speed)
-    candidates = np.stack([friction, np.zeros_like(friction), coulomb_curves(training, corrections)])
+    candidates = np.stack(
+        [friction, np.zeros_like(friction), coulomb_curves(training, corrections, held_out[0].joints)]
+    )
     rms = friction_residual_rms(held_out, curves, components, friction, corrections, candidates)
     return tuple(
         Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(coulomb))
@@ -73,10 +75,16 @@ def friction_residual_rms(
     return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
 
 
-def coulomb_curves(normal_equations: NormalEquations, corrections: Array) -> Array:
-    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (n r,)."""
+def coulomb_curves(normal_equations: NormalEquations, corrections: Array, joints: int) -> Array:
+    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (n r,).
+
+    The first `joints` have offsets; couplings, behind them, have none.
+    """
     basis, friction, model = normal_equations.basis, normal_equations.layout.friction, normal_equations.layout.model
-    columns = [basis.coefficients(np.column_stack([np.sign(v), np.ones_like(v)])) for v in basis.velocity]
+    columns = [
+        basis.coefficients(np.column_stack([np.sign(v), np.full_like(v, k < joints)]))
+        for k, v in enumerate(basis.velocity)
+    ]
     whole = block_diag(*columns)
     matrix = whole.T @ normal_equations.information[friction, friction] @ whole
     vector = whole.T @ (
