@@ -40,7 +40,7 @@ from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import Result
 from stribeck_simulation.scenario import read_scenario
 from studies.accuracy_cases import CASES, measured
-from studies.held_out import ROOT, UNUSED
+from studies.held_out import ROOT
 from studies.kept_walks import kept_walk
 
 MODULES = (whole_log_constants, equations_constants)
@@ -115,7 +115,7 @@ def fits(folder: Path, scratch: Path, wanted: Collection[str]) -> dict[str, Fit]
     convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
     for name, (log, own) in LOGS.items():
         robot = Robot.from_file(convert(name, folder, scratch) / "robot.toml")
-        update = {**UNUSED, "method": "whole-log", "corrections": "inertia", **own}
+        update = {"corrections": "inertia", **own}
         found[name] = partial(identify, [scratch / name / log], robot, robot.settings.model_copy(update=update))
     return {name: fit for name, fit in found.items() if name in wanted}
 
