@@ -26,6 +26,7 @@ import runpy
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -41,14 +42,13 @@ from studies.accuracy_cases import CASES, LAW, NAMES, exact_walks
 from studies.accuracy_table import CURVE_FIT, Key, Run, key_of
 from studies.bar import bar
 from studies.harder_cases import CONDITIONS, as_seen, other_walks
-from studies.held_out import BANDS, ROOT, parts_of, torque_errors
-from studies.held_out import METHODS as UPDATES
+from studies.held_out import BANDS, ROOT, parts_of, slowest_speeds, torque_errors
 
 FULL = "full"
 SETTINGS = Settings(law=LAW, method="whole-log", corrections="calibration")
 """Of all rows but the curve fit's: what a user has on a robot that walks."""
 METHODS: dict[str, Callable[[Sequence[RobotLog], Robot], Result]] = {
-    CURVE_FIT: partial(identify, settings=Settings(law=LAW)),
+    CURVE_FIT: partial(identify, settings=Settings(law=LAW, method="curve-fit")),
     "bar": lambda logs, robot: bar(logs, robot)[0],
 }
 """Of rows that are not of the joint estimator."""
@@ -60,7 +60,10 @@ PLACES: tuple[tuple[str, str], ...] = (
     *((robot, case) for case in CONDITIONS for robot in ("TORO-like", "G1")),
     *(
         (robot, case)
-        for case in ("A, wrong model", "B, wrong model", "A", "B", "A, wrong model and calibration")
+        for case in (
+            *("A, wrong model", "B, wrong model", "A", "B", "A, wrong model and calibration"),
+            *(name for name, case in CASES.items() if case.differing),
+        )
         for robot in ("TORO-like", "G1")
     ),
 )
@@ -91,10 +94,9 @@ def run(key: Key) -> Run:
 
 def held_out(folder: Path, component: str) -> dict[str, float]:
     """Return the held-out torque errors of a real robot's joints, root mean square [N m]; see `studies.held_out`."""
-    robot = Robot.from_file(folder / "robot.toml")
+    robot = Robot.from_file(folder / ("curve-fit.toml" if component == CURVE_FIT else "robot.toml"))
     parts = parts_of([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
-    speeds = np.concatenate([np.gradient(part.position, part.time, axis=0) for part in parts])
-    slowest = robot.settings.rest * np.percentile(np.abs(speeds), 99, axis=0)
+    slowest = slowest_speeds(parts)
     errors = []
     for part in parts:
         result, believed = _fitted([other for other in parts if other is not part], robot, component)
@@ -111,9 +113,8 @@ def _fitted(logs: list[RobotLog], robot: Robot, component: str) -> tuple[Result,
     """Return what is found without a component, and the robot that it is found with."""
     if component == "bar":
         return bar(logs, robot)
-    update = UPDATES[CURVE_FIT if component == CURVE_FIT else "whole-log"]
     with without(component):
-        return identify(logs, robot, robot.settings.model_copy(update=update)), robot
+        return identify(logs, robot), robot
 
 
 def read(path: Path) -> tuple[dict[Key, Run], dict[str, Held]]:
@@ -227,19 +228,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--components", nargs="+", default=list(COMPONENTS), choices=COMPONENTS, help="only these")
     parser.add_argument("--robots", nargs="+", help="only these, real ones or simulated")
+    parser.add_argument("--cases", nargs="+", choices=[*CONDITIONS, *CASES], help="only these, and no real robots")
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0], help="of the simulated cases' errors")
     parser.add_argument("--save", type=Path, help="JSON that is read at first, and written after every run")
     arguments = parser.parse_args()
     runs, held = read(arguments.save) if arguments.save else ({}, {})
     wanted = arguments.robots or [*BANDS, *(robot for robot, _ in PLACES)]
-    for robot, case in PLACES:
+    cases = arguments.cases or [case for _, case in PLACES]
+    for (robot, case), seed in product(PLACES, arguments.seeds):
         for component in arguments.components:
-            key = (robot, case, component, 0)
-            if robot in wanted and key not in runs:
+            key = (robot, case, component, seed)
+            if robot in wanted and case in cases and key not in runs:
                 runs[key] = run(key)
                 print(*by_case([runs[key]]), flush=True)
                 if arguments.save:
                     write(arguments.save, runs, held)
-    if folder := os.environ.get("STRIBECK_REAL_LOGS"):
+    if not arguments.cases and (folder := os.environ.get("STRIBECK_REAL_LOGS")):
         convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
         with tempfile.TemporaryDirectory() as scratch:
             for robot in (name for name in BANDS if name in wanted):

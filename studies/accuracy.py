@@ -41,6 +41,7 @@ from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, Case, as_walked, exact_walks, measured, wrong_model
 from studies.accuracy_table import (
     CURVE_FIT,
+    DEFAULT,
     DEVIATIONS_HEAD,
     HEAD,
     METHODS,
@@ -64,14 +65,13 @@ DIGITS = 4
 
 
 def methods(case: Case) -> dict[str, Settings]:
-    """Return the settings that are compared: the paper's method, and the whole log with all that may be wrong set free.
+    """Return the settings that are compared: the paper's method, the default, and the whole log with the law known.
 
     Nobody knows beforehand whether model or sensors are wrong: the settings are the same in all cases.
     """
-    whole = Settings(law=LAW, method="whole-log", corrections="calibration")
-    found = {CURVE_FIT: Settings(law=LAW), WHOLE_LOG: whole}
+    found = {CURVE_FIT: Settings(law=LAW, method="curve-fit"), DEFAULT: Settings(), WHOLE_LOG: Settings(law=LAW)}
     if not (case.wrong_model or case.harder):
-        found[TRUSTED] = Settings(law=LAW, method="whole-log", corrections="none")
+        found[TRUSTED] = Settings(law=LAW, corrections="none")
     return found
 
 
@@ -111,16 +111,21 @@ def compared(
     key: Key, result: Result, truth: dict[str, dict[str, float]], speeds: dict[str, Array], seconds: float
 ) -> Run:
     """Return a result beside the truth."""
-    joints = [joint for joint in truth if result.joints[joint].parameters]
-    found = [result.joints[joint].parameters for joint in joints]
-    values = np.array([[each[name].value for name in NAMES] for each in found])
-    true = np.array([[truth[joint][name] for name in NAMES] for joint in joints])
-    law, coulomb = get_law(LAW), true[:, NAMES.index("coulomb")]
+    law, joints = get_law(LAW), [joint for joint in truth if result.joints[joint].parameters]
+    there = {
+        name: [
+            (result.joints[joint].parameters[name], truth[joint][name])
+            for joint in joints
+            if name in result.joints[joint].parameters
+        ]
+        for name in NAMES
+    }
+    levels = [truth[joint]["coulomb"] for joint in joints]
     differences = [
-        law.torque(speeds[joint], a) - law.torque(speeds[joint], b)
-        for joint, a, b in zip(joints, values, true, strict=True)
+        result.joints[joint].friction(speeds[joint])
+        - law.torque(speeds[joint], np.array([truth[joint][name] for name in NAMES]))
+        for joint in joints
     ]
-    error = values - true
     robot, case, method, seed = key
     return Run(
         robot=robot,
@@ -130,18 +135,15 @@ def compared(
         seconds=_rounded(seconds),
         chi_square=_rounded(result.corrections.chi_square) if result.corrections else None,
         joints=joints,
-        relative=[_rounded(each) for each in np.abs(error[:, NAMES.index("coulomb")]) / coulomb],
-        shape=[_rounded(np.std(each) / level) for each, level in zip(differences, coulomb, strict=True)],
-        error={name: [_rounded(each) for each in error[:, k]] for k, name in enumerate(NAMES)},
-        standard_error={name: [_rounded(each[name].standard_error) for each in found] for name in NAMES},
+        relative=[_rounded(abs(found.value / known - 1)) for found, known in there["coulomb"]],
+        shape=[_rounded(float(np.std(each)) / level) for each, level in zip(differences, levels, strict=True)],
+        error={name: [_rounded(found.value - known) for found, known in pairs] for name, pairs in there.items()},
+        standard_error={name: [_rounded(found.standard_error) for found, _ in pairs] for name, pairs in there.items()},
         held={
-            name: [
-                int(each[name].interval_95[0] <= known <= each[name].interval_95[1])
-                for each, known in zip(found, true[:, k], strict=True)
-            ]
-            for k, name in enumerate(NAMES)
+            name: [int(found.interval_95[0] <= known <= found.interval_95[1]) for found, known in pairs]
+            for name, pairs in there.items()
         },
-        weak={name: [int(each[name].verdict == "weak") for each in found] for name in NAMES},
+        weak={name: [int(found.verdict == "weak") for found, _ in pairs] for name, pairs in there.items()},
     )
 
 

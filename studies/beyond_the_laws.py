@@ -34,7 +34,7 @@ from studies.accuracy_cases import measured
 from studies.beyond_cases import CASES, INSIDE, walk
 
 LAW = "stribeck"
-METHODS = {"curve-fit": Settings(law=LAW), "whole-log": Settings(law=LAW, method="whole-log")}
+METHODS = {"curve-fit": Settings(law=LAW, method="curve-fit"), "whole-log": Settings(law=LAW, corrections="inertia")}
 SEEDS = 2
 
 

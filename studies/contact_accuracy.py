@@ -62,7 +62,7 @@ def leg_joints(joints: Iterable[str]) -> list[str]:
 def accuracy(scenario: Scenario) -> dict[str, Row]:
     """Return what is found of every joint that has friction in a scenario."""
     found = run_scenario(scenario)
-    joints = identify(found.log, found.robot).joints
+    joints = identify(found.log, found.robot, method="curve-fit").joints
     return {joint: _row(joints[joint], truth) for joint, truth in found.truth.parameters.items()}
 
 

@@ -7,7 +7,8 @@ what they have not seen:
 
     W[torque - inverse dynamics(q, v, a; the method's own model) - friction(v, a)]
 
-root mean square, joint by joint, while the joint moves. W and the motion's filter are the same for all methods. What a
+root mean square, joint by joint, while the joint moves; the torque is that which comes later by the delay that the
+method found, if it looks for one. W and the motion's filter are the same for all methods. What a
 method declines to say of a joint is no error of any method.
 """
 
@@ -19,7 +20,7 @@ import os
 import runpy
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -28,12 +29,14 @@ import numpy as np
 import pinocchio as pin
 from scipy.signal import butter, sosfiltfilt
 
-from stribeck import Robot, Settings, identify, read_log
+from stribeck import Robot, identify, read_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
+from stribeck.log.interpolation import linear
 from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
 from stribeck.typing import Array
+from studies.least_squares import least_squares
 
 ROOT = Path(__file__).parents[1]
 BANDS = {"tx40": 20.0, "kinova-gen3": 10.0, "go2": 12.0, "double-pendulum": 6.0}
@@ -44,17 +47,17 @@ ORDER = 4
 """Of both Butterworth filters, which run forwards and backwards."""
 PARTS = 4
 """Of a robot's only log [1]; several logs are held out one by one."""
+REST = 0.01
+"""Share of a joint's top speed below which it is at rest [1]."""
 ENDS = 0.25
 """Left out at the ends of a part, where its filters swing in [s]."""
-UNUSED = {"holdout": Settings().holdout}
-"""What robot files say for the curve fit alone."""
-METHODS: dict[str, dict[str, object] | None] = {
-    "no friction": None,
-    "curve-fit": {"method": "curve-fit"},
-    "whole-log, model trusted": UNUSED | {"method": "whole-log", "corrections": "none"},
-    "whole-log": UNUSED | {"method": "whole-log", "corrections": "inertia"},
-    "law auto, model trusted": UNUSED | {"method": "whole-log", "corrections": "none", "law": "auto"},
+METHODS: dict[str, dict[str, object]] = {
+    "whole-log, model trusted": {"law": "coulomb-viscous", "corrections": "none"},
+    "whole-log": {"law": "coulomb-viscous"},
+    "default, model trusted": {"corrections": "none"},
+    "default": {},
 }
+"""Settings of the whole log's columns."""
 
 
 def parts_of(logs: Sequence[RobotLog]) -> list[RobotLog]:
@@ -90,6 +93,8 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
     """Return what is left of the torques of a part [N m], shape (T, n); NaN at rest and where nothing is said."""
     log, sampling = regularise(part, robot.log_table)
     believed = corrected(robot, result) if result else robot
+    late = result.corrections.torque_delay if result and result.corrections else None
+    torque = linear(log.time + late[0], log.time, log.torque) if late else log.torque
     wide, narrow = (butter(ORDER, 2 * cutoff * sampling.period, output="sos") for cutoff in (WIDER * band, band))
     cut, found = round(ENDS / sampling.period), []
     for rows in (rows for rows in sampling.segments if rows.stop - rows.start > 4 * cut):
@@ -97,7 +102,7 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
         velocity = np.gradient(position, sampling.period, axis=0)
         acceleration = np.gradient(velocity, sampling.period, axis=0)
         needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
-        left, load = log.torque[rows] - needed, sosfiltfilt(narrow, needed, axis=0)
+        left, load = torque[rows] - needed, sosfiltfilt(narrow, needed, axis=0)
         said = np.ones(left.shape[1], dtype=bool)
         for column, name in enumerate(robot.joint_names if result else ()):
             joint = result.joints.get(name) if result else None
@@ -116,20 +121,41 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
     return np.concatenate(found)
 
 
-def held_out(robot: Robot, logs: Sequence[RobotLog], band: float) -> dict[str, Array]:
-    """Return the held-out torque errors of all methods, root mean square [N m], by joint, shape (n,)."""
-    parts = parts_of(logs)
-    speeds = np.concatenate([np.gradient(part.position, part.time, axis=0) for part in parts])
-    slowest = robot.settings.rest * np.percentile(np.abs(speeds), 99, axis=0)
-    errors: dict[str, list[Array]] = {method: [] for method in METHODS}
+def held_out(folder: Path, band: float, methods: Mapping[str, Mapping[str, object]] = METHODS) -> dict[str, Array]:
+    """Return the held-out torque errors of all methods, root mean square [N m], by joint, shape (n,).
+
+    Parameters
+    ----------
+    folder
+        With robot.toml, curve-fit.toml and the logs.
+    band
+        Frequency up to which torques are compared [Hz].
+    methods
+        Settings of the whole log, by column.
+    """
+    robot, for_curves = (Robot.from_file(folder / name) for name in ("robot.toml", "curve-fit.toml"))
+    parts = parts_of([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
+    slowest = slowest_speeds(parts)
+    errors: dict[str, list[Array]] = {}
     for part in parts:
         others = [other for other in parts if other is not part]
-        for method, update in METHODS.items():
-            result = identify(others, robot, robot.settings.model_copy(update=update)) if update else None
-            errors[method].append(torque_errors(part, robot, result, band, slowest))
+        found: dict[str, Result | None] = {
+            "no friction": None,
+            "least squares": least_squares(others, robot, band),
+            "curve-fit": identify(others, for_curves),
+        }
+        found |= {name: identify(others, robot, robot.settings.model_copy(update=own)) for name, own in methods.items()}
+        for name, result in found.items():
+            errors.setdefault(name, []).append(torque_errors(part, robot, result, band, slowest))
     together = np.stack([np.concatenate(each) for each in errors.values()])
     together[:, np.isnan(together).any(axis=0)] = np.nan
-    return dict(zip(METHODS, np.sqrt(np.nanmean(together**2, axis=1)), strict=True))
+    return dict(zip(errors, np.sqrt(np.nanmean(together**2, axis=1)), strict=True))
+
+
+def slowest_speeds(parts: Sequence[RobotLog]) -> Array:
+    """Return the speed of each joint below which it is at rest [rad/s], shape (n,)."""
+    speeds = np.concatenate([np.gradient(part.position, part.time, axis=0) for part in parts])
+    return np.asarray(REST * np.percentile(np.abs(speeds), 99, axis=0))
 
 
 def study(data: Path) -> dict[str, dict[str, dict[str, float]]]:
@@ -139,12 +165,13 @@ def study(data: Path) -> dict[str, dict[str, dict[str, float]]]:
     with tempfile.TemporaryDirectory() as scratch:
         for name, band in BANDS.items():
             folder = convert(name, data, Path(scratch))
-            robot = Robot.from_file(folder / "robot.toml")
-            found = held_out(robot, [read_log(path, robot) for path in sorted(folder.glob("log*.npz"))], band)
+            robot, found = Robot.from_file(folder / "robot.toml"), held_out(folder, band)
             table[robot.name] = {
                 joint: {method: float(f"{errors[column]:.3g}") for method, errors in found.items()}
                 for column, joint in enumerate(robot.joint_names)
             }
+            if len(table) == 1:
+                print(f"| robot | joint | {' | '.join(found)} |\n| --- | --- |{' ---: |' * len(found)}")
             print("\n".join(rows_of(robot.name, table[robot.name])), flush=True)
     return table
 
@@ -164,7 +191,6 @@ def main() -> None:
     folder = os.environ.get("STRIBECK_REAL_LOGS")
     if not folder:
         sys.exit("the published logs of real robots are not part of this repository: set STRIBECK_REAL_LOGS to them")
-    print(f"| robot | joint | {' | '.join(METHODS)} |\n| --- | --- |{' ---: |' * len(METHODS)}")
     table = study(Path(folder))
     if arguments.save:
         arguments.save.write_text(json.dumps({"robots": table}, indent=2) + "\n", encoding="utf-8")

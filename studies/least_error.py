@@ -69,7 +69,8 @@ def information(case: str, walks: list[Simulated], free: Literal["none", "inerti
     prepared = [prepare(log, robot, settings) for log in logs]
     found = identify_whole_log(prepared, robot, law, settings)
     fit, truth = found.fit, walks[0].truth.parameters
-    equations = equation_sequence(weak_forms(prepared, robot, found.columns, found.couplings, settings))
+    forms = weak_forms(prepared, robot, found.columns, found.couplings, settings, found.torque_delay)
+    equations = equation_sequence(forms)
     components = replace(
         fit.components,
         model=np.full_like(fit.components.model, NEXT_TO_NOTHING),

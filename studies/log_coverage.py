@@ -86,7 +86,7 @@ def coverage(case: Case, repetitions: int) -> dict[str, dict[str, float]]:
                 robot, get_law("stribeck"), truth, duration=DURATION, seed=seed, gait=case.gait, posture=case.posture
             )
         log = with_noise(exact, position=ENCODER_NOISE, torque=TORQUE_NOISE, seed=repetition)
-        for joint in identify(log, robot).joints.values():
+        for joint in identify(log, robot, method="curve-fit").joints.values():
             for name, found in joint.parameters.items():
                 held[name].append(found.interval_95[0] <= TRUTH[name] <= found.interval_95[1])
                 errors[name].append(abs(found.value / TRUTH[name] - 1))

@@ -113,7 +113,7 @@ def choices(law: str) -> Iterator[dict[str, str]]:
     if law != AUTO:
         yield {"method": "curve-fit"}
     for corrections in CORRECTIONS:
-        yield {"method": "whole-log", "corrections": corrections, "holdout": "5"}  # which robot files set for the other
+        yield {"method": "whole-log", "corrections": corrections}
 
 
 def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only: Sequence[str] = ()) -> list[Ran]:

@@ -87,7 +87,7 @@ def counted(joints: list[JointResult], terms: set[str], truth: dict[str, float])
 def on_the_arm(seeds: int) -> dict[str, dict[str, int]]:
     """Return the counts by truth, log and noise; printed row by row."""
     robot, found = Robot.from_file(MODELS / "arm.toml"), {}
-    settings = Settings(method="whole-log", corrections="none", law="auto")
+    settings = Settings(corrections="none")
     for title, (terms, truth) in TRUTHS.items():
         for duration in DURATIONS:
             for noise, (encoder, torque) in NOISE.items():
@@ -113,7 +113,7 @@ def on_the_walk() -> dict[str, str]:
     walk = run_scenario(scenario, SCENARIO.parent)
     encoder, torque = NOISE["A"]
     log = with_noise(walk.log, position=encoder, torque=torque, seed=1)
-    result = identify(log, walk.robot, Settings(method="whole-log", law="auto"))
+    result = identify(log, walk.robot, Settings(corrections="inertia"))
     legs = {name: joint for name, joint in result.joints.items() if name.startswith("right_") and _is_leg(name)}
     return {name: ", ".join(_shown(joint)) or "none" for name, joint in legs.items()}
 

@@ -26,7 +26,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
 )
 def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> None:
     window = 15 if kind == "savitzky-golay" else None
-    settings = Settings(filter=FilterSettings(kind=kind, window=window))
+    settings = Settings(method="curve-fit", filter=FilterSettings(kind=kind, window=window))
     result = identify(arm_log(arm), arm, settings)
     for joint in result.joints.values():
         assert joint.verdict == "identified"
@@ -89,7 +89,7 @@ def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
 
 def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     log = replace(arm_log(arm, duration=8), velocity=None, acceleration=None)
-    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)
+    settings = Settings(method="curve-fit", filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)
     whole = identify(log, arm, settings)
     monkeypatch.setattr(stribeck.friction_torque.stream, "CHUNK", 997)
     pieces = identify(log, arm, settings)
@@ -125,7 +125,7 @@ def test_gaps_are_not_filtered_across(arm: Robot) -> None:
 def test_the_rotor_inertia_comes_back_and_the_models_is_counted_in(arm: Robot) -> None:
     log = arm_log(arm)
     heavier = replace(log, torque=log.torque + 0.05 * log.acceleration)
-    settings = Settings(fit_armature=["shoulder"], filter=FilterSettings(kind="log"))
+    settings = Settings(method="curve-fit", fit_armature=["shoulder"], filter=FilterSettings(kind="log"))
     result = identify(heavier, arm, settings)
     assert result.joints["shoulder"].parameters["armature"].value == pytest.approx(0.05, rel=1e-4)
     assert "armature" not in result.joints["elbow"].parameters

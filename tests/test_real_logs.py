@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
-from stribeck import Robot, identify, read_log
+from stribeck import Robot, Settings, identify, read_log
 from stribeck.errors import NothingIdentifiedError, RobotFileError
 from stribeck.inspection import inspect_log
 from stribeck.settings import FilterSettings
@@ -32,8 +32,12 @@ def converted(tmp_path_factory):
     return cache(lambda name: convert(name, DATA, tmp_path_factory.getbasetemp() / "real-robots"))
 
 
-def opened(folder):
-    return sorted(folder.glob("log*.npz")), Robot.from_file(folder / "robot.toml")
+def opened(folder, settings="robot"):
+    return sorted(folder.glob("log*.npz")), Robot.from_file(folder / f"{settings}.toml")
+
+
+def by_curves(folder):
+    return opened(folder, "curve-fit")
 
 
 def values(result, name):
@@ -41,7 +45,7 @@ def values(result, name):
 
 
 def test_tx40_friction_is_the_published_one(converted):
-    result = identify(*opened(converted("tx40")))
+    result = identify(*by_curves(converted("tx40")))
     published = {"coulomb": [7.14, 8.26, 6.34, 2.48], "viscous": [8.05, 5.53, 1.97, 1.11]}  # TX40_config.yaml
     for name, figures in published.items():
         np.testing.assert_allclose(values(result, name)[:4], figures, rtol=0.05, err_msg=name)
@@ -52,14 +56,14 @@ def test_tx40_friction_is_the_published_one(converted):
 
 def test_a_fifth_of_standstill_spoils_a_law_that_jumps_there(converted):
     """The TX40 stands still for the last 1.6 s of 9: any torque up to Coulomb friction holds it."""
-    logs, robot = opened(converted("tx40"))
+    logs, robot = by_curves(converted("tx40"))
     spoilt = values(identify(logs, robot, robot.settings.model_copy(update={"rest": 0.0})), "coulomb")
     assert np.all(spoilt[:4] < 0.9 * np.array([7.14, 8.26, 6.34, 2.48]))
 
 
 def test_tx40_filter_that_is_chosen_by_itself_finds_the_same(converted):
     """Its controller answers encoder noise with current: torque and position agree up to a kilohertz."""
-    logs, robot = opened(converted("tx40"))
+    logs, robot = by_curves(converted("tx40"))
     by_hand = identify(logs, robot)
     by_itself = identify(logs, robot, robot.settings.model_copy(update={"filter": FilterSettings()}))
     for name, tolerance in (("coulomb", 0.03), ("viscous", 0.03), ("armature", 0.1)):
@@ -69,7 +73,7 @@ def test_tx40_filter_that_is_chosen_by_itself_finds_the_same(converted):
 def test_tx40_whole_log_finds_the_published_friction_too(converted):
     """A jump at standstill is not quite what this robot does: its friction takes 1 rad/s to rise to its full size."""
     logs, robot = opened(converted("tx40"))
-    settings = robot.settings.model_copy(update={"method": "whole-log", "corrections": "none", "holdout": 5})
+    settings = robot.settings.model_copy(update={"law": "coulomb-viscous", "corrections": "none"})
     result = identify(logs, robot, settings)
     for name, figures in {"coulomb": [7.14, 8.26, 6.34, 2.48], "viscous": [8.05, 5.53, 1.97, 1.11]}.items():
         np.testing.assert_allclose(values(result, name)[:4], figures, rtol=0.05, err_msg=name)
@@ -79,7 +83,7 @@ def test_tx40_whole_log_finds_the_published_friction_too(converted):
 def test_tx40_friction_of_the_shared_motor_is_the_published_one(converted):
     """Motor 6 resists v5 + v6, which the published viscous friction of both joints contains."""
     logs, robot = opened(converted("tx40"))
-    settings = robot.settings.model_copy(update={"method": "whole-log", "corrections": "none", "holdout": 5})
+    settings = Settings(law="coulomb-viscous", corrections="none", fit_armature=True)
     result = identify(logs, robot, settings)
     found = {name: part.value for name, part in result.couplings["motor_6"].parameters.items()}
     assert found == pytest.approx({"coulomb": 1.95, "viscous": 0.616, "armature": 0.00964}, rel=0.1)
@@ -89,7 +93,7 @@ def test_tx40_friction_of_the_shared_motor_is_the_published_one(converted):
 
 def test_tx40_joints_that_share_a_motor_are_not_told_apart_by_the_curve_fit(converted):
     """A law of one joint cannot say so, and validation shows what is left."""
-    joints = identify(*opened(converted("tx40"))).joints
+    joints = identify(*by_curves(converted("tx40"))).joints
     share = {name: joint.validation.rms / joint.validation.rms_zero_friction for name, joint in joints.items()}
     assert max(share[f"joint_{k}"] for k in (1, 2, 3, 4)) < 0.15
     assert min(share[f"joint_{k}"] for k in (5, 6)) > 0.2
@@ -97,7 +101,7 @@ def test_tx40_joints_that_share_a_motor_are_not_told_apart_by_the_curve_fit(conv
 
 def test_kinova_figures_follow_from_log_5_in_the_published_way(converted):
     """All samples, those at rest too, the log's own velocity and acceleration, the model's inertias."""
-    logs, robot = opened(converted("kinova-gen3"))
+    logs, robot = by_curves(converted("kinova-gen3"))
     settings = robot.settings.model_copy(update={"rest": 0.0, "holdout": 10_000, "fit_armature": True})
     result = identify(logs[4], robot, settings)
     published = np.loadtxt(DATA / "kinova-gen3" / "friction_parameters_solution_5.csv").reshape(4, 7)
@@ -111,7 +115,7 @@ def test_kinova_figures_follow_from_log_5_in_the_published_way(converted):
 
 
 def test_kinova_five_logs_give_small_friction_and_the_sensors_offsets(converted):
-    result = identify(*opened(converted("kinova-gen3")))
+    result = identify(*by_curves(converted("kinova-gen3")))
     coulomb, offset = values(result, "coulomb"), values(result, "offset")
     assert np.all((coulomb > 0.05) & (coulomb < 0.5))  # the sensors sit behind the gears
     np.testing.assert_allclose(offset, [-0.69, 2.12, 0.49, -2.47, -0.15, -0.34, 0.40], atol=0.15)
@@ -133,7 +137,7 @@ def test_kinova_sign_of_the_torque_is_found_to_be_inverted(converted, tmp_path):
 
 
 def test_go2_friction_and_rotor_inertia_are_of_the_order_that_least_squares_gives(converted):
-    result = identify(*opened(converted("go2")))
+    result = identify(*by_curves(converted("go2")))
     coulomb, armature = values(result, "coulomb").reshape(4, 3), values(result, "armature")
     assert np.all((coulomb[:, :2] > 0.95 * 0.15) & (coulomb[:, :2] < 1.05 * 0.28))  # hips and thighs
     assert np.all((coulomb[:, 2] > 0.95 * 0.58) & (coulomb[:, 2] < 1.05 * 1.26))  # calves
@@ -141,7 +145,7 @@ def test_go2_friction_and_rotor_inertia_are_of_the_order_that_least_squares_give
 
 
 def test_double_pendulum_friction_is_of_the_published_order(converted):
-    result = identify(*opened(converted("double-pendulum")))
+    result = identify(*by_curves(converted("double-pendulum")))
     ratio = values(result, "coulomb") / [0.16, 0.12]  # design_C.1_model_1.0.yml
     assert np.all((ratio > 0.7) & (ratio < 1.7))
     for joint in result.joints.values():
@@ -152,17 +156,17 @@ def test_double_pendulum_friction_is_of_the_published_order(converted):
 def test_whole_log_finds_the_coulomb_friction_that_the_curve_fit_does(converted, name):
     """A fit that heeds little but reversals finds a fifth of the pendulum's, and none in a joint of the Kinova."""
     logs, robot = opened(converted(name))
-    whole = identify(logs, robot, robot.settings.model_copy(update={"method": "whole-log", "corrections": "none"}))
-    np.testing.assert_allclose(values(whole, "coulomb"), values(identify(logs, robot), "coulomb"), rtol=0.25)
+    whole = identify(logs, robot, robot.settings.model_copy(update={"law": "coulomb-viscous", "corrections": "none"}))
+    alone = identify(*by_curves(converted(name)))
+    np.testing.assert_allclose(values(whole, "coulomb"), values(alone, "coulomb"), rtol=0.25)
 
 
 @pytest.mark.parametrize("name", ["double-pendulum", "tx40"])
-def test_corrected_inertias_do_no_harm_on_what_the_fit_has_not_seen(converted, name, monkeypatch):
+def test_corrected_inertias_do_no_harm_on_what_the_fit_has_not_seen(converted, name):
     """Friction beyond the law, and a motor that logs no torque, last for a whole log: bodies must not explain them."""
     trusted, corrected = "whole-log, model trusted", "whole-log"
-    monkeypatch.setattr(held_out, "METHODS", {method: held_out.METHODS[method] for method in (trusted, corrected)})
-    logs, robot = opened(converted(name))
-    errors = held_out.held_out(robot, [read_log(path, robot) for path in logs], held_out.BANDS[name])
+    both = {method: held_out.METHODS[method] for method in (trusted, corrected)}
+    errors = held_out.held_out(converted(name), held_out.BANDS[name], both)
     assert np.all(errors[corrected] < 1.05 * errors[trusted])
 
 

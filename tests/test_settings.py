@@ -200,7 +200,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
 
 @pytest.mark.parametrize("assignment", ["block=1e-9", "holdout=100000", "rest=0", "filter.order=12", "loss=cauchy"])
 def test_the_ends_of_ranges_work(assignment: str, arm: Robot) -> None:
-    chosen = with_settings(Settings(), {"law": "coulomb-viscous"}, [assignment])
+    chosen = with_settings(Settings(), {"law": "coulomb-viscous", "method": "curve-fit"}, [assignment])
     joints = identify(arm_log(arm, duration=6), arm, chosen).joints
     for joint in joints.values():
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.15)  # of a log that has more than that law

@@ -174,10 +174,16 @@ CONVERTERS: dict[str, Callable[[Path, Path], None]] = {
 
 
 def convert(robot: str, data: Path, out: Path) -> Path:
-    """Write the robot file, model and logs of one robot below `out`, and return their folder."""
+    """Write the robot file, model and logs of one robot below `out`, and return their folder.
+
+    The settings of `curve-fit.toml`, where there is one, become a second robot file.
+    """
     folder = out / robot
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(HERE / robot / "robot.toml", folder / "robot.toml")
+    if (settings := HERE / robot / "curve-fit.toml").exists():
+        text = (HERE / robot / "robot.toml").read_text(encoding="utf-8")
+        (folder / "curve-fit.toml").write_text(f"{text}\n{settings.read_text(encoding='utf-8')}", encoding="utf-8")
     CONVERTERS[robot](data / robot, folder)
     return folder
 

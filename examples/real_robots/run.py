@@ -1,6 +1,7 @@
 """Identifies the joint friction of real robots from their published logs, and prints it beside the published figures.
 
-`python examples/real_robots/run.py DATA_FOLDER` prints the tables of docs/real-robots.md.
+`python examples/real_robots/run.py DATA_FOLDER` prints the tables of docs/real-robots.md: what stribeck finds by
+itself, and what its curve fit finds, whose settings stand in the robots' curve-fit.toml.
 """
 
 from __future__ import annotations
@@ -51,6 +52,17 @@ def found(result: Result, name: str) -> list[float]:
         joint.parameters[name].value if name in joint.parameters else 0.0 if joint.parameters else np.nan
         for joint in result.joints.values()
     ]
+
+
+def by_curves(robot: Robot) -> Robot:
+    """Return the robot with the settings of its curve fit."""
+    return Robot.from_file(Path(robot.path).with_name("curve-fit.toml"))
+
+
+def curve(result: Result) -> list[str]:
+    """Return every joint's friction at half its top speed."""
+    points = [joint.curve[1] if joint.curve else None for joint in result.joints.values()]
+    return [f"{p.value:.3g} ± {p.standard_error:.2g} at {p.velocity:.2g} rad/s" if p else "–" for p in points]
 
 
 def unexplained(log: Path, robot: Robot, parameters: Published) -> list[float]:

@@ -67,8 +67,9 @@ def compose(
             [float(part.log.time[-1] - part.log.time[0]) for part in prepared],
             prepared[0].sampling.rate,
             sum(part.used for part in friction.logs),
+            sum(len(part.log.time) for part in prepared),
         ),
-        law=settings.law,
+        law=law.name,
         method=method.name,
         joints=joints,
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
@@ -156,7 +157,8 @@ def _before_and_after(
 
 def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
     """Return a warning about joints whose friction adds power nearly as often as it takes it (7.9)."""
-    names = [name for name, joint in joints.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
+    some = {name: joint for name, joint in joints.items() if joint.verdict != "no friction"}
+    names = [name for name, joint in some.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
     if not names:
         return []
     return [

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
-from stribeck.friction import get_law
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.methods import get_method
@@ -61,13 +60,13 @@ def identify(
 
     Examples
     --------
-    >>> identify("log.npz", "robot.toml", law="coulomb-viscous")
-    Result('arm', law coulomb-viscous, method curve-fit, 3 joints: 3 identified)
+    >>> identify("log.npz", "robot.toml", method="curve-fit")
+    Result('arm', law stribeck, method curve-fit, 3 joints: 3 identified)
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     asked = {key: value for key, value in (("law", law), ("method", method)) if value is not None}
     settings = (settings or robot.settings).model_copy(update=asked)
-    friction_law, chosen = get_law(settings.law), get_method(settings)
+    chosen, friction_law, settings = get_method(settings, robot)
     _refuse_unknown_joints(settings, robot)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     where = whole_or_not_at_all(table) if table else nullcontext(None)

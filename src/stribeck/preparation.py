@@ -23,6 +23,9 @@ Progress = Callable[[str, float], None]
 STOP_MARGIN = 1e-3
 """[rad] or [m]"""
 
+MUCH_LOST = 0.2
+"""Share of the samples [1] that are cut out or between gaps, from which that is a warning."""
+
 
 def quiet(*_: object) -> None:
     """Show no progress."""
@@ -67,9 +70,18 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         make_filter(settings.filter, sampling.period)  # refused now, and not once a method has worked for minutes
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is taken to be level")
-    return PreparedLog(
-        log=log, sampling=sampling, support=support, notes=tuple(notes), warnings=tuple(_stops_reached(log, robot))
-    )
+    warnings = [*_much_lost(sampling, log.path), *_stops_reached(log, robot)]
+    return PreparedLog(log=log, sampling=sampling, support=support, notes=tuple(notes), warnings=tuple(warnings))
+
+
+def _much_lost(sampling: Sampling, path: str) -> list[str]:
+    """Return a warning where much of a log cannot be used."""
+    if sampling.lost <= MUCH_LOST:
+        return []
+    return [
+        f"{path or 'log'}: {100 * sampling.lost:.0f} % of the samples are not used, as they lack values or lie between "
+        f"gaps that are close to each other ({len(sampling.gaps)} gaps); [log] max_gap would bridge longer ones"
+    ]
 
 
 def _stops_reached(log: RobotLog, robot: Robot) -> list[str]:

@@ -88,7 +88,7 @@ class LogTable(Table):
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
     foot_order: list[str] = []
     rate: Positive | None = None  # [Hz], for logs without a time channel
-    max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 sampling periods
+    max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 periods, 10 ms at least
 
 
 class FilterSettings(Table):
@@ -126,6 +126,8 @@ class Priors(Table):
     torque_gain: Positive = 0.01  # [1] of a joint's torque sensor, calibrated once
     encoder_zero: Positive = 2e-3  # [rad] of an encoder that was zeroed against a stop or a jig, 0.1 degrees
     imu_tilt: Positive = 5e-3  # [rad] of an IMU screwed to its place, 0.3 degrees
+    torque_delay: Positive = 1e-3  # [s] of the torques against the encoders: a cycle of a 1 kHz bus
+    base_delay: Positive = 2e-3  # [s] of the base orientation against the encoders: IMUs filter
     wrench_force: Positive = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
     wrench_moment: Positive = 2.0  # [N m] the same of moments
     wrench_gain: Positive = 0.02  # [1] of foot wrench sensors
@@ -151,9 +153,9 @@ class Settings(Table):
     'whole-log'
     """
 
-    law: str = "stribeck"
-    method: str = "curve-fit"
-    corrections: Literal["none", "inertia", "calibration"] = "inertia"  # of the model, beside friction (whole-log)
+    law: str | None = None  # the method's own: "auto" (whole-log), "stribeck" (curve-fit)
+    method: str = "whole-log"
+    corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # of the model, beside friction (whole-log)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
     priors: Priors = Priors()  # of friction, model and sensors (whole-log)

@@ -29,6 +29,8 @@ class Corrections:
         Number of encoders whose zero is corrected [rad].
     tilts
         Number of axes of the root link about which its orientation is corrected [rad].
+    delays
+        Number of delays against the encoders, positive if late: of all torques, then of the base orientation [s].
     wrenches
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
@@ -42,6 +44,7 @@ class Corrections:
     gains: int = 0
     zeros: int = 0
     tilts: int = 0
+    delays: int = 0
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
     armature: Array = field(default_factory=lambda: np.zeros(0))
@@ -49,7 +52,7 @@ class Corrections:
     @property
     def size(self) -> int:
         """Number of columns."""
-        sensors = self.gains + self.zeros + self.tilts + WRENCH_SIZE * self.wrenches
+        sensors = self.gains + self.zeros + self.tilts + self.delays + WRENCH_SIZE * self.wrenches
         return self.inertial_parameters.size + sensors + len(self.rotors)
 
 

@@ -36,7 +36,7 @@ def identified(walk: Simulated, settings: Settings, log: RobotLog | None = None)
     Its verdict and reason, its top speed [rad/s], and by parameter, in the paper's order: value, half the width of the
     95 % interval, error [%], whether the interval covers the true value, whether it is weak; NaN where there is none.
     """
-    result = identify(log or walk.log, walk.robot, settings)
+    result = identify(log or walk.log, walk.robot, settings, law="stribeck", method="curve-fit")
     assert result.evidence is not None
     samples = result.evidence.samples
     found: dict[str, Numbers] = {}

@@ -69,7 +69,7 @@ def _identify_all() -> dict[str, Result]:
     with tempfile.TemporaryDirectory() as place:
         for name in ROBOTS:
             folder = convert(name, DATA, Path(place))
-            results[name] = identify(sorted(folder.glob("log*.npz")), Robot.from_file(folder / "robot.toml"))
+            results[name] = identify(sorted(folder.glob("log*.npz")), Robot.from_file(folder / "curve-fit.toml"))
     return results
 
 

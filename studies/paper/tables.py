@@ -92,10 +92,10 @@ def _short(settings: Settings, quick: bool) -> Settings:
 
 
 def _noisy(rows: dict[str, Numbers]) -> Numbers:
-    """Return errors, how many joints are identified, and the coverage of the intervals."""
+    """Return errors, of how many joints all parameters are identified, and the coverage of the intervals."""
     return {
         **mean_and_worst(rows),
-        "identified": sum(row["verdict"] == "identified" for row in rows.values()),
+        "identified": sum(not np.any(row["weak"]) for row in rows.values()),
         "held": np.nanmean([row["held"] for row in rows.values()]),
     }
 
@@ -172,7 +172,7 @@ def texts(numbers: Numbers) -> dict[str, str]:
     """Return both tables, their means and worst errors, and the figures that the statements quote."""
     paper = read_paper()
     fits, noisy, straight = numbers["fits"], numbers["noisy"], numbers["found"]["straight"]
-    weak = [joint for joint, row in straight.items() if row["verdict"] != "identified"]
+    weak = [joint for joint, row in straight.items() if np.any(row["weak"])]
     known = [row["error"][k] for row in straight.values() for k in (3, 4)]
     bent = {name: [f"{value:.2g}" for value in numbers["windows"][name][-1]] for name in numbers["windows"]}
     return {

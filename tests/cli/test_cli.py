@@ -73,6 +73,8 @@ def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.C
     assert "identified" in printed
     assert "coulomb" in printed
     assert "s/rad" in printed
+    assert " N m at " in printed
+    assert " N at " in printed
     document = json.loads((tmp_path / "out/result.json").read_text())
     assert document["schema"] == 1
     assert list(document["joints"]) == ["shoulder", "elbow", "slide"]

@@ -14,6 +14,7 @@ from tests.export.found import FRICTION, found_in, joint_result
 from tests.models import EXAMPLES, MODELS
 
 from stribeck import Robot, export
+from stribeck.result import CurvePoint
 from stribeck_simulation.robots.biped import MODELS as PACKAGED
 from stribeck_simulation.robots.toro import ROBOT_FILE
 
@@ -166,6 +167,27 @@ def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: 
     )
     assert f"keep what the model said: {names[1]}, {names[2]}." in text
     assert_same_dynamics(robot, read_again(robot, tmp_path / "new.urdf"), 1e-15)
+
+
+def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tmp_path: Path) -> None:
+    robot, _ = robot_of("arm", tmp_path)
+    points = [
+        CurvePoint(velocity=speed, value=0.0, standard_error=0.1, interval_95=(0.0, 0.2), unit="N m")
+        for speed in (0.1, 0.5, 1.0)
+    ]
+    none = replace(
+        joint_result({"offset": (0.1, "N m")}),
+        verdict="no friction",
+        reason="no friction detectable, below 0.2 N m",
+        curve=tuple(points),
+    )
+    result = replace(found_in(robot)[0], joints={robot.joint_names[0]: none}, corrections=None)
+    export(result, robot, tmp_path / "new.urdf", "urdf")
+    dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{robot.joint_names[0]}']/dynamics")
+    assert dynamics is not None
+    assert dynamics.attrib == {"friction": "0.0", "damping": "0.0"}
+    told = f"Joint {robot.joint_names[0]}: friction 0 N m, damping 0 N m s/rad (no friction detectable, below 0.2 N m);"
+    assert told in (tmp_path / "new.urdf").read_text()
 
 
 def test_of_two_directions_models_get_the_mean(tmp_path: Path) -> None:

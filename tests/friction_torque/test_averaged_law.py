@@ -58,7 +58,7 @@ def log() -> RobotLog:
 
 def errors(wheel: Robot, log: RobotLog, **changes: object) -> np.ndarray:
     """Return the relative error of each parameter."""
-    found = identify(log, wheel, Settings(filter=SAVGOL, **changes)).joints["axle"].parameters
+    found = identify(log, wheel, Settings(method="curve-fit", filter=SAVGOL, **changes)).joints["axle"].parameters
     return np.array([each.value for each in found.values()]) / TRUTH - 1
 
 
@@ -107,7 +107,7 @@ def test_nodes_average_smooth_functions_as_the_weights_do(choice: FilterSettings
 
 def test_chunks_do_not_show(wheel: Robot, log: RobotLog, monkeypatch: pytest.MonkeyPatch) -> None:
     short = log.take(np.arange(len(log.time)) < 9000)
-    settings = Settings(filter=SAVGOL, averaged_law=True)
+    settings = Settings(method="curve-fit", filter=SAVGOL, averaged_law=True)
     whole = identify(short, wheel, settings).evidence
     monkeypatch.setattr(stribeck.friction_torque.stream, "CHUNK", 997)
     pieces = identify(short, wheel, settings).evidence
@@ -122,7 +122,9 @@ def test_nothing_is_averaged_where_the_log_has_its_own_acceleration(wheel: Robot
     velocity = np.gradient(log.position, PERIOD, axis=0)
     own = replace(log, velocity=velocity, acceleration=np.gradient(velocity, PERIOD, axis=0))
     found = [
-        identify(own, wheel, Settings(filter=FilterSettings(kind="log"), averaged_law=choice)).joints["axle"].parameters
+        identify(own, wheel, Settings(method="curve-fit", filter=FilterSettings(kind="log"), averaged_law=choice))
+        .joints["axle"]
+        .parameters
         for choice in (False, True)
     ]
     for name, plain in found[0].items():
@@ -130,6 +132,6 @@ def test_nothing_is_averaged_where_the_log_has_its_own_acceleration(wheel: Robot
 
 
 def test_a_filter_without_a_window_is_refused(wheel: Robot, log: RobotLog) -> None:
-    settings = Settings(filter=FilterSettings(kind="butterworth", cutoff=30.0), averaged_law=True)
+    settings = Settings(method="curve-fit", filter=FilterSettings(kind="butterworth", cutoff=30.0), averaged_law=True)
     with pytest.raises(SettingsError, match=r"averaged_law is true.*'butterworth' has no window"):
         identify(log, wheel, settings)

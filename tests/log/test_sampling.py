@@ -72,10 +72,10 @@ def test_incomplete_rows_are_cut_out_and_counted_by_joint(bad):
     log.time[200] = bad
     even, sampling = regularise(log, TABLE)
     assert sampling.missing == {"time": 1, "position.wheel": 15, "torque.knee": 10}
-    assert len(even.time) == 400 - 20 - 1
-    assert sampling.segments == (slice(0, 100), slice(100, 180), slice(180, 379))
+    assert len(even.time) == 400 - 20
+    assert sampling.segments == (slice(0, 100), slice(100, 380))
     for name, exact in motion(even.time).items():
-        np.testing.assert_array_equal(getattr(even, name), exact)
+        np.testing.assert_allclose(getattr(even, name), exact, atol=1e-9)
     assert any("21 rows with missing values" in note and "position.wheel (15)" in note for note in sampling.notes)
 
 
@@ -131,7 +131,7 @@ def test_interpolation_of_one_segment_knows_nothing_of_the_next():
 def test_every_kind_of_channel_is_interpolated_in_its_own_way():
     log = synthetic_log(300)
     late = log.time + 0.0002 * np.sin(7 * np.arange(300))
-    exact = synthetic_log(300)
+    exact = replace(synthetic_log(300), position=motion(late)["position"])
     tilt = 0.2 * np.sin(2 * late)
     zero = np.zeros(300)
     turned = np.stack([np.sin(tilt / 2), zero, zero, np.cos(tilt / 2)], axis=1)
@@ -183,13 +183,46 @@ def test_segments_of_different_rates_come_out_at_one():
 
 def test_max_gap_allows_longer_steps():
     time = np.delete(np.arange(300) / 1000, [50, 51, 120])
-    _, split = regularise(log_at(time), TABLE)
-    whole, joined = regularise(log_at(time), LogTable(max_gap=0.01))
+    _, split = regularise(log_at(time), LogTable(max_gap=0.0015))
+    whole, joined = regularise(log_at(time), TABLE)
     assert len(split.segments) == 3
     assert joined.segments == (slice(0, len(whole.time)),)
     assert joined.rate == pytest.approx(1000)  # not that of the samples that came through
     assert len(whole.time) == 300
     np.testing.assert_allclose(whole.position, motion(whole.time)["position"], atol=1e-6)
+
+
+def wall_clock(generator, rows=4000):
+    """Stamps of a scheduler at 1 kHz: each a little late, one of fifty by up to four periods, and no sample lost."""
+    late = 5e-5 * np.abs(generator.standard_t(3, rows)) + (generator.random(rows) < 0.02) * generator.uniform(
+        0, 4e-3, rows
+    )
+    due = 1e-3 * np.arange(rows)
+    stamps = due + late
+    for row in range(1, rows):
+        stamps[row] = max(due[row] + (late[row] if late[row] > 1e-3 else 5e-5), stamps[row - 1] + 8e-5)
+    return due, stamps
+
+
+def test_a_wall_clock_that_jitters_loses_no_samples():
+    """Whether samples were taken at their uneven stamps, or evenly and stamped late, is seen from the motion."""
+    due, stamps = wall_clock(np.random.default_rng(1))
+    assert np.mean(np.diff(stamps) > 1.5e-3) > 0.01
+    uneven, sampling = regularise(log_at(stamps), TABLE)
+    assert (len(sampling.segments), sampling.gaps, sampling.lost) == (1, (), 0.0)
+    np.testing.assert_allclose(uneven.position, motion(uneven.time)["position"], atol=1e-6)
+    late, sampling = regularise(replace(log_at(due), time=stamps), TABLE)
+    assert (len(late.time), sampling.lost) == (len(due), 0.0)
+    assert sampling.rate == pytest.approx(1000, rel=1e-4)
+    np.testing.assert_array_equal(late.position, log_at(due).position)
+    np.testing.assert_allclose(late.time - due, np.mean(stamps - due), atol=1e-4)
+
+
+def test_parts_that_gaps_leave_too_short_are_counted():
+    time = np.arange(1000) / 1000 + 0.02 * (np.arange(1000) // 50 * (np.arange(1000) < 500))
+    _, sampling = regularise(log_at(time + np.where(np.arange(1000) >= 500, 0.2, 0)), TABLE)
+    assert sampling.lost == pytest.approx(0.5)
+    assert any("50 % of the samples are not used" in note for note in sampling.notes)
 
 
 def test_channels_beyond_the_memory_limit_are_cut_and_interpolated_on_disk(monkeypatch):

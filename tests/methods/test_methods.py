@@ -60,7 +60,7 @@ def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
         fits = {joint: fit_joint(joint_problem(samples, joint, law, settings)) for joint in samples.joint_names}
         return Finding(fits=fits, validations=dict.fromkeys(fits), robot=robot, logs=prepared, warnings=["all samples"])
 
-    method = Method(name="all-samples", uses=SHARED, laws=LAWS, find=find)
+    method = Method(defaults=lambda _: {"law": "stribeck"}, name="all-samples", uses=SHARED, laws=LAWS, find=find)
     monkeypatch.setitem(METHODS, method.name, method)
     return method.name
 

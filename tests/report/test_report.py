@@ -9,7 +9,7 @@ from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
 from stribeck.report.heading import heading
-from stribeck.result import Corrections, JointResult, Result, Validation
+from stribeck.result import Corrections, CurvePoint, JointResult, Result, Validation
 
 VOID = {"meta", "link", "br", "wbr", "img", "hr"}
 SELF_CLOSED_IN_SVG = {"path", "use", "rect", "image", "circle"}
@@ -125,6 +125,24 @@ def test_joints_without_motion_get_no_numbers(result: Result, html: str) -> None
     assert "the velocity stays within" in panel
     assert "<dl" not in panel
     assert panel.count("<svg") == 1  # the raw samples
+
+
+def test_friction_as_a_whole_stands_in_table_and_panel(result: Result, tmp_path: Path) -> None:
+    points = [(0.2, 5.0), (1.0, 6.0), (2.0, 8.0)]
+    curve = tuple(
+        CurvePoint(velocity=v, value=r, standard_error=0.2, interval_95=(r - 0.4, r + 0.4), unit="N m")
+        for v, r in points
+    )
+    known, none = list(result.joints)[:2]
+    joints = result.joints | {
+        known: replace(result.joints[known], curve=curve),
+        none: replace(result.joints[none], curve=curve, parameters={}, verdict="no friction"),
+    }
+    html = written(replace(result, joints=joints), tmp_path)
+    assert html.count("6.00 ± 0.40 N m at 1 rad/s") == 2
+    assert "5.00 ± 0.40 at 0.20<br>8.00 ± 0.40 at 2.0" in html
+    assert html.count("below 8.4 N m") == 2
+    assert "samples only, no friction is detectable" in html
 
 
 def test_the_same_result_gives_the_same_bytes(result: Result, html: str, tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from stribeck.report import write_report
 from stribeck.result import (
     BodyCorrection,
     Corrections,
+    CurvePoint,
     Evidence,
     JointResult,
     LogSummary,
@@ -59,7 +60,7 @@ def built(kind: Callable[..., Any], **fields: st.SearchStrategy[Any]) -> st.Sear
     return st.builds(kind, **fields)
 
 
-VERDICTS = st.sampled_from(["identified", "weak", "not excited"])
+VERDICTS = st.sampled_from(["identified", "weak", "no friction", "not excited"])
 ESTIMATES = built(
     ParameterEstimate,
     value=NUMBERS,
@@ -67,6 +68,14 @@ ESTIMATES = built(
     interval_95=RANGES,
     unit=st.sampled_from(["N m", "1", "kg m^2"]),
     verdict=VERDICTS,
+)
+POINTS = built(
+    CurvePoint,
+    velocity=POSITIVE,
+    value=NUMBERS,
+    standard_error=POSITIVE,
+    interval_95=RANGES,
+    unit=st.sampled_from(["N m", "N"]),
 )
 VALIDATIONS = built(Validation, rms=POSITIVE, rms_zero_friction=POSITIVE, rms_coulomb_only=POSITIVE)
 DECISIONS = st.sampled_from(["kept", "refused", "open"])
@@ -107,6 +116,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         positive_power_fraction=draw(st.none() | st.floats(0, 1)),
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+        curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
     )
 
 
@@ -122,6 +132,8 @@ def results(draw: Callable[..., Any], law: str | None = None, names: st.SearchSt
         bodies=st.dictionaries(names, BODIES, max_size=2),
         torque_gain=calibration,
         encoder_zero=calibration,
+        torque_delay=st.none() | st.tuples(NUMBERS, POSITIVE),
+        base_delay=st.none() | st.tuples(NUMBERS, POSITIVE),
     )
     paths = draw(st.one_of(TEXTS, st.lists(TEXTS, min_size=1, max_size=3)))
     return Result(

@@ -1,6 +1,7 @@
 """Comparing two results, and left with right."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -84,6 +85,13 @@ def test_joints_that_cannot_be_compared_are_named_with_the_reason() -> None:
         "knee": "not excited in the second (it moves too little)",
         "neck": "not excited in the first (it moves too little)",
     }
+
+
+def test_a_joint_without_friction_is_named() -> None:
+    loose = replace(joint(offset=estimate(0.1)), verdict="no friction", reason="no friction detectable, below 0.2 N m")
+    found = compare(result(knee=joint(coulomb=estimate(1.0), offset=estimate(0.2))), result(knee=loose))
+    assert [row.parameter for row in found.rows] == ["offset"]
+    assert found.missing == {"knee": "no friction in the second (no friction detectable, below 0.2 N m)"}
 
 
 def test_left_and_right_are_compared_without_what_depends_on_the_axis() -> None:

@@ -1,5 +1,6 @@
 """What a result says in a program: friction curves, tables, one line of text."""
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -11,7 +12,8 @@ import pytest
 
 from stribeck import NothingIdentifiedError, Result, SettingsError, read_result
 from stribeck.friction import get_law
-from stribeck.result import JointResult, LogSummary, ParameterEstimate
+from stribeck.result import CurvePoint, JointResult, LogSummary, ParameterEstimate
+from stribeck.result.tables import friction_text
 
 STRIBECK = {
     "viscous": 0.3,
@@ -83,6 +85,38 @@ def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() 
         result(knee=joint({})).joints["knee"].friction(1.0)
     with pytest.raises(SettingsError, match="found 'mine', expected one of"):
         result("mine", knee=joint(STRIBECK)).joints["knee"].friction(1.0)
+
+
+def curve(upper: float) -> tuple[CurvePoint, ...]:
+    points = [(0.1, 0.5), (0.5, 0.6), (1.0, 0.9)]
+    return tuple(
+        CurvePoint(velocity=speed, value=value, standard_error=0.1, interval_95=(0.0, value * upper), unit="N m")
+        for speed, value in points
+    )
+
+
+def test_the_curve_is_written_and_read_and_older_files_have_none(tmp_path: Path) -> None:
+    found, path = result(knee=joint(STRIBECK, curve=curve(1.1))), tmp_path / "result.json"
+    path.write_text(found.to_json())
+    assert read_result(path) == found
+    document = json.loads(path.read_text())
+    point = {"velocity": 0.5, "value": 0.6, "standard_error": 0.1, "interval_95": [0.0, 0.6 * 1.1], "unit": "N m"}
+    assert document["joints"]["knee"]["curve"][1] == point
+    del document["joints"]["knee"]["curve"]
+    path.write_text(json.dumps(document))
+    assert read_result(path) == result(knee=joint(STRIBECK))
+
+
+def test_friction_as_a_whole_is_said_at_middle_speed() -> None:
+    assert friction_text(joint(STRIBECK, curve=curve(1.1))) == "0.60 ± 0.06 N m at 0.5 rad/s"
+    assert friction_text(joint(STRIBECK, curve=curve(21))) == "1 ± 12 N m at 0.5 rad/s"
+    assert friction_text(joint({})) == ""
+
+
+def test_a_joint_without_friction_keeps_its_offset_alone() -> None:
+    still = joint({"offset": -0.4}, verdict="no friction", curve=curve(1.1))
+    np.testing.assert_array_equal(result(knee=still).joints["knee"].friction([[-1.0, 2.0]]), [[-0.4, -0.4]])
+    assert friction_text(still) == "below 0.99 N m"
 
 
 def test_a_table_has_a_row_for_each_parameter_and_each_joint_without() -> None:

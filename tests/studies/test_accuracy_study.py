@@ -25,7 +25,7 @@ def a_run(seed: int, errors: list[float], robot: str = "TORO-like", case: str = 
     return Run(
         robot=robot,
         case=case,
-        method="whole-log",
+        method="whole-log, law known",
         seed=seed,
         seconds=0.1,
         chi_square=1.0,

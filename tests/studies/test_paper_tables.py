@@ -37,5 +37,4 @@ def test_what_the_paper_cannot_find_walking_straight_is_weak() -> None:
         found = KEPT["found"]["straight"][joint]
         wrong = np.array(row["error"]) >= 100
         if wrong.any():
-            assert found["verdict"] in ("weak", "not excited")
             assert np.all(np.array(found["weak"])[wrong] != 0)

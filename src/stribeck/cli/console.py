@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stribeck.result.compare import Comparison
 
 ERRORS = Console(stderr=True, emoji=False)
-STYLES = {"identified": "green", "weak": "yellow", "not excited": "dim"}
+STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
 HELD_OUT = "RMS held out\n[N m]"
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
@@ -58,6 +58,7 @@ def print_result(result: Result) -> None:
 
     console = _console()
     console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
+    console.print(result.log.usage, markup=False)
     for joint, found in result.all_friction.items():
         if found.verdict != "identified":
             console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
@@ -66,7 +67,7 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_parameters(result: Result) -> Table:
-    table = _table(_title(result), ["joint", "verdict", "parameter"], ["value", HELD_OUT])
+    table = _table(_title(result), ["joint", "verdict", "friction", "parameter"], ["value", HELD_OUT])
     for joint, found in result.all_friction.items():
         named = "\n".join(f"{name} [{parameter.unit}]" for name, parameter in found.parameters.items())
         values = "\n".join(_with_error(parameter) for parameter in found.parameters.values())
@@ -81,7 +82,7 @@ def _columns_of_parameters(result: Result) -> Table:
         for name in names
     }
     headings = [f"{name}\n[{', '.join(units[name])}]" for name in names]
-    table = _table(_title(result), ["joint", "verdict"], [*headings, HELD_OUT])
+    table = _table(_title(result), ["joint", "verdict", "friction"], [*headings, HELD_OUT])
     for joint, found in result.all_friction.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
         table.add_row(*_row_head(joint, found), *cells, _held_out(found))
@@ -92,8 +93,10 @@ def _title(result: Result) -> str:
     return f"{result.robot}: friction, law '{result.law}', 95 % intervals"
 
 
-def _row_head(joint: str, found: JointResult) -> tuple[str, str]:
-    return escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]"
+def _row_head(joint: str, found: JointResult) -> tuple[str, str, str]:
+    from stribeck.result.tables import friction_text
+
+    return escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]", friction_text(found)
 
 
 def _held_out(found: JointResult) -> str:

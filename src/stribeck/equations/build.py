@@ -50,6 +50,10 @@ class WeakForm:
         What of the model and of the calibration is corrected beside the friction.
     couplings
         Coefficients of these joints in each coupling, shape (n, c).
+    period
+        [s].
+    delay
+        By which torques are taken to be late [s]; corrections start from there.
     """
 
     robot: Robot
@@ -64,6 +68,8 @@ class WeakForm:
     tilted: bool
     corrections: Corrections
     couplings: Array
+    period: float
+    delay: float
 
     @property
     def velocity_noise(self) -> Array:
@@ -75,7 +81,7 @@ class WeakForm:
         """Return the weak form of one segment, which is part of a numbered gait phase."""
         state = self.filter.state(self.robot, self.log, segment.first, segment.last, self.tilted)
         mode, window = self.contact_modes[segment.feet], self.window
-        torque = self.log.torque[segment.first : segment.last]
+        torque = self._torque(segment)
         wrench = self._wrench(mode, segment)
         left = mode.left_side(state, torque, wrench)
         columns = None
@@ -118,6 +124,14 @@ class WeakForm:
             wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(mode.foot)],
         )
         return with_couplings(plain, self.couplings)
+
+    def _torque(self, segment: Segment) -> Array:
+        """Return the torques that come `delay` after the segment's rows, shape (T, all joints)."""
+        late = round(self.delay / self.period)
+        torque = self.log.torque[segment.first + late : segment.last + late]
+        if self.delay == 0:
+            return torque
+        return torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0)
 
     def _temperature(self, segment: Segment) -> Array | None:
         if self.log.temperature is None:
@@ -162,6 +176,11 @@ class WeakForm:
         if self.corrections.gains:
             found.append(smooth(torque)[:, None] * own)
             found.append(zero_regressors(self.robot, mode.rooted, mode.rows, feet, smoothed))
+        if self.corrections.delays:
+            found.append(-(own @ smooth(np.gradient(torque, self.period, axis=0))[:, :, None]))
+        if self.corrections.delays > 1:
+            turning = np.zeros((len(smoothed.position), 3)) if turn is None else turn.angular_velocity
+            found.append(-(found[-2][:, :, -3:] @ turning[:, :, None]))
         if self.corrections.wrenches:
             sensors = np.zeros((len(smoothed.position), len(mode.rows), self.corrections.wrenches, WRENCH_SIZE))
             if wrench is not None:
@@ -186,7 +205,7 @@ def _sensed_feet(robot: Robot, log: RobotLog) -> list[str]:
 
 
 def find_corrections(robot: Robot, names: Sequence[str], settings: Settings) -> Corrections:
-    """Return what is corrected: nothing, the bodies' inertias, the calibration of the sensors, rotor inertias.
+    """Return what is corrected: nothing, inertias and the torques' delay, all sensors' calibration, rotor inertias.
 
     `names` are those of joints, then of couplings.
     """
@@ -206,6 +225,7 @@ def find_corrections(robot: Robot, names: Sequence[str], settings: Settings) -> 
         gains=sum(name in robot.joint_names for name in names) if calibration else 0,
         zeros=len(robot.joint_names) if calibration else 0,
         tilts=3 if calibration else 0,
+        delays=1 + (calibration and robot.base == "floating"),
         rotors=rotors,
         armature=armature,
     )
@@ -222,6 +242,7 @@ def weak_form(
     *,
     wrenches: bool = True,
     couplings: Sequence[str] = (),
+    delay: float = 0.0,
 ) -> WeakForm:
     """Return the weak form of a log.
 
@@ -243,6 +264,8 @@ def weak_form(
         Whether the wrenches on standing surfaces are used, where the log has them and inertias are corrected.
     couplings
         Names of those whose friction is asked for too.
+    delay
+        By which torques are taken to be late [s].
     """
     columns = np.asarray(joints, dtype=np.int64)
     names = [robot.joint_names[column] for column in columns]
@@ -251,7 +274,7 @@ def weak_form(
     window, corrections = smooth_window(period), find_corrections(robot, [*names, *couplings], settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
     acceleration_kernels = joint_acceleration(log.position, noise.position, unbroken, period, window, kernels.smooth[2])
-    margin = max(kernels.margin, acceleration_kernels.margin)
+    margin = max(kernels.margin, acceleration_kernels.margin, round(abs(delay) / period))
     segments = cut_segments(phases, unbroken, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
     corrections = replace(corrections, wrenches=len(sensed))
@@ -272,6 +295,8 @@ def weak_form(
         tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
         corrections=corrections,
         couplings=robot.coefficients(names, couplings),
+        period=period,
+        delay=delay,
     )
 
 

@@ -23,6 +23,12 @@ NEGLIGIBLE_CORRELATION = 1e-4
 LONGEST_SEGMENT = 1.6
 """Length of a segment at most [s]: errors of different segments count as independent. Chosen by judgement."""
 
+SEGMENTS_OF_A_LOG = 16
+"""Segments that a short log is cut into at least [1]: two for each fold that is held out."""
+
+LEAST_LONGEST_SEGMENT = 0.4
+"""Length of a segment [s] that even a short log is not cut below: ten windows' reach."""
+
 FEWEST_WINDOWS = 4
 """Windows of a segment at least [1], chosen by judgement."""
 

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from stribeck.contact import SupportPhase
-from stribeck.equations.constants import LONGEST_SEGMENT, TRIM_END, TRIM_LANDED, TRIM_LIFTED
+from stribeck.equations.constants import (
+    LEAST_LONGEST_SEGMENT,
+    LONGEST_SEGMENT,
+    SEGMENTS_OF_A_LOG,
+    TRIM_END,
+    TRIM_LANDED,
+    TRIM_LIFTED,
+)
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,7 @@ def cut_segments(
     surfaces
         Feet that a tree may be rooted at; those that have just landed come last, as they still settle.
     """
+    longest = _longest_segment(sum(phase.stop - phase.start for phase in phases) * period)
     found: list[Segment] = []
     before: tuple[str, ...] = ()
     for phase in phases:
@@ -60,7 +68,12 @@ def cut_segments(
         before = phase.feet
         if phase.kind == "flight" or last - first < shortest:
             continue
-        parts = -(-(last - first) // max(shortest, round(LONGEST_SEGMENT / period)))
+        parts = -(-(last - first) // max(shortest, round(longest / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
         found += [Segment(start, stop, feet, begins, ends) for start, stop in pairwise(edges)]
     return tuple(found)
+
+
+def _longest_segment(duration: float) -> float:
+    """Return the length that a segment of a log may have [s]: shorter in a short log, so that there are folds of it."""
+    return min(LONGEST_SEGMENT, max(LEAST_LONGEST_SEGMENT, duration / SEGMENTS_OF_A_LOG))

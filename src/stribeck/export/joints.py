@@ -15,23 +15,30 @@ SOURCES = {
 }
 """Parameters of laws behind each term that models know; of the two directions they get the mean."""
 
+NO_FRICTION = {
+    "N m": {"coulomb": "N m", "viscous": "N m s/rad"},
+    "N": {"coulomb": "N", "viscous": "N s/m"},
+}
+"""Unit of a joint's friction -> units of its terms, of a joint that has none."""
+
 Quantity = tuple[float, str]
 """Value and unit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointTerms:
-    """What is stated of a joint, by the format's attribute, and the parameters that it has no place for."""
+    """What is stated of a joint, by the format's attribute, the parameters that it has no place for, and a note."""
 
     stated: dict[str, Quantity] = field(default_factory=dict)
     left_out: dict[str, Quantity] = field(default_factory=dict)
+    note: str = ""
 
 
 def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerms]:
     """Return the terms of the joints that the log identified.
 
-    Friction is stated as a whole if Coulomb or viscous friction is identified, of any direction: the two make up for
-    each other's errors. A rotor inertia stands by itself.
+    Friction is stated as a whole if it is identified, or Coulomb or viscous friction is, of any direction: the two make
+    up for each other's errors. Where none was detectable it is zero. A rotor inertia stands by itself.
 
     Parameters
     ----------
@@ -50,15 +57,19 @@ def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
         loaded = at_load({name: found.value for name, found in there.items()}, joint.mean_load or 0.0)
     names = {term: [name for name in sources if name in there] for term, sources in SOURCES.items()}
     identified = {term for term, own in names.items() if any(there[name].verdict == "identified" for name in own)}
-    if identified & {"coulomb", "viscous"}:
+    if joint.verdict == "identified" or identified & {"coulomb", "viscous"}:
         identified |= {"coulomb", "viscous"}
     stated: dict[str, Quantity] = {}
+    if joint.verdict == "no friction" and joint.curve:
+        units = NO_FRICTION[joint.curve[0].unit]
+        stated = {words[term]: (0.0, unit) for term, unit in units.items() if term in words}
     for term in words:
         if term in identified and names[term]:
             values = [loaded.get(name, there[name].value) for name in names[term]]
             stated[words[term]] = sum(values) / len(values), there[names[term][0]].unit
+    bound = joint.reason if joint.verdict == "no friction" else ""
     left_out = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
-    return JointTerms(stated=stated, left_out=left_out)
+    return JointTerms(stated=stated, left_out=left_out, note=bound)
 
 
 def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended: list[str]) -> list[str]:
@@ -89,7 +100,8 @@ def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended
         )
     for name, terms in joints.items():
         lost = f"; no place here for {_listed(terms.left_out)}" if terms.left_out else ""
-        lines.append(f"Joint {name}: {_listed(terms.stated)}{lost}.")
+        note = f" ({terms.note})" if terms.note else ""
+        lines.append(f"Joint {name}: {_listed(terms.stated)}{note}{lost}.")
     kept = [name for name in result.joints if name not in joints]
     if kept:
         lines.append(f"Not identified, so that these joints keep what the model said: {', '.join(kept)}.")

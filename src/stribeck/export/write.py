@@ -57,7 +57,8 @@ def export(result: Result | str | Path, robot: Robot | str | Path, path: str | P
     --------
     >>> for line in export("out/result.json", "robot.toml", "found.urdf", "urdf"):
     ...     print(line.partition(":")[0])
-    Written by stribeck from arm.urdf and what was found in log.npz (method curve-fit, law stribeck).
+    Written by stribeck from arm.urdf and what was found in log.npz (method whole-log, law auto).
+    Inertias are changed of what these joints carry
     Joint shoulder
     Joint elbow
     Joint slide

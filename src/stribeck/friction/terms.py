@@ -31,11 +31,14 @@ LADDER = (
     Term("viscous_drift", ("viscous_drift",), needs="viscous"),
     Term("coulomb_drift", ("coulomb_drift",)),
 )
-"""Beyond Coulomb friction and an offset, which every joint has; in the order in which they are tried.
+"""Beyond Coulomb friction and an offset, which every joint has, from the simplest up.
 
 How large a Stribeck effect is and how fast friction rises at standstill make up for each other, so that the first is
 never found by taking the second for a jump.
 """
+
+BASE = frozenset({"viscous"})
+"""Terms that a joint has unless the log speaks against them."""
 
 LOAD = Parameter(name="load", symbol="mu", unit="1", neutral=0.0)
 """Coulomb friction a newton metre of torque that the joint carries."""

@@ -22,7 +22,7 @@ PRIOR_LOGARITHM = 7.0
 """The same for the logarithm of a scale [1]: a factor of a thousand."""
 
 AT_BOUND = 0.01
-"""A value closer to its bound than this many standard errors [1] sits on it."""
+"""A value sits on its bound if it is this close to it [1], in standard errors and in units of the joint's motion."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,6 +51,8 @@ class JointFit:
         Whether the last descent converged; if not, the samples hardly distinguish its parameters.
     variance_shares
         Of each parameter: what its variance is made of, by name, adding up to one; None if the method does not know.
+    mean_load
+        Torque that the joint carries [N m], on which friction of the law "auto" may depend.
     """
 
     parameters: tuple[Parameter, ...]
@@ -65,6 +67,7 @@ class JointFit:
     blocks: int
     converged: bool
     variance_shares: tuple[dict[str, float], ...] | None = None
+    mean_load: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -84,7 +87,7 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
     factor = np.where(logs, values, 1.0)
     bounds = problem.bounds
     intervals = intervals_95(values, deviation, estimate.degrees_of_freedom, logs)
-    distance = np.min(np.abs(to_internal(values, logs)[:, None] - to_internal(bounds.T, logs).T), axis=1)
+    units = parameter_units(problem.parameters, *_scales(problem))
     return JointFit(
         parameters=problem.parameters,
         values=values,
@@ -92,7 +95,7 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
         covariance=estimate.covariance * np.outer(factor, factor),
         intervals=np.clip(intervals, bounds[:, :1], bounds[:, 1:]),
         degrees_of_freedom=estimate.degrees_of_freedom,
-        at_bound=best.at_bound | (distance < AT_BOUND * deviation),
+        at_bound=best.at_bound | near_bound(problem.parameters, values, deviation, units),
         rms=float(np.sqrt(np.mean(residual**2))),
         samples=len(residual),
         blocks=len(np.unique(problem.block)),
@@ -100,16 +103,33 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
     )
 
 
-def _prior(problem: FitProblem) -> Array:
-    """Return the standard deviation of each parameter, or its logarithm, before any sample was seen, shape (p,)."""
+def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> NDArray[np.bool_]:
+    """Return which values can hardly be told from a bound, shape (p,); all of internal coordinates but the values.
+
+    Where nothing is known, the standard error is no measure of what is near: then it is the parameter's unit.
+    """
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
+    distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
+    return np.asarray(distance < AT_BOUND * np.minimum(deviation, units))
+
+
+def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: float, acceleration: float = 1.0) -> Array:
+    """Return a sensible unit of each parameter [its own] by what a joint does, shape (p,); 1 of logarithms."""
+    units = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
+    return np.array([1.0 if each.logarithmic else units.get(each.unit, 1.0) for each in parameters])
+
+
+def _scales(problem: FitProblem) -> tuple[float, float, float]:
+    """Return torque, speed and acceleration of a joint [N m], [rad/s], [rad/s^2]; 1 where there is none."""
     torque = float(np.sqrt(np.mean(problem.friction_torque**2))) or 1.0
-    speed = top_speed(problem.velocity) or 1.0
     acceleration = 1.0
     if problem.acceleration is not None:
         acceleration = float(np.sqrt(np.mean(problem.acceleration**2))) or 1.0
-    by_unit = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
-    widths = [
-        PRIOR_LOGARITHM if parameter.logarithmic else PRIOR_FACTOR * by_unit.get(parameter.unit, 1.0)
-        for parameter in problem.parameters
-    ]
-    return np.array(widths)
+    return torque, top_speed(problem.velocity) or 1.0, acceleration
+
+
+def _prior(problem: FitProblem) -> Array:
+    """Return the standard deviation of each parameter, or its logarithm, before any sample was seen, shape (p,)."""
+    factors = [PRIOR_LOGARITHM if parameter.logarithmic else PRIOR_FACTOR for parameter in problem.parameters]
+    return np.array(factors) * parameter_units(problem.parameters, *_scales(problem))

@@ -14,6 +14,9 @@ from stribeck.typing import Array
 RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged
 TOLERANCE = 0.01  # periods; steps that are off by less are uniform
 DRIFT = 0.001  # relative; how far the mean step of a segment may be from that of the log
+STEP = 1.5  # periods; a longer step lacks a sample
+BRIDGED = 0.01  # [s]; steps up to it are always interpolated: a quarter of the windows that estimators look through
+SMOOTHER = 0.33  # share of two roughnesses; below, evenly spaced stamps are nearer to the motion than the logged ones
 ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the line through the stamps a little
 
 
@@ -49,6 +52,11 @@ def typical_step(time: Array, where: str) -> float:
     return step
 
 
+def longest_step(step: float, max_gap: float | None) -> float:
+    """Return the longest step [s] that is interpolated, given the typical one: a scheduler's jitter is no gap."""
+    return max_gap or max(STEP * step, BRIDGED)
+
+
 def mean_step(time: Array, segments: tuple[slice, ...]) -> float:
     """Return the step [s] of the least-squares line through the stamps, one slope for all segments."""
     covariance, variance = 0.0, 0.0
@@ -67,21 +75,48 @@ def _centred_rows(part: slice) -> Array:
 
 def even(
     log: RobotLog, segments: tuple[slice, ...], period: float, jitter: float
-) -> tuple[RobotLog, tuple[slice, ...], list[str]]:
-    """Return the log on a uniform clock in each segment: as it is, restamped, or interpolated."""
+) -> tuple[RobotLog, tuple[slice, ...], float, list[str]]:
+    """Return the log on a uniform clock in each segment, as it is, restamped, or interpolated, and its period [s]."""
     if jitter <= TOLERANCE * period and not _drifts(log.time, segments, period):
-        return log, segments, []
+        return log, segments, period, []
     grain = _resolution(log.time)
-    time = np.concatenate([np.mean(log.time[part]) + period * _centred_rows(part) for part in segments])
+    time = _restamped(log.time, segments, period)
     if np.abs(time - log.time).max() <= ROUNDING * grain < ROUNDING * period:
         note = f"Stamps are rounded to {1e3 * grain:.4g} ms: evenly spaced stamps take their place."
-        return replace(log, time=time), segments, [note]
+        return replace(log, time=time), segments, period, [note]
     even, parts = on_uniform_clock(log, segments, period)
+    of_all = mean_step(log.time, segments)  # late stamps make long steps, and short ones after them
+    time = _restamped(log.time, segments, of_all)
+    late = float(np.abs(time - log.time).max())
+    if late <= BRIDGED and _smoother(log, segments, even, parts):
+        note = (
+            f"Stamps are up to {1e3 * late:.4g} ms early or late, as the motion is much smoother over evenly spaced "
+            "ones: these take their place."
+        )
+        return replace(log, time=time), segments, of_all, [note]
     note = (
         f"Steps of the stamps differ from the period by up to {1e3 * jitter:.4g} ms: the log is interpolated to "
         f"{1 / period:.6g} Hz, from {len(log.time)} to {len(even.time)} rows."
     )
-    return even, parts, [note]
+    return even, parts, period, [note]
+
+
+def _restamped(time: Array, segments: tuple[slice, ...], period: float) -> Array:
+    """Return evenly spaced stamps about the mean of each segment's."""
+    return np.concatenate([np.mean(time[part]) + period * _centred_rows(part) for part in segments])
+
+
+def _smoother(log: RobotLog, rows: tuple[slice, ...], even: RobotLog, parts: tuple[slice, ...]) -> bool:
+    """Return whether positions are much smoother row by row than by their stamps: then it is these that were late."""
+    as_rows, by_stamps = _roughness(log, rows), _roughness(even, parts)
+    both = as_rows + by_stamps
+    return bool(np.mean(np.divide(as_rows, both, out=np.full_like(both, 0.5), where=both > 0)) < SMOOTHER)
+
+
+def _roughness(log: RobotLog, segments: tuple[slice, ...]) -> Array:
+    """Return the mean size of the fourth differences of each position, shape (n,): jerks where stamps are wrong."""
+    differences = [np.abs(np.diff(log.position[part], 4, axis=0)) for part in segments]
+    return np.asarray(sum(each.sum(axis=0) for each in differences) / max(sum(len(each) for each in differences), 1))
 
 
 def _drifts(time: Array, segments: tuple[slice, ...], period: float) -> bool:

@@ -9,14 +9,14 @@ import numpy as np
 
 from stribeck.errors import LogError, findings_kept
 from stribeck.log import RobotLog
-from stribeck.log.clock import even, mean_step, refuse_backward_time, typical_step
+from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_backward_time, typical_step
 from stribeck.log.completeness import complete_rows, counts, cut, repeats, without_empty_channels
 from stribeck.log.plausibility import check_plausible
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 
 FEWEST = 16  # rows; less than that supports no filter
-STEP = 1.5  # periods; a longer step lacks a sample
+SHORT = 0.12  # [s]; no window of an estimator with the filters before it fits into less
 LEAST_SHARE = 0.02  # of the rows; where less is left, the log is not what it seems
 
 
@@ -39,6 +39,8 @@ class Sampling:
     segments
         Rows of the returned log between gaps, in order; together they are all rows. Nothing may be filtered or
         differentiated across them.
+    lost
+        Share of the rows that are cut out, or lie between gaps so close that nothing can use them [1].
     notes
         A sentence each about what was done.
     """
@@ -50,6 +52,7 @@ class Sampling:
     duplicates: int
     missing: dict[str, int]
     segments: tuple[slice, ...]
+    lost: float
     notes: tuple[str, ...]
 
 
@@ -64,7 +67,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     Parameters
     ----------
     log_table
-        `max_gap` is the longest step [s] that is still interpolated; 1.5 periods if it is not set.
+        `max_gap` is the longest step [s] that is still interpolated, in place of `longest_step`.
 
     Raises
     ------
@@ -72,11 +75,11 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         If time runs backwards, its unit cannot be seconds, hardly a row is complete, or values cannot be meant
         (`stribeck.log.plausibility`).
     """
-    where = log.path or "log"
+    where, rows = log.path or "log", len(log.time)
     refuse_backward_time(log.time, log.path)
     log, missing, duplicates, notes = _complete(log, where)
     step = typical_step(log.time, where)
-    longest = log_table.max_gap or STEP * step
+    longest = longest_step(step, log_table.max_gap)
     segments, gaps = _split(log.time, longest)
     if max(part.stop - part.start for part in segments) < FEWEST:
         raise LogError(
@@ -85,11 +88,18 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         )
     if gaps:
         notes.append(f"{len(gaps)} gaps longer than {longest:.4g} s split the log; nothing is filtered across them.")
+    usable = [part.stop - part.start for part in segments if log.time[part.stop - 1] - log.time[part.start] >= SHORT]
+    lost = 1 - sum(usable) / rows
+    if lost > 0 and len(segments) > len(usable):
+        notes.append(
+            f"{100 * lost:.2g} % of the samples are not used: they are cut out, or lie in parts between gaps that are "
+            f"shorter than {SHORT:g} s."
+        )
     with findings_kept(notes):
         notes += check_plausible(log)
     period = mean_step(log.time, _split(log.time, STEP * step)[0])  # also where longer steps are interpolated
     jitter = max(float(np.abs(np.diff(log.time[part]) - period).max(initial=0)) for part in segments)
-    log, segments, how = even(_unit_orientation(log), segments, period, jitter)
+    log, segments, period, how = even(_unit_orientation(log), segments, period, jitter)
     return log, Sampling(
         rate=1 / period,
         period=period,
@@ -98,6 +108,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         duplicates=duplicates,
         missing=missing,
         segments=segments,
+        lost=lost,
         notes=(*notes, *how),
     )
 

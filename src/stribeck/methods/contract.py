@@ -7,7 +7,7 @@ To add a method:
    fit, the table and the report. A method that corrects the robot or the logs returns the corrected ones.
 2. Make a `Method` of it. `uses` is `SHARED` and the settings of its own, dotted as they are typed after `--set`; leave
    out of `SHARED` what the method overrides. All others are refused by name where they are set. `laws` are those that
-   it can fit.
+   it can fit; `defaults` names the one that it fits by default.
 3. Settings of its own go into `Settings` in `settings.py`, with a line in docs/robot-file.md.
 4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance know it then,
    and nothing else asks which method ran: what is particular to a method is data in its `Finding`.
@@ -105,9 +105,24 @@ class Find(Protocol):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Method:
-    """A method: its name, the settings that it uses, the names of the laws that it can fit, and what it does."""
+    """A method.
+
+    Attributes
+    ----------
+    name
+        For robot file and command line.
+    uses
+        Settings that it uses.
+    laws
+        Names of the laws that it can fit.
+    defaults
+        Of a robot: what takes the place of settings that are left open, the law among them.
+    find
+        What it does.
+    """
 
     name: str
     uses: frozenset[str]
     laws: Collection[str]
+    defaults: Callable[[Robot], Mapping[str, str]]
     find: Find

@@ -9,8 +9,10 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from stribeck.identification.whole_log.model.layout import layout_of
 from stribeck.inertial_parameters import SIZE
 from stribeck.log import RobotLog
+from stribeck.log.interpolation import linear, slerp
 from stribeck.log.storage import allocate
 from stribeck.robot import Robot
 from stribeck.robot.rooting import BASE_FRAME
@@ -32,19 +34,26 @@ def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Ro
 
 
 def corrected_log(
-    log: RobotLog, robot: Robot, columns: NDArray[np.int64], corrections: Corrections, values: Array
+    log: RobotLog, robot: Robot, columns: NDArray[np.int64], corrections: Corrections, values: Array, delay: float
 ) -> RobotLog:
-    """Return the log without the errors of gains, zeros and orientation that were found."""
-    if not corrections.gains:
+    """Return the log without the errors of gains, zeros and orientation that were found.
+
+    Its torques are those that come `delay` [s] later.
+    """
+    if not corrections.delays:
         return log
-    ends = np.cumsum([corrections.inertial_parameters.size, corrections.gains, corrections.zeros, corrections.tilts])
-    _, gains, zeros, tilt, _ = np.split(values, ends)
+    layout = layout_of(corrections)
+    gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
+    torque = linear(log.time + delay, log.time, log.torque)
+    if not corrections.gains:
+        return replace(log, torque=torque)
     factors = np.ones(log.torque.shape[1])
     factors[columns] -= gains
-    torque, position = allocate(log.torque.shape), allocate(log.position.shape)
-    np.multiply(log.torque, factors, out=torque)
+    position = allocate(log.position.shape)
+    np.multiply(torque, factors, out=torque)
     np.subtract(log.position, zeros, out=position)
     orientation = log.base_orientation
     if orientation is not None and robot.base_frame == BASE_FRAME:
+        orientation = slerp(log.time + delays[1:].sum(), log.time, orientation)
         orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec(-tilt)).as_quat()
     return replace(log, torque=torque, position=position, base_orientation=orientation)

@@ -36,4 +36,10 @@ def find(
     )
 
 
-CURVE_FIT = Method(name="curve-fit", uses=SHARED | {"loss", "averaged_law", "holdout"}, laws=LAWS, find=find)
+CURVE_FIT = Method(
+    name="curve-fit",
+    uses=SHARED | {"loss", "averaged_law", "holdout"},
+    laws=LAWS,
+    defaults=lambda _: {"law": "stribeck"},
+    find=find,
+)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stribeck.equations.build import WeakForm, weak_form
 from stribeck.equations.equation_sequence import equation_sequence
+from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.assembled import Assembled
 from stribeck.identification.joint_fit import JointFit
@@ -30,11 +31,10 @@ from stribeck.methods.moving import joints_that_move
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
-from stribeck.settings import Priors, Settings
+from stribeck.settings import ChannelTable, Priors, Settings
 
-CRITERIA = Criteria(widest=0.33, assumes_exact_law=False, shares_shapes=True)
-"""The width finds what is over 25 % wrong on a straight walk and leaves most of what is within 10 %
-(studies/verdicts.py)."""
+CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
+"""Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
 SUSPICIOUS = 1.5
 """Chi^2 per degree of freedom [1] from which a warning is given."""
@@ -44,6 +44,18 @@ HETEROGENEOUS = 4.0
 
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no model is as wrong as that."""
+
+DELAY_ROUNDS = 6
+"""Fits at most [1], each to torques shifted by the delay that those before have found."""
+
+LINEAR_DELAY = 1e-3
+"""Delay [s] from which torques are shifted, and fitted again: they are linear in less."""
+
+LONGEST_DELAY = 0.1
+"""Delay that is looked for at most [s]."""
+
+NOTABLE_DELAY = 2e-3
+"""Delay [s] from which a warning is given."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,12 +68,15 @@ class WholeLog:
         The fit, the columns of its joints, and the couplings behind them.
     robot
         With the corrections that were found.
+    torque_delay
+        Of all torques against the encoders [s]; positive if they are late.
     """
 
     fit: WholeLogFit
     columns: NDArray[np.int64]
     couplings: tuple[str, ...]
     robot: Robot
+    torque_delay: float
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -70,7 +85,8 @@ class WholeLog:
 
     def corrected(self, log: RobotLog) -> RobotLog:
         """Return a log without the errors of its sensors that were found."""
-        return corrected_log(log, self.robot, self.columns, self.fit.model.corrections, self.fit.corrections)
+        corrections, values = self.fit.model.corrections, self.fit.corrections
+        return corrected_log(log, self.robot, self.columns, corrections, values, self.torque_delay)
 
     @property
     def fits(self) -> dict[str, JointFit]:
@@ -91,7 +107,15 @@ class WholeLog:
     @property
     def corrections(self) -> Corrections:
         """Corrections of model and calibration."""
-        return describe_corrections(self.fit, self.joints, self.robot.joint_names)
+        return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.torque_delay)
+
+    @property
+    def _delays(self) -> list[tuple[str, str, tuple[float, float] | None, ChannelTable]]:
+        found, table = self.corrections, self.robot.log_table
+        return [
+            ("the torques are", "torque", found.torque_delay, table.torque),
+            ("the base orientation is", "base_orientation", found.base_delay, table.base_orientation),
+        ]
 
     @property
     def warnings(self) -> list[str]:
@@ -120,6 +144,12 @@ class WholeLog:
                 f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations: "
                 "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
             )
+        texts += [
+            f"{what} {1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'} against the encoders, which the "
+            f"fit heeds; [log.{channel}] delay = {already.delay + late[0]:.4f} in the robot file takes it out"
+            for what, channel, late, already in self._delays
+            if late and abs(late[0]) > max(NOTABLE_DELAY, 3 * late[1])
+        ]
         return texts + score_test_warnings(self.fit.score_tests, self.joints)
 
 
@@ -132,24 +162,34 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         If no joint moves enough, or no segment can be used.
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law)
-    forms = weak_forms(prepared, robot, columns, couplings, settings)
-    corrections = forms[0].corrections
-    equations = equation_sequence(forms)
-    noise = np.max([form.velocity_noise for form in forms], axis=0)
-    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
-    fit = fit_whole_log(
-        equations,
-        equations.feet,
-        equations.gaits,
-        corrections,
-        law,
-        top_speed,
-        rest,
-        settings.priors,
-    )
-    return WholeLog(
-        fit=fit, columns=columns, couplings=couplings, robot=corrected_robot(robot, corrections, fit.corrections)
-    )
+    delay = 0.0
+    for _ in range(DELAY_ROUNDS):
+        forms = weak_forms(prepared, robot, columns, couplings, settings, delay)
+        corrections = forms[0].corrections
+        equations = equation_sequence(forms)
+        if not equations:
+            raise NothingIdentifiedError(
+                "no joint can be identified from this log: the robot always stands in a way that is not used with "
+                f"corrections = '{settings.corrections}' and double_support = '{settings.double_support}'; where "
+                "several feet stand, soles take double_support = 'fit', and corrections may be 'none' or 'inertia'"
+            )
+        noise = np.max([form.velocity_noise for form in forms], axis=0)
+        rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
+        fit = fit_whole_log(
+            equations,
+            equations.feet,
+            equations.gaits,
+            corrections,
+            law,
+            top_speed,
+            rest,
+            settings.priors,
+        )
+        delay = float(np.clip(delay + fit.torque_delay, -LONGEST_DELAY, LONGEST_DELAY))
+        if abs(fit.torque_delay) < LINEAR_DELAY:
+            break
+    robot = corrected_robot(robot, corrections, fit.corrections)
+    return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, torque_delay=delay)
 
 
 def weak_forms(
@@ -158,8 +198,9 @@ def weak_forms(
     columns: NDArray[np.int64],
     couplings: Sequence[str],
     settings: Settings,
+    delay: float,
 ) -> list[WeakForm]:
-    """Return the equations of motion of logs: foot wrenches are in them if every log has them."""
+    """Return the equations of motion of logs, whose torques have a delay [s]; with foot wrenches if every log has."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
     return [
         weak_form(
@@ -172,6 +213,7 @@ def weak_forms(
             settings,
             wrenches=wrenches,
             couplings=couplings,
+            delay=delay,
         )
         for part in prepared
     ]
@@ -206,9 +248,18 @@ def find(
     )
 
 
+def usual_corrections(robot: Robot) -> str:
+    """Return what is corrected by default: calibration too, where the robot stands on soles.
+
+    On a fixed base gains and friction trade places; loops of point feet cannot be used with encoder zeros.
+    """
+    return "calibration" if {contact.kind for contact in robot.contacts.values()} == {"surface"} else "inertia"
+
+
 WHOLE_LOG = Method(
     name="whole-log",
     uses=(SHARED - {"standing_legs"}) | {"corrections"} | {f"priors.{key}" for key in Priors.model_fields},
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
+    defaults=lambda robot: {"law": AUTO, "corrections": usual_corrections(robot)},
     find=find,
 )

@@ -1,4 +1,4 @@
-"""What the whole log says about the model: the corrections of masses, centres, gains and zeros."""
+"""What the whole log says about the model: the corrections of masses, centres, gains, zeros and delays."""
 
 from __future__ import annotations
 
@@ -45,6 +45,11 @@ def corrections(result: Result) -> Section | None:
         bodies=bodies,
         others=len(errors.bodies) - len(bodies),
         calibration=calibration,
+        delays=[
+            (what, [1e3 * part for part in delay])
+            for what, delay in (("Torques", errors.torque_delay), ("Base orientation", errors.base_delay))
+            if delay
+        ],
         figures=branch_figures(result),
     )
     return Section(anchor="corrections", title="Corrections of the model", body=body)

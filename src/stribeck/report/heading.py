@@ -12,7 +12,7 @@ from stribeck.report.page import render
 from stribeck.report.verdict_table import explained
 from stribeck.result import JointResult, Result, Verdict
 
-VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited")
+VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "no friction", "not excited")
 
 
 def heading(result: Result, law: FrictionLaw) -> Markup:

@@ -8,12 +8,9 @@ import numpy as np
 
 from stribeck.friction.law import FrictionLaw
 from stribeck.report.reference import NO_REFERENCE, Reference
-from stribeck.result import Evidence, JointResult, law_values
+from stribeck.result import Evidence, JointResult, law_slopes, law_values
 from stribeck.samples import Samples
 from stribeck.typing import Array
-
-STEP = 1e-4
-"""Of differences, relative to a parameter [1]; what they differentiate is nearly linear."""
 
 MOST_DRAWN = 100_000
 """Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
@@ -130,7 +127,5 @@ def fitted_values(
     values = law_values(law, fitted, load)
     if values is None or covariance is None or covariance.shape != (len(fitted), len(fitted)):
         return values, None
-    steps = {parameter: STEP * max(abs(value), STEP) for parameter, value in fitted.items()}
-    ends = [[law_values(law, fitted | {p: fitted[p] + sign * h}, load) for p, h in steps.items()] for sign in (1, -1)]
-    slopes = (np.array(ends[0]) - np.array(ends[1])).T / (2 * np.array(list(steps.values())))
+    slopes = law_slopes(law, fitted, load)
     return values, slopes @ covariance @ slopes.T

@@ -17,6 +17,7 @@ from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
 from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result
+from stribeck.result.tables import friction_text
 
 Figures = list[tuple[Markup, str]]
 """Drawings with their captions."""
@@ -36,6 +37,7 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
                 "anchor": f"joint-{index}",
                 "name": name,
                 "joint": joint,
+                "friction": friction_text(joint),
                 "figures": figures,
                 "reference": reference.parameters.get(name, {}),
                 "unit": data.torque_unit,
@@ -59,7 +61,8 @@ def _figures(prefix: str, name: str, joint: JointResult, data: JointData) -> Fig
     )
     prediction = data.predict(data.velocity)
     if prediction is None:
-        return [(over_velocity, "Friction torque over velocity: samples only, no law is fitted.")]
+        why = "no friction is detectable" if joint.verdict == "no friction" else "no law is fitted"
+        return [(over_velocity, f"Friction torque over velocity: samples only, {why}.")]
     residual = inline_svg(
         residual_over_velocity(data, prediction),
         f"{name}: residual of the friction torque, over velocity",

@@ -11,6 +11,7 @@ from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
 from stribeck.report.text import parameter_names, symbols
 from stribeck.result import Evidence, JointResult, Result, TermVerdict
+from stribeck.result.tables import friction_text
 from stribeck.typing import Array
 
 SIZE = (104.0, 30.0)
@@ -30,6 +31,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, referenc
             "name": name,
             "joint": joint,
             "reference": reference.parameters.get(name, {}),
+            "friction": friction_text(joint),
             "explained": explained(joint),
             "unit": "N" if name in evidence.prismatic else "N m",
             "sparkline": _sparkline(name, joint, evidence, law),

@@ -4,6 +4,7 @@ from stribeck.result.corrections import BodyCorrection as BodyCorrection
 from stribeck.result.corrections import Corrections as Corrections
 from stribeck.result.coupling import CouplingResult as CouplingResult
 from stribeck.result.evidence import Evidence as Evidence
+from stribeck.result.joint import CurvePoint as CurvePoint
 from stribeck.result.joint import JointResult as JointResult
 from stribeck.result.joint import ParameterEstimate as ParameterEstimate
 from stribeck.result.joint import TermDecision as TermDecision
@@ -11,6 +12,7 @@ from stribeck.result.joint import TermVerdict as TermVerdict
 from stribeck.result.joint import Validation as Validation
 from stribeck.result.joint import Verdict as Verdict
 from stribeck.result.joint import at_load as at_load
+from stribeck.result.joint import law_slopes as law_slopes
 from stribeck.result.joint import law_values as law_values
 from stribeck.result.result import SCHEMA as SCHEMA
 from stribeck.result.result import LogSummary as LogSummary

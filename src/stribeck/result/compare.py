@@ -146,8 +146,11 @@ def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimat
 
 
 def _not_identified(joints: dict[str, JointResult], which: str) -> dict[str, str]:
+    without = ("no friction", "not excited")
     return {
-        joint: f"not excited in the {which} ({found.reason})" for joint, found in joints.items() if not found.parameters
+        joint: f"{found.verdict} in the {which} ({found.reason})"
+        for joint, found in joints.items()
+        if found.verdict in without
     }
 
 

@@ -14,8 +14,11 @@ from stribeck.friction import FrictionLaw, get_law
 from stribeck.friction.assembled import beyond_velocity
 from stribeck.typing import Array
 
-Verdict = Literal["identified", "weak", "not excited"]
+Verdict = Literal["identified", "weak", "no friction", "not excited"]
 TermDecision = Literal["kept", "refused", "open"]
+
+STEP = 1e-4
+"""Of differences, relative to a parameter [1]; what they differentiate is nearly linear."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +34,25 @@ class ParameterEstimate:
     unit: str
     verdict: Verdict
     variance_shares: dict[str, float] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurvePoint:
+    """Torque that resists motion at one speed [rad/s], [m/s], mean of both directions, without the offset [N m], [N].
+
+    With its standard error, its 95 % interval, which ends at zero, and its unit.
+    """
+
+    velocity: float
+    value: float
+    standard_error: float
+    interval_95: tuple[float, float]
+    unit: str
+
+    @property
+    def half_width(self) -> float:
+        """Of the interval, where no zero cuts it off."""
+        return self.interval_95[1] - self.value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +87,8 @@ class TermVerdict:
 class JointResult:
     """What the log says about one joint; `parameters` is empty when it did not move enough.
 
+    `curve` is its friction as a whole, at slow, middle and top speed; the verdict is the curve's. A joint without
+    detectable friction has no parameters but those of other torques, an offset or a rotor inertia.
     Of the law "auto", `terms` says which of them the joint has, and `mean_load` is the torque that it carries [N m].
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
@@ -80,6 +104,7 @@ class JointResult:
     positive_power_fraction: float | None = None
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
+    curve: tuple[CurvePoint, ...] = ()
     law: str = field(default="", repr=False, compare=False)
 
     def friction(self, velocity: ArrayLike, load: ArrayLike | None = None, temperature: ArrayLike = 0.0) -> Array:
@@ -105,7 +130,7 @@ class JointResult:
         Raises
         ------
         NothingIdentifiedError
-            If the joint has no numbers.
+            If the joint did not move enough.
         SettingsError
             If its law is not known here (see `register_law`).
 
@@ -114,8 +139,11 @@ class JointResult:
         >>> result.joints["elbow"].friction([-1.0, 0.0, 1.0]).round(2)
         array([-1.9, -0.4,  1.1])
         """
-        law, speeds = get_law(self.law), np.asarray(velocity, dtype=np.float64)
+        speeds = np.asarray(velocity, dtype=np.float64)
         found = {name: parameter.value for name, parameter in self.parameters.items()}
+        if self.verdict == "no friction":
+            return np.full(speeds.shape, found.get("offset", 0.0))
+        law = get_law(self.law)
         values = law_values(law, found)
         if values is None:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
@@ -130,6 +158,16 @@ def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) 
         return None
     loaded = at_load(found, load) if load and "load" in found else found
     return np.array([loaded.get(p.name, p.neutral) for p in law.parameters], dtype=float)
+
+
+def law_slopes(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array:
+    """Return the derivatives of a law's values under a load [N m] by the k parameters found, shape (p, k)."""
+    columns = []
+    for name, value in found.items():
+        step = STEP * max(abs(value), STEP)
+        ends = [law_values(law, {**found, name: value + sign * step}, load) for sign in (1, -1)]
+        columns.append((np.array(ends[0]) - np.array(ends[1])) / (2 * step))
+    return np.column_stack(columns)
 
 
 def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:

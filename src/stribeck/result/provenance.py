@@ -27,7 +27,9 @@ def sha256(path: str) -> str:
     return digest.hexdigest()
 
 
-def log_summary(paths: Sequence[str], durations: Sequence[float], rate: float, samples_used: int) -> LogSummary:
+def log_summary(
+    paths: Sequence[str], durations: Sequence[float], rate: float, samples_used: int, samples: int
+) -> LogSummary:
     """Return the summary of one log, or of several with lists of paths and hashes."""
     hashes = [sha256(path) for path in paths]
     single = len(paths) == 1
@@ -37,6 +39,7 @@ def log_summary(paths: Sequence[str], durations: Sequence[float], rate: float, s
         duration=float(sum(durations)),
         rate=float(rate),
         samples_used=int(samples_used),
+        samples=int(samples),
     )
 
 

@@ -27,13 +27,25 @@ SCHEMA = 1
 
 @dataclass(frozen=True, kw_only=True)
 class LogSummary:
-    """Which log, and how much of it was used; for several logs `path` and `sha256` are lists."""
+    """Which log, and how much of it was used; for several logs `path` and `sha256` are lists.
+
+    `samples` is how many there are on the even clock, without those that gaps and missing values cost; 0 if not known.
+    """
 
     path: str | list[str]
     sha256: str | list[str]
     duration: float
     rate: float
     samples_used: int
+    samples: int = 0
+
+    @property
+    def usage(self) -> str:
+        """How many samples a fit may use, of how many, in words."""
+        if not self.samples:
+            return f"{self.samples_used:,} samples used"
+        share = 100 * self.samples_used / self.samples
+        return f"{self.samples_used:,} of {self.samples:,} samples used ({share:.0f} %)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +55,7 @@ class Result:
     Examples
     --------
     >>> result
-    Result('arm', law stribeck, method curve-fit, 3 joints: 3 identified)
+    Result('arm', law auto, method whole-log, 3 joints: 3 identified)
     >>> found = result.joints["elbow"].parameters["coulomb"]
     >>> round(found.value, 2), found.unit, found.verdict
     (1.2, 'N m', 'identified')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from html import escape
 from typing import TYPE_CHECKING
@@ -34,6 +35,24 @@ def verdict_counts(result: Result) -> str:
     counts = Counter(joint.verdict for joint in result.joints.values())
     said = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
     return f"{len(result.joints)} joint{'s' * (len(result.joints) != 1)}" + f": {said}" * bool(said)
+
+
+def friction_text(joint: JointResult) -> str:
+    """Return a joint's friction as a whole with half of its 95 % interval, e.g. "14.1 ± 1.0 N m at 0.5 rad/s".
+
+    Of a joint without detectable friction "below 0.2 N m"; "" where there is no curve.
+    """
+    if not joint.curve:
+        return ""
+    middle = joint.curve[len(joint.curve) // 2]
+    if joint.verdict == "no friction":
+        return f"below {max(point.interval_95[1] for point in joint.curve):.2g} {middle.unit}"
+    speed = f"{middle.velocity:.2g} {'rad/s' if middle.unit == 'N m' else 'm/s'}"
+    half = middle.half_width
+    if not 1e-6 < half < 1e6:
+        return f"{middle.value:.4g} ± {half:.2g} {middle.unit} at {speed}"
+    decimals = max(math.ceil(-math.log10(half / 5)), 0)  # two digits of 1.2, one of 7
+    return f"{middle.value:.{decimals}f} ± {half:.{decimals}f} {middle.unit} at {speed}"
 
 
 def html_table(result: Result) -> str:

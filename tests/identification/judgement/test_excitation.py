@@ -27,9 +27,13 @@ def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:
 @pytest.mark.parametrize(
     ("joint", "blocks", "reason"),
     [
-        ({"speed": 0.005}, 30, "it moves only between -0.01.* rad/s; 0.05 rad/s are needed in both directions"),
+        (
+            {"speed": 0.005},
+            30,
+            "it moves only between -0.01.* rad/s; move it faster than 0.05 rad/s in both directions",
+        ),
         ({"speed": 0.3, "drift": 1.0}, 30, "it moves in one direction only, between 0.* and 1.* rad/s"),
-        ({}, 5, "its usable samples lie in 5 blocks; at least 6 are needed"),
+        ({}, 5, "it moves in 5 blocks .*; move it in at least 6"),
     ],
 )
 def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint, joint, blocks, reason) -> None:
@@ -41,26 +45,32 @@ def test_few_samples_and_none(make_samples, make_joint) -> None:
     usable = np.zeros_like(samples.usable)
     assert judged(replace(samples, usable=usable)).reason.startswith("0 usable samples")
     usable[::100] = True
-    assert judged(replace(samples, usable=usable)).reason == "60 usable samples; 6 parameters need at least 120"
+    assert (
+        judged(replace(samples, usable=usable)).reason
+        == "60 usable samples; 6 parameters need at least 120: move it longer"
+    )
 
 
 def test_one_turn_is_not_enough(make_samples, make_joint) -> None:
     samples = make_samples({"knee": make_joint()})
     velocity = np.cos(np.linspace(0, np.pi, len(samples.time)))[:, None]
     found = judged(replace(samples, velocity=velocity))
-    assert found.reason == "it turns round 1 times; at least 4 reversals are needed"
+    assert found.reason == "it turns round 1 times; let it turn round at least 4 times"
 
 
 def test_noise_is_not_motion(make_samples, make_joint) -> None:
     samples = make_samples({"knee": make_joint()})
     noise = 0.2 * np.random.default_rng(0).normal(size=samples.velocity.shape)
-    assert "the noise of its velocity, 0.2" in judged(replace(samples, velocity=noise)).reason
+    assert (
+        "hardly more than its velocity's noise; move it faster than 0.8"
+        in judged(replace(samples, velocity=noise)).reason
+    )
 
 
 def test_prismatic_joints_are_judged_in_metres(make_samples, make_joint) -> None:
     samples = make_samples({"slide": make_joint(speed=0.02)})
     assert judged(samples, "slide", prismatic=True).reason == ""
-    assert "rad/s are needed" in judged(samples, "slide").reason
+    assert "move it faster than 0.05 rad/s" in judged(samples, "slide").reason
 
 
 def test_velocity_noise_is_found_under_motion() -> None:

@@ -10,7 +10,7 @@ from stribeck.friction import LAWS, get_law
 from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.identification.curve_fit.validation import validate
 from stribeck.identification.judgement.verdict import judge
-from stribeck.identification.judgement.weakness import is_weak, why_identified
+from stribeck.identification.judgement.weakness import USUAL, is_weak
 from stribeck.methods.whole_log import CRITERIA
 from stribeck.settings import Settings
 
@@ -27,7 +27,8 @@ def identified(samples, law="stribeck", **settings):
 def test_a_well_moved_joint_is_identified(make_samples, make_joint, truth) -> None:
     found = identified(make_samples({"knee": make_joint()}, blocks=60))["knee"]
     assert found.verdict == "identified"
-    assert found.reason.startswith("every interval is narrower than its value (60 blocks")
+    assert found.reason.startswith("its friction is known to within 0.0")
+    assert " % (60 blocks" in found.reason
     for name, value in truth.items():
         parameter = found.parameters[name]
         assert parameter.verdict == "identified"
@@ -51,10 +52,10 @@ def test_a_still_joint_gets_no_numbers(make_samples, make_joint) -> None:
 
 
 def test_a_slow_joint_leaves_viscous_friction_open_and_says_why(make_samples, make_joint) -> None:
-    found = identified(make_samples({"knee": make_joint(speed=0.06, noise=0.3)}))["knee"]
+    found = identified(make_samples({"knee": make_joint(speed=0.06, noise=10.0)}))["knee"]
     assert found.verdict == "weak"
+    assert found.reason.startswith("friction at top speed, 0.14 rad/s, is 2.")
     assert found.parameters["viscous"].verdict == "weak"
-    assert "viscous" in found.reason
     assert "of the samples are slower than the Stribeck velocity" in found.reason
 
 
@@ -65,7 +66,7 @@ def test_what_lies_beyond_a_stribeck_velocity_that_is_not_cleared_is_weak(
     found = identified(make_samples({"knee": make_joint(speed=speed, noise=1e-4)}))["knee"]
     weak = {name for name, parameter in found.parameters.items() if parameter.verdict == "weak"}
     assert weak == (set() if clears else {"viscous", "coulomb", "stribeck_gain"})
-    assert ("the Stribeck velocity, 0.15 rad/s" in found.reason) == (not clears)
+    assert found.verdict == "identified"
 
 
 def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, truth) -> None:
@@ -75,8 +76,9 @@ def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, tr
         "stribeck_gain",
         "stribeck_velocity",
     }
-    assert found.verdict == "weak"
-    assert identified(samples, "coulomb-viscous")["knee"].verdict == "identified"
+    assert found.verdict == "identified"  # the curve is known, however its parameters share it out
+    assert "weak by itself: coulomb, stribeck_gain, stribeck_velocity" in found.reason
+    assert "weak" not in identified(samples, "coulomb-viscous")["knee"].reason
 
 
 def test_an_offset_of_zero_is_known_as_well_as_any(make_samples, make_joint, truth) -> None:
@@ -93,6 +95,7 @@ def test_power_is_judged_by_the_sign_convention(make_samples, make_joint) -> Non
     wrong = identified(flipped)["knee"]
     assert wrong.positive_power_fraction > 0.9
     assert wrong.verdict == "weak"
+    assert "friction adds power in 100% of the samples: a sign" in wrong.reason
 
 
 def test_a_law_that_fails_on_unseen_blocks_is_weak(make_samples, make_joint) -> None:
@@ -113,15 +116,18 @@ def test_units_follow_the_joint(make_samples, make_joint) -> None:
 
 @pytest.mark.parametrize("law", list(LAWS))
 @pytest.mark.parametrize("torque", ["zero", "constant", "random"])
-def test_torque_without_friction_is_never_identified_and_never_crashes(make_samples, make_joint, law, torque) -> None:
+def test_torque_without_friction_is_told_so_and_never_crashes(make_samples, make_joint, law, torque) -> None:
     samples = make_samples({"knee": make_joint()}, blocks=12)
     signal = {"zero": 0.0, "constant": 3.0, "random": np.random.default_rng(2).normal(size=(2400, 1))}[torque]
     found = identified(replace(samples, friction_torque=np.zeros((2400, 1)) + signal), law)["knee"]
-    assert found.verdict == "weak"
-    if torque == "random":
-        assert found.reason.startswith("no friction is significant: ")
-        assert "Stribeck" not in found.reason  # the shape of no friction is nothing to explain
-        assert "offset" not in found.reason
+    if (law, torque) == ("asymmetric", "constant"):  # it has no offset: friction of one direction is all it can be
+        assert found.verdict == "weak"
+        return
+    assert found.verdict == "no friction"
+    assert found.reason.startswith("no friction detectable, below ")
+    assert found.parameters.keys() <= {"offset"}
+    offset = found.parameters["offset"].value if found.parameters else 0.0
+    assert np.all(found.friction([-1.0, 0.0, 1.0]) == offset)
 
 
 def test_joints_keep_the_order_of_the_samples(make_samples, make_joint) -> None:
@@ -129,16 +135,16 @@ def test_joints_keep_the_order_of_the_samples(make_samples, make_joint) -> None:
     assert list(identified(samples, "coulomb-viscous")) == ["b", "still", "a"]
 
 
-@pytest.mark.parametrize(("width", "weak"), [(0.32, []), (0.34, ["viscous", "coulomb", "stribeck_gain"])])
-def test_the_whole_logs_parameters_are_weak_sooner(make_samples, make_joint, width: float, weak: list[str]) -> None:
+@pytest.mark.parametrize(("width", "weak"), [(0.49, []), (0.51, ["viscous", "coulomb", "stribeck_gain"])])
+def test_parameters_are_weak_from_one_width_on(make_samples, make_joint, width: float, weak: list[str]) -> None:
     samples = make_samples({"knee": make_joint()}, blocks=60)
     fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
     intervals = fit.intervals.copy()
     intervals[:3] = fit.values[:3, None] * np.array([1 - width / 2, 1 + width / 2])
     wide = replace(fit, intervals=intervals)
-    found = is_weak(wide, np.linspace(-2, 2, 100), CRITERIA)
-    assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
-    assert why_identified(CRITERIA) == "every interval is narrower than 0.33 of its value"
+    for criteria in (USUAL, CRITERIA):  # of both methods
+        found = is_weak(wide, np.linspace(-2, 2, 100), criteria)
+        assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
 
 
 @pytest.mark.parametrize(

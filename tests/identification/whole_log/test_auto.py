@@ -100,6 +100,8 @@ def test_every_refused_term_says_why(mixed: Result) -> None:
         for term, verdict in joint.terms.items():
             if verdict.gain is not None:
                 assert verdict.reason.startswith("held-out chi^2")
+            elif term == "viscous":
+                assert verdict.reason == ("every joint has it" if verdict.kept else "in the log as a whole it is none")
             elif term.endswith("_temperature"):
                 assert verdict.reason == "no temperature in the log"
             else:

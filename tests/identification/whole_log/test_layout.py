@@ -15,22 +15,26 @@ LAYOUT = ModelLayout(
     gains=3,
     zeros=4,
     tilts=3,
+    delays=2,
     wrenches=2,
     rotors=1,
     gaits=2,
     gait_effects=5,
     alternatives=8,
 )
-PARTS = ("friction", "bodies", "gains", "zeros", "tilts", "wrenches", "rotors", "random_effects", "alternatives")
+PARTS = (
+    *("friction", "bodies", "gains", "zeros", "tilts", "delays"),
+    *("wrenches", "rotors", "random_effects", "alternatives"),
+)
 
 
 def test_parts_follow_one_another_and_fill_the_vector() -> None:
     places = np.arange(LAYOUT.size)
     np.testing.assert_array_equal(np.concatenate([places[LAYOUT.part(name)] for name in PARTS]), places)
     sizes = [len(places[LAYOUT.part(name)]) for name in PARTS]
-    assert sizes == [18, 20, 3, 4, 3, 14, 1, 10, 8]
-    assert len(places[LAYOUT.corrections]) == 45
-    assert [len(places[part]) for part in (LAYOUT.nearly_right, LAYOUT.model)] == [30, 55]
+    assert sizes == [18, 20, 3, 4, 3, 2, 14, 1, 10, 8]
+    assert len(places[LAYOUT.corrections]) == 47
+    assert [len(places[part]) for part in (LAYOUT.nearly_right, LAYOUT.model)] == [32, 57]
 
 
 def test_joints_rotors_gaits_and_bodies_have_their_places() -> None:
@@ -50,7 +54,7 @@ def test_what_is_left_out_leaves_no_gap() -> None:
 
 
 def test_no_other_file_computes_an_offset() -> None:
-    counted = {"size", "gains", "zeros", "tilts", "wrenches", "rotors", "bodies", "gaits", "believed"}
+    counted = {"size", "gains", "zeros", "tilts", "delays", "wrenches", "rotors", "bodies", "gaits", "believed"}
     for path in Path(layout.__file__).parents[1].rglob("*.py"):
         if path.samefile(layout.__file__):
             continue

@@ -158,6 +158,14 @@ def test_a_quadruped_on_three_point_feet_and_on_four() -> None:
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
 
 
+def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() -> None:
+    robot = Robot.from_file(MODELS / "quadruped.toml")
+    truth = dict.fromkeys(robot.joint_names, TRUTH)
+    log, _ = exact_log(robot, get_law("stribeck"), truth, duration=4.0, posture=POSTURES["quadruped"], seed=2)
+    with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
+        identify(log, robot, Settings(method="whole-log", corrections="calibration"))
+
+
 def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4)
     wrong = with_wrong_bodies(arm)
@@ -246,6 +254,42 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
     for column, name in enumerate(arm.joint_names):
         value, error = found.corrections.encoder_zero[name]
         assert value == pytest.approx(zeros[column], abs=4 * error)
+
+
+@pytest.mark.parametrize("late", [0, 5, -30])
+def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog, late: int) -> None:
+    """By as many samples of 1 ms; without the correction 5 ms cost 7 % of the Coulomb friction."""
+    log = with_noise(exact_arm_log, position=2e-5, torque=0.1, seed=8)
+    log = replace(log, torque=np.roll(log.torque, late, axis=0)).take(slice(100, 10_100))
+    settings = Settings(method="whole-log", corrections="inertia")
+    found = whole_log(log, arm, settings)
+    assert found.corrections.torque_delay is not None
+    delay, error = found.corrections.torque_delay
+    assert error < 2e-5
+    assert delay == pytest.approx(1e-3 * late, abs=4 * error)
+    for fit in found.fits.values():
+        assert fit.values[1] == pytest.approx(TRUTH["coulomb"], rel=0.01)
+    true = np.roll(log.torque, -late, axis=0)[100:-100]
+    np.testing.assert_allclose(found.corrected(log).torque[100:-100], true, atol=0.05)
+    assert [f"delay = {1e-3 * late:.4f} in the robot file" in text for text in found.warnings] == [True] * (late != 0)
+
+
+def test_a_late_base_orientation_is_found() -> None:
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    exact, _ = exact_log(
+        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=8.0, posture=POSTURES["biped"], seed=2
+    )
+    assert exact.base_orientation is not None
+    log = replace(
+        with_noise(exact, position=1e-5, torque=0.05, seed=3),
+        base_orientation=np.roll(exact.base_orientation, 10, axis=0),
+    )
+    found = whole_log(log.take(slice(50, None)), robot, Settings(method="whole-log", corrections="calibration"))
+    assert found.corrections.base_delay is not None
+    delay, error = found.corrections.base_delay
+    assert error < 2e-3
+    assert delay == pytest.approx(0.01, abs=3 * error)
 
 
 def test_gains_of_limbs_that_carry_little_do_not_move_those_of_the_legs() -> None:

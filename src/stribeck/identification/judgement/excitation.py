@@ -79,9 +79,9 @@ def count_reversals(velocity: Array, threshold: float) -> int:
 def _too_few(problem: FitProblem, blocks: int) -> str:
     samples, needed = len(problem.velocity), MIN_SAMPLES_PER_PARAMETER * len(problem.parameters)
     if samples < needed:
-        return f"{samples} usable samples; {len(problem.parameters)} parameters need at least {needed}"
+        return f"{samples} usable samples; {len(problem.parameters)} parameters need at least {needed}: move it longer"
     if blocks < MIN_BLOCKS:
-        return f"its usable samples lie in {blocks} blocks; at least {MIN_BLOCKS} are needed"
+        return f"it moves in {blocks} blocks (steps, or seconds of longer ones); move it in at least {MIN_BLOCKS}"
     return ""
 
 
@@ -91,11 +91,12 @@ def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) ->
     backward, forward = np.percentile(velocity, [100 - TOP_SPEED_PERCENTILE, TOP_SPEED_PERCENTILE])
     span = f"between {backward:.3g} and {forward:.3g} {unit}"
     if max(forward, -backward) < least:
-        return f"it moves only {span}; {least} {unit} are needed in both directions"
+        return f"it moves only {span}; move it faster than {least} {unit} in both directions"
     if max(forward, -backward) < NOISE_FACTOR * noise:
-        return f"it moves {span}, not clearly more than the noise of its velocity, {noise:.3g} {unit}"
+        least = NOISE_FACTOR * noise
+        return f"it moves {span}, hardly more than its velocity's noise; move it faster than {least:.3g} {unit}"
     if min(forward, -backward) < least:
-        return f"it moves in one direction only, {span}; {least} {unit} are needed in both directions"
+        return f"it moves in one direction only, {span}; move it faster than {least} {unit} in the other one too"
     if reversals < MIN_REVERSALS:
-        return f"it turns round {reversals} times; at least {MIN_REVERSALS} reversals are needed"
+        return f"it turns round {reversals} times; let it turn round at least {MIN_REVERSALS} times"
     return ""

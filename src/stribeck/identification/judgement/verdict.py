@@ -9,9 +9,18 @@ import numpy as np
 from stribeck.friction import FrictionLaw, unit_for
 from stribeck.identification.curve_fit.problem import FitProblem, joint_problem
 from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.judgement.curve import (
+    NO_FRICTION,
+    ROUNDING,
+    WIDEST,
+    friction_curve,
+    is_significant,
+    relative_width,
+    upper_bound,
+)
 from stribeck.identification.judgement.excitation import Excitation, excitation
-from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, why_identified, why_weak
-from stribeck.result import JointResult, ParameterEstimate, Validation
+from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
+from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validation, Verdict
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.typing import Array
@@ -19,7 +28,13 @@ from stribeck.typing import Array
 POWER_DEAD_ZONE = 1e-3
 """Share [1] of rms velocity times rms torque: less power than this, of either sign, is rounding or standstill."""
 
-NOT_FITTED = "it moves too little where the method can use the log"
+MOST_ADDED = 0.75
+"""Share of samples [1] in which friction adds power, from which none at all is no explanation: noise adds half."""
+
+BESIDE_FRICTION = ("offset", "armature")
+"""Parameters of torques that are no friction: what is left of a joint without any."""
+
+NOT_FITTED = "it moves too little where the method can use the log: move it longer between contact changes"
 """Of a joint that the samples show to move, but not in the contact modes that a fit used."""
 
 
@@ -33,11 +48,12 @@ def judge(
 ) -> dict[str, JointResult]:
     """Return what the samples say about every joint, in the order of `samples.joint_names`.
 
-    A joint that does not move enough gets no numbers. A parameter is weak if it sits on a bound or its 95 % interval
-    is wider than its value; an offset may well be zero, so its interval is compared with Coulomb friction where that
-    is larger. A joint is weak if one of its parameters is, or if its law is no better than zero friction on blocks
-    that the fit did not see. `criteria` are those of the method. A fit has judged the motion by what it saw, which may
-    be more than the samples.
+    A joint that does not move enough gets no numbers. The verdict of all others is that of their friction curve: weak
+    if half of its 95 % interval is wider than `WIDEST` of it, or if the law is no better than zero friction on blocks
+    that the fit did not see; "no friction" if it is significant at no speed, and small against the residual. Each
+    parameter has a verdict of its own, by the same width and by the method's `criteria`; an offset may well be zero, so
+    its interval is compared with Coulomb friction where that is larger. A fit has judged the motion by what it saw,
+    which may be more than the samples.
     """
     results = {}
     for column, joint in enumerate(samples.joint_names):
@@ -71,12 +87,14 @@ def _judge_joint(
     criteria: Criteria,
 ) -> JointResult:
     weak = is_weak(fit, problem.velocity, criteria)
-    reason = why_weak(fit, weak, problem.velocity, prismatic)
-    if validation and validation.rms >= validation.rms_zero_friction and not reason:
-        reason = "on blocks that the fit did not see, its law explains no more than zero friction does"
-    if not fit.converged and not reason:
-        reason = "the fit did not converge: the samples hardly distinguish the parameters"
-    enough = f"{why_identified(criteria)} ({moved.blocks} blocks, {moved.reversals} reversals)"
+    curve = friction_curve(fit, problem.law, problem.velocity, prismatic)
+    added = positive_power_fraction(fit, problem)
+    verdict, reason = _verdict(fit, curve, problem, validation, prismatic, added)
+    if verdict == "identified":
+        reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
+    if is_significant(curve):
+        reason += weak_by_themselves(fit, weak, problem.velocity, prismatic)
+        reason += "" if fit.converged else "; the fit did not converge: samples hardly distinguish the parameters"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -88,16 +106,40 @@ def _judge_joint(
                 variance_shares=None if fit.variance_shares is None else fit.variance_shares[i],
             )
             for i, parameter in enumerate(fit.parameters)
+            if verdict != "no friction" or parameter.name in BESIDE_FRICTION
         },
-        verdict="weak" if reason else "identified",
-        reason=reason or enough,
+        verdict=verdict,
+        reason=reason,
         samples=moved.samples,
         velocity_range=moved.velocity_range,
         reversals=moved.reversals,
         residual_rms=fit.rms,
         validation=validation,
-        positive_power_fraction=positive_power_fraction(fit, problem),
+        positive_power_fraction=added,
+        curve=curve,
     )
+
+
+def _verdict(
+    fit: JointFit,
+    curve: tuple[CurvePoint, ...],
+    problem: FitProblem,
+    validation: Validation | None,
+    prismatic: bool,
+    added: float,
+) -> tuple[Verdict, str]:
+    """Return the verdict on a joint that moves, and one sentence on why."""
+    most = upper_bound(curve)
+    wrong_sign = added > MOST_ADDED and not is_significant(curve)
+    if most <= ROUNDING or (not (wrong_sign or is_significant(curve)) and most <= NO_FRICTION * fit.rms):
+        return "no friction", f"no friction detectable, below {most:.2g} {curve[0].unit}"
+    if wrong_sign:
+        return "weak", f"friction adds power in {added:.0%} of the samples: a sign, a delay or the model is wrong"
+    if (width := relative_width(curve)) > WIDEST:
+        return "weak", why_weak(fit, curve, problem.velocity, prismatic)
+    if validation and validation.rms >= validation.rms_zero_friction:
+        return "weak", "on blocks that the fit did not see, its law explains no more than zero friction does"
+    return "identified", f"its friction is known to within {100 * width:.2g} %"
 
 
 def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.friction import unit_for
 from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.judgement.curve import SPEEDS, WIDEST, is_significant, least_known, upper_bound
 from stribeck.identification.judgement.speed import top_speed
+from stribeck.result import CurvePoint
 from stribeck.typing import Array
 
 MOST, FEW = 0.9, 0.02
@@ -25,14 +26,16 @@ RISING = 2.0
 """Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
 
 
+NEAR = 0.2
+"""Share of the top speed [1] within which samples are near a speed."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """From when on the parameters of a method are weak.
+    """Which parameters are weak with a method beside those with a wide interval.
 
     Attributes
     ----------
-    widest
-        Width of a 95 % interval over the value [1].
     assumes_exact_law
         Whether the intervals leave out that the law may be wrong: what lies beyond a Stribeck velocity that the joint
         does not clear is weak then.
@@ -40,7 +43,6 @@ class Criteria:
         Whether the shape of a joint's curve may come from the other joints, by a group prior.
     """
 
-    widest: float = 1.0
     assumes_exact_law: bool = True
     shares_shapes: bool = False
 
@@ -66,7 +68,7 @@ def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArr
         above >= parameter.upper or (below <= parameter.lower and parameter.lower > 0)
         for parameter, below, above in zip(fit.parameters, low, high, strict=True)
     ]
-    weak = np.asarray(fit.at_bound | cut | (high - low > criteria.widest * reference))
+    weak = np.asarray(fit.at_bound | cut | (high - low > 2 * WIDEST * reference))
     if criteria.assumes_exact_law and not _clears(fit, weak, velocity):
         weak |= np.isin(fit.names, BEYOND)
     if criteria.shares_shapes:
@@ -83,12 +85,6 @@ def _shape_of_nothing(fit: JointFit) -> list[str]:
     return ["stribeck_velocity", "exponent"] if "stribeck_gain" in insignificant else []
 
 
-def why_identified(criteria: Criteria) -> str:
-    """Return what the intervals of a joint without weak parameters have in common."""
-    least = criteria.widest
-    return f"every interval is narrower than {'its value' if least == 1 else f'{least:g} of its value'}"
-
-
 def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
     """Return whether a joint moves clearly faster than its Stribeck velocity; so does one that has no known one."""
     if "stribeck_velocity" not in fit.names or weak[fit.names.index("stribeck_velocity")]:
@@ -96,33 +92,28 @@ def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
     return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
 
 
-def why_weak(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
-    """Return one sentence on the weak parameters of a joint, "" if there are none."""
+def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, prismatic: bool) -> str:
+    """Return one sentence on where a joint's friction curve is not known, and how much of the log lies there."""
+    name, unit = least_known(curve), "m/s" if prismatic else "rad/s"
+    point = curve[list(SPEEDS).index(name)]
+    force, (low, high) = point.unit, point.interval_95
+    residual = f"a residual of {fit.rms:.2g} {force} in {fit.blocks} blocks"
+    if not is_significant(curve):
+        return f"no friction is significant, but it may be up to {upper_bound(curve):.3g} {force}: {residual}"
+    near = float(np.mean(np.abs(np.abs(velocity) - point.velocity) < NEAR * curve[-1].velocity))
+    said = (
+        f"friction at {name} speed, {point.velocity:.2g} {unit}, is {point.value:.3g} ({low:.3g} to {high:.3g} {force})"
+    )
+    return f"{said}: {near:.1%} of the samples are near it, with {residual}"
+
+
+def weak_by_themselves(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
+    """Return which parameters are weak, and what the log lacks for them where that is known, "" if none are."""
     if not weak.any():
         return ""
-    resisting = _resisting(fit)
-    without = all(fit.intervals[index, 0] <= 0.0 for index in resisting)
-    named = [_describe(fit, index, prismatic) for index in (resisting if without else np.flatnonzero(weak).tolist())]
-    causes = [] if without else _causes(fit, weak, velocity, prismatic)  # which are of the shape of friction
-    if not causes:
-        causes = [f"a residual of {fit.rms:.2g} {'N' if prismatic else 'N m'} in {fit.blocks} blocks"]
-    return f"{'no friction is significant: ' if without else ''}{', '.join(named)}: {'; '.join(causes)}"
-
-
-def _resisting(fit: JointFit) -> list[int]:
-    """Return which parameters are torques that resist motion: no offset, no inertia, no scale."""
-    return [k for k, each in enumerate(fit.parameters) if each.unit in ("N m", "N m s/rad") and each.lower == 0.0]
-
-
-def _describe(fit: JointFit, index: int, prismatic: bool) -> str:
-    parameter, (low, high) = fit.parameters[index], fit.intervals[index]
-    unit = unit_for(parameter, prismatic)
-    suffix = "" if unit == "1" else f" {unit}"
-    if fit.at_bound[index]:
-        value = fit.values[index]
-        bound = min(parameter.lower, parameter.upper, key=lambda end: abs(value - end))
-        return f"{parameter.name} at its bound, {bound:.3g}{suffix}"
-    return f"{parameter.name} {fit.values[index]:.3g} ({low:.3g} to {high:.3g}{suffix})"
+    causes = _causes(fit, weak, velocity, prismatic)
+    named = ", ".join(name for name, is_open in zip(fit.names, weak, strict=True) if is_open)
+    return f"; weak by itself: {named}" + (f", as {'; '.join(causes)}" if causes else "")
 
 
 def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:
@@ -136,10 +127,6 @@ def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: 
         limit = RISING / values["slope"]
         share = float(np.mean(np.abs(velocity) < limit))
         causes.append(f"{share:.1%} of the samples are slower than {limit:.2g} {unit}, where the slope shows")
-    if "viscous" in open_ and not causes:
-        torque = values["viscous"] * top_speed(velocity)
-        force = "N" if prismatic else "N m"
-        causes.append(f"viscous friction is {torque:.2g} {force} at top speed, the residual {fit.rms:.2g} {force}")
     return causes
 
 

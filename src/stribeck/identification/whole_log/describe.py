@@ -1,4 +1,4 @@
-"""Corrections of the model as the result has them: masses, centres and inertias before and after, gains, zeros."""
+"""Corrections as the result has them: masses, centres and inertias before and after, gains, zeros, delays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from stribeck.settings import Priors
 from stribeck.typing import Array
 
 
-def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...]) -> Corrections:
+def describe_corrections(
+    fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...], torque_delay: float
+) -> Corrections:
     """Return the corrections that a fit found.
 
     Parameters
@@ -20,6 +22,8 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
         Of the whole log.
     joints, encoders
         Names of the joints that were fitted, and of all joints.
+    torque_delay
+        [s].
     """
     corrections, layout = fit.model.corrections, fit.model.layout
     errors = np.sqrt(fit.solution.model_variance * fit.widening)
@@ -36,13 +40,15 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
         own = layout.part(name)
         return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
 
-    gains = pairs("gains")
+    gains, delays = pairs("gains"), pairs("delays")
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
         bodies=bodies,
         torque_gain={joints[k]: gains[k] for k in fit.model.loaded},
         encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
+        torque_delay=(torque_delay, delays[0][1]) if delays else None,
+        base_delay=delays[1] if delays[1:] else None,
     )
 
 

@@ -96,6 +96,11 @@ class WholeLogFit:
         return self.model.values(self.solution.corrections)[0]
 
     @property
+    def torque_delay(self) -> float:
+        """Delay of the torques beside the one that the equations assume [s]."""
+        return float(self.corrections[self.model.layout.part("delays")][:1].sum())
+
+    @property
     def wrenches_off(self) -> Array:
         """Corrections of wrench sensors in units of their prior standard deviation [1]."""
         return np.abs(self.solution.x[self.solution.layout.part("wrenches")])

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from stribeck.errors import LogError
+from stribeck.log.clock import BRIDGED
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.source import VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
 from stribeck.log.readers.topics import NANO, Stream
@@ -139,7 +140,7 @@ def _on_clock(
     order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
     time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    longest = max(table.max_gap or 0.0, LONGEST * period)
+    longest = max(table.max_gap or BRIDGED, LONGEST * period)
     pauses = bridges(query, time, longest) if stream.kind != "flag" else np.zeros(len(query), dtype=bool)
     result = {}
     for name, values in stream.values.items():

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError, SettingsError
-from stribeck.log.clock import refuse_backward_time
+from stribeck.log.clock import longest_step, refuse_backward_time
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.source import CHANNELS, listed
 from stribeck.settings import ChannelTable, LogTable, PerJoint
@@ -126,7 +126,7 @@ def _per_column(
 def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str) -> tuple[slice, list[str]]:
     """Take delays out, in place of the delayed channels: their value at t is what the log holds at t + delay.
 
-    Values between samples further apart than 1.5 periods (or `[log] max_gap`) become NaN, since nothing is known there.
+    Values between samples further apart than `longest_step` become NaN, since nothing is known there.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str)
     clock = time[known]
     if len(clock) < 2:
         raise LogError(f"{path}: has {len(clock)} samples; a delay needs at least two")
-    longest = table.max_gap or 1.5 * float(np.median(np.diff(clock)))
+    longest = longest_step(float(np.median(np.diff(clock))), table.max_gap)
     for name, delay in delays.items():
         query, source = time + delay, channels[name][known]
         if name == "contact":

@@ -21,8 +21,9 @@ from stribeck.weak_equations import WeakEquations
 class WithCovariates(Sequence[WeakEquations]):
     """Equations with their covariates, computed when they are asked for.
 
-    The load is the torque that reaches the link, the measured torque without friction, so that friction is not taken
-    for its own cause.
+    The load is the torque that reaches the link: inverse dynamics where a joint has an equation of its own, as what is
+    left of the measured torque would be taken for its own cause there, least of all with a gain that is free. Where
+    contact forces are unknown, it is the measured torque without friction.
 
     Attributes
     ----------
@@ -55,6 +56,8 @@ class WithCovariates(Sequence[WeakEquations]):
 
     def of(self, part: WeakEquations) -> WeakEquations:
         """Return equations with their covariates."""
+        if part.projection is None:
+            return replace(part, covariates=np.stack([np.abs(part.torque - part.residual), self._slow(part)], axis=2))
         windows, slow = curve_windows(replace(part, covariates=None), self.basis), self._slow(part)
         load = _carried(part, windows, self.friction)
         if self.refined is not None:

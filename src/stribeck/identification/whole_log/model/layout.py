@@ -22,7 +22,7 @@ class ModelLayout:
     ----------
     joints, per_joint
         Number n of joints, and of entries of each.
-    bodies, gains, zeros, tilts, wrenches, rotors
+    bodies, gains, zeros, tilts, delays, wrenches, rotors
         How many there are of each, as in `Corrections`.
     gaits, gait_effects
         Number of gait phases, and of the random effects of each.
@@ -36,6 +36,7 @@ class ModelLayout:
     gains: int = 0
     zeros: int = 0
     tilts: int = 0
+    delays: int = 0
     wrenches: int = 0
     rotors: int = 0
     gaits: int = 0
@@ -50,6 +51,7 @@ class ModelLayout:
             "gains": self.gains,
             "zeros": self.zeros,
             "tilts": self.tilts,
+            "delays": self.delays,
             "wrenches": WRENCH_SIZE * self.wrenches,
             "rotors": self.rotors,
             "random_effects": self.gaits * self.gait_effects,
@@ -70,8 +72,8 @@ class ModelLayout:
 
     @property
     def nearly_right(self) -> slice:
-        """Corrections whose priors are learned and widened: bodies and sensors, but no wrenches and no rotors."""
-        return self.part("bodies", "tilts")
+        """Corrections whose priors are widened: bodies and sensors, but no wrenches and no rotors."""
+        return self.part("bodies", "delays")
 
     @property
     def model(self) -> slice:
@@ -121,6 +123,7 @@ def layout_of(corrections: Corrections) -> ModelLayout:
         gains=corrections.gains,
         zeros=corrections.zeros,
         tilts=corrections.tilts,
+        delays=corrections.delays,
         wrenches=corrections.wrenches,
         rotors=len(corrections.rotors),
     )

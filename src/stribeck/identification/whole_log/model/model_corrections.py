@@ -85,7 +85,10 @@ class ModelCorrections:
     def scales(self) -> Array:
         """Units of the coordinates of calibration and random effects."""
         c, priors = self.corrections, self.priors
-        sensors = np.repeat([priors.torque_gain, priors.encoder_zero, priors.imu_tilt], [c.gains, c.zeros, c.tilts])
+        sensors = np.repeat(
+            [priors.torque_gain, priors.encoder_zero, priors.imu_tilt, priors.torque_delay, priors.base_delay],
+            [c.gains, c.zeros, c.tilts, c.delays > 0, c.delays > 1],
+        )
         wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
         rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
         calibration = np.concatenate([sensors, np.tile(wrench, c.wrenches), rotors])

@@ -1,8 +1,8 @@
 """Other starts for single joints: a descent of all joints may leave one of them in a local minimum.
 
 Where a joint's curve has no Stribeck effect, for one, its Stribeck velocity does nothing, and no gradient leads back.
-Without multistart, the worst joint of the accuracy study's walks whose joints differ is 12 to 13 % off instead of 4 to
-6 %, in three of six fits; where joints have the same shapes nothing changes.
+Without multistart, the worst joint of a walk of the ablation study whose joints all differ is 12 % off instead of 4 %;
+where joints have the same shapes nothing changes.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import FrictionLaw
-from stribeck.identification.whole_log.constants import PILOT_SEGMENTS, ROUNDS
+from stribeck.identification.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS, STILL_GROWING
 from stribeck.identification.whole_log.model.basis import make_basis
 from stribeck.identification.whole_log.model.covariates import WithCovariates, with_covariates
 from stribeck.identification.whole_log.model.friction_curves import Curves
@@ -82,26 +82,32 @@ def with_all_terms(
 ) -> tuple[WithCovariates, PilotFit]:
     """Return equations with covariates, and the pilot fit with all terms.
 
-    The load is the measured torque less friction: first that of a law of velocity alone, then that of all terms.
+    Where the load is the measured torque less friction, that is first of a law of velocity alone, then of all terms.
+    The variance components stay those of the law of velocity alone: with all terms, these few segments would be fitted
+    too well, and the log would then differ from the fit by more than its errors.
     """
     plain = pilot.curves
     joints = len(plain.top_speed)
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
     first = with_covariates(equations, some, rising(plain.basis), friction)
     curves = varying_curves(plain, first.basis, first.slow)
-    found = _alternate([first.of(part) for part in some], curves, pilot.model, pilot.components)
-    refined = curves.coefficients(found.solution.internal).reshape(joints, -1)
-    return replace(first, refined=refined), found
+    some = [first.of(part) for part in some]
+    solution = solve(accumulate(some, pilot.components, curves, pilot.model), curves, pilot.model)
+    refined = curves.coefficients(solution.internal).reshape(joints, -1)
+    return replace(first, refined=refined), replace(pilot, curves=curves, solution=solution)
 
 
 def _alternate(
     some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents
 ) -> PilotFit:
-    """Solve and estimate the variance components, in turn."""
-    solution = None
-    for _ in range(ROUNDS):
+    """Solve and estimate the variance components, in turn, until the rounds are over and none grows any more."""
+    solution, grown = None, np.inf
+    for done in range(MOST_ROUNDS):
+        if done >= ROUNDS and grown < STILL_GROWING:
+            break
         solution = solve(accumulate(some, components, curves, model), curves, model, solution)
-        components = update_components(components, _residuals(some, curves, model, solution))
+        before, components = components, update_components(components, _residuals(some, curves, model, solution))
+        grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
     assert solution is not None
     return PilotFit(curves, model, components, solution)
 

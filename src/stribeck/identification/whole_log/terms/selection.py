@@ -1,18 +1,18 @@
 """Stepwise selection of a joint's terms by held-out scores (docs/estimator.md, equation 22).
 
-Cross-validation: Stone 1974; stepwise: Efroymson 1960.
+Cross-validation: Stone 1974; stepwise: Efroymson 1960; the simplest within a standard error: Breiman et al. 1984.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from stribeck.friction.terms import LADDER, Term
-from stribeck.identification.whole_log.constants import LEAST_GAIN, ROUNDS
+from stribeck.friction.terms import BASE, LADDER, Term
+from stribeck.identification.whole_log.constants import LEAST_GAIN
 from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.typing import Array
 
@@ -35,9 +35,10 @@ class Candidate:
 def select_stepwise(try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str]) -> dict[str, TermVerdict]:
     """Return the verdict on each term of the ladder.
 
-    A term is kept if held-out chi^2 falls by more than the standard error of that over the folds, and by more than
-    `LEAST_GAIN`. Terms are tried from the simplest up, then each kept term has to show that the others cannot do
-    without it, until nothing changes.
+    From the terms that every joint has, one term more or less is tried at a time. Of all sets of terms that were tried
+    and are objected to nowhere, those stay whose held-out chi^2 no other lowers by more than the standard error of that
+    over the folds, and by more than `LEAST_GAIN`; the simplest of these is chosen, until its neighbours have all been
+    tried.
 
     Parameters
     ----------
@@ -46,43 +47,64 @@ def select_stepwise(try_terms: Callable[[Kept], Candidate], refused: Mapping[str
     refused
         Terms that are out of the question, and why.
     """
-    tried = cache(try_terms)
-    kept: Kept = frozenset()
-    for _ in range(ROUNDS):
-        before = kept
-        for term in LADDER:
-            if _verdict(term, kept, tried, refused).kept:
-                kept |= {term.name}
-        for term in LADDER:
-            if not _verdict(term, kept, tried, refused).kept:
-                kept -= {term.name}
-        if kept == before:
-            break
-    verdicts = {term.name: _verdict(term, kept, tried, refused) for term in LADDER}
-    for name, verdict in verdicts.items():
-        if verdict.kept and name not in kept:  # two terms that took each other's place to the end
-            verdicts[name] = replace(verdict, verdict="refused", reason=f"{verdict.reason}, as other terms make it")
-    return verdicts
+    tried: dict[Kept, Candidate] = {}
+    kept = BASE - set(refused)
+    while new := [own for own in (kept, *_neighbours(kept, refused)) if own not in tried]:
+        tried |= {own: try_terms(own) for own in new}
+        kept = _simplest_unbeaten({own: one for own, one in tried.items() if not one.objection} or tried)
+    return {term.name: _verdict(term, kept, tried, refused) for term in LADDER}
 
 
-def _verdict(term: Term, kept: Kept, tried: Callable[[Kept], Candidate], refused: Mapping[str, str]) -> TermVerdict:
-    """Return whether a joint with these other terms should have this one."""
-    others = kept - {term.name}
+def _neighbours(kept: Kept, refused: Mapping[str, str]) -> list[Kept]:
+    """Return the sets with one term more or less; a part takes the place of its whole, and the other way round."""
+    found = []
+    for term in LADDER:
+        if term.name in BASE & kept:
+            continue
+        if term.name in kept:
+            less = frozenset(other.name for other in LADDER if other.name in kept and other.needs != term.name)
+            found += [
+                less - {term.name},
+                *(less - {term.name} | {part} for part in _parts(term) if part not in refused),
+            ]
+        elif term.name not in refused and term.part_of not in kept and (not term.needs or term.needs in kept):
+            found.append(kept - _parts(term) | {term.name})
+    return found
+
+
+def _parts(term: Term) -> Kept:
+    return frozenset(part.name for part in LADDER if part.part_of == term.name)
+
+
+def _simplest_unbeaten(tried: Mapping[Kept, Candidate]) -> Kept:
+    """Return the terms with the fewest parameters beyond those of every joint that no others clearly better."""
+    scores = np.stack([one.scores for one in tried.values()])
+    falls = scores[:, None] - scores
+    beaten = np.any(_pays(falls.sum(axis=2), _errors(falls)), axis=1)
+    costs = [sum(len(term.parameters) for term in LADDER if term.name in own ^ BASE) for own in tried]
+    order = np.lexsort((scores.sum(axis=1), costs, beaten))
+    return list(tried)[int(order[0])]
+
+
+def _verdict(term: Term, kept: Kept, tried: Mapping[Kept, Candidate], refused: Mapping[str, str]) -> TermVerdict:
+    """Return whether a joint that was given these terms has this one, and what it would be with or without it."""
     if term.name in refused:
         return TermVerdict(verdict="refused", reason=refused[term.name])
-    if term.needs and term.needs not in others:
+    if term.needs and term.needs not in kept:
         return TermVerdict(verdict="refused", reason=meaningless(term))
-    if term.part_of and term.part_of in others:
+    if term.part_of in kept:
         return TermVerdict(verdict="refused", reason=f"the term {term.part_of} has it")
-    parts = others | {part.name for part in LADDER if part.part_of == term.name}
-    without = min((tried(others), tried(parts)), key=lambda candidate: candidate.scores.sum())
-    with_it = tried(others | {term.name})
-    gain, error = held_out_gain(without.scores, with_it.scores)
-    verdict: TermDecision = "kept" if gain > max(error, LEAST_GAIN) else "refused"
+    if term.name in BASE:
+        return TermVerdict(verdict="kept", reason="every joint has it")
+    more = kept - _parts(term) | {term.name}
+    less = (own for own in tried if own in _neighbours(more, refused) and own <= (more | _parts(term)) - {term.name})
+    without = min((tried[own] for own in less), key=lambda candidate: candidate.scores.sum())
+    gain, error = held_out_gain(without.scores, tried[more].scores)
+    objection = tried[more].objection if _pays(gain, error) else None
+    verdict: TermDecision = "kept" if term.name in kept else "refused"
     reason = _in_words(gain, error)
-    if verdict == "kept" and with_it.objection:
-        verdict, why = with_it.objection
-        reason = f"{reason}, but {why}"
+    if term.name not in kept and objection:
+        verdict, reason = objection[0], f"{reason}, but {objection[1]}"
     return TermVerdict(verdict=verdict, reason=reason, gain=gain, gain_error=error)
 
 
@@ -102,19 +124,29 @@ def _in_words(gain: float, error: float) -> str:
 def held_out_gain(without: Array, with_it: Array) -> tuple[float, float]:
     """Return by how much chi^2 falls over all folds, and the standard error of that."""
     falls = without - with_it
-    return float(falls.sum()), float(np.std(falls, ddof=1) * np.sqrt(len(falls)))
+    return float(falls.sum()), float(_errors(falls))
+
+
+def _errors(falls: Array) -> Array:
+    """Return standard errors of sums over independent folds, shape (..., F) -> (...)."""
+    return np.asarray(np.std(falls, axis=-1, ddof=1) * np.sqrt(falls.shape[-1]))
+
+
+def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
+    return np.asarray(gain) > np.maximum(error, LEAST_GAIN)
 
 
 def with_terms(joint: JointResult, terms: dict[str, TermVerdict], mean_load: float) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
-    They are then friction at the speeds of this log, which another law would share out otherwise.
+    They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
+    of the curve, which is the same.
     """
     parameters, found = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.values() if verdict.verdict == "open"]
-    if open_terms:
-        shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters}
+    shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters and open_terms}
+    if shared:
         reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
-        reason = joint.reason if joint.verdict == "weak" else reason
-        found = replace(joint, parameters=parameters | shared, verdict="weak", reason=reason)
+        reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
+        found = replace(joint, parameters=parameters | shared, reason=reason)
     return replace(found, terms=terms, mean_load=mean_load)

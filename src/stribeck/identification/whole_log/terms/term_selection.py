@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
-from stribeck.friction.terms import LADDER
+from stribeck.friction.terms import BASE, LADDER
 from stribeck.identification.judgement.weakness import CLEARED, RISING
-from stribeck.identification.whole_log.constants import BEST_STARTS, FEWEST_FOLDS, LEAST_GAIN, ROUNDS
+from stribeck.identification.whole_log.constants import BEST_STARTS, FEWEST_FOLDS, LARGEST_ASYMMETRY, LEAST_GAIN, ROUNDS
 from stribeck.identification.whole_log.model.friction_curves import neutral_value
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
@@ -62,10 +63,13 @@ def select_terms(
     scale = max(1.0, solution.chi_square / max(total.count - solution.internal.size, 1))
     by_joint = joint_folds(total, folds, curves, model, solution)
     trials = [JointTrial(curves.of([k]), own[0].training, tuple(own[1:]), scale) for k, own in enumerate(by_joint)]
+    tries = [cache(trial.candidate) for trial in trials]
     if len(folds) < FEWEST_FOLDS:
         few = f"{len(folds)} parts of the log can be held out; at least {FEWEST_FOLDS} are needed"
-        refused = [{term.name: few for term in LADDER} for _ in trials]
-    verdicts = [select_stepwise(trial.candidate, own) for trial, own in zip(trials, refused, strict=True)]
+        said = {term: TermVerdict(verdict="kept" if term in BASE else "refused", reason=few) for term in PARAMETERS}
+        verdicts = [said for _ in trials]
+    else:
+        verdicts = [select_stepwise(tried, own) for tried, own in zip(tries, refused, strict=True)]
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, curves, trials, solution)
         found = solve(total, choice.curves, model, choice.start)
@@ -75,7 +79,7 @@ def select_terms(
         for joint, own in enumerate(dropped):
             if own:  # what the joint is refused now may let another term in
                 out = dict(refused[joint]) | {name: verdict.reason for name, verdict in own.items()}
-                verdicts[joint] = select_stepwise(trials[joint].candidate, out) | own
+                verdicts[joint] = select_stepwise(tries[joint], out) | own
                 refused = [*refused[:joint], out, *refused[joint + 1 :]]
     return _chosen(verdicts, curves, trials, solution)
 
@@ -94,13 +98,14 @@ def unproven(choice: Choice, solution: Solution, covariance: Array) -> list[dict
         dropped.append({})
         for name, said in own.items():
             first = names.index(PARAMETERS[name][0]) if said.kept else 0
-            if not said.kept or said.gain is None:
+            worth = (said.gain or 0.0) * float(share[joint, first])
+            if not said.kept:
                 continue
-            worth = said.gain * float(share[joint, first])
-            if worth < LEAST_GAIN:
+            if worth < LEAST_GAIN and name not in BASE:
                 why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
             elif solution.internal[joint, first] <= low[joint, first]:
-                why = f"{said.reason}, but in the log as a whole it is none"
+                none = "in the log as a whole it is none"
+                why = none if name in BASE else f"{said.reason}, but {none}"
             else:
                 continue
             dropped[-1][name] = replace(said, verdict="refused", reason=why)
@@ -180,6 +185,8 @@ class JointTrial:
         if "stribeck" in kept and rise > CLEARED * stribeck_velocity:
             gone = f"its Stribeck effect would be gone at {CLEARED * stribeck_velocity:.2g} rad/s"
             return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"
+        if "asymmetry" in kept and abs(values["viscous_asymmetry"]) > LARGEST_ASYMMETRY:
+            return "refused", f"viscous friction of one direction would be {abs(values['viscous_asymmetry']):.0%} more"
         for term, speed, what in (
             ("stribeck", stribeck_velocity, "the Stribeck velocity"),
             ("rounding", rise, "what it rises up to"),

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck.identification.curve_fit.covariance import intervals_95
-from stribeck.identification.curve_fit.descent import to_external, to_internal
+from stribeck.identification.curve_fit.descent import to_external
 from stribeck.identification.curve_fit.problem import ARMATURE
-from stribeck.identification.joint_fit import AT_BOUND, JointFit
+from stribeck.identification.joint_fit import JointFit, near_bound, parameter_units
 from stribeck.identification.whole_log.constants import FOLDS
 from stribeck.identification.whole_log.estimate import WholeLogFit
 
@@ -49,7 +49,7 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
     deviation = np.sqrt(np.diag(covariance))
     shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}
     factor = np.where(logs, values, 1.0)
-    distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
+    units = parameter_units(parameters, float(fit.curves.torque[joint]), float(fit.curves.top_speed[joint]))
     return JointFit(
         parameters=parameters,
         values=values,
@@ -57,10 +57,11 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         covariance=covariance * np.outer(factor, factor),
         intervals=np.clip(intervals_95(values, deviation, degrees, logs), bounds[:, :1], bounds[:, 1:]),
         degrees_of_freedom=degrees,
-        at_bound=held | (distance < AT_BOUND * deviation),
+        at_bound=held | near_bound(parameters, values, deviation, units),
         rms=float(fit.residual_rms[joint]),
         samples=fit.normal_equations.count // joints,
         blocks=fit.segments,
         converged=solution.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(own))),
+        mean_load=0.0 if fit.mean_load is None else float(fit.mean_load[joint]),
     )
