@@ -121,6 +121,7 @@ def _evidence(
         prismatic=frozenset(name for name, prismatic in slides if prismatic),
         notes=[
             *(note for part in prepared for note in part.notes),
+            *finding.notes,
             *friction.notes,
             *(note for part in friction.logs for note in part.notes),
         ],

@@ -46,7 +46,7 @@ def cut_segments(
     """
     found: list[Segment] = []
     before: tuple[str, ...] = ()
-    for phase in phases:
+    for phase in (phase for phase in phases if phase.kind != "touching"):
         part_unbroken = next(s for s in unbroken if s.start <= phase.start < s.stop)
         begins = phase.start if phase.start > part_unbroken.start and phase.kind != "fixed" else None
         ends = phase.stop if phase.stop < part_unbroken.stop and phase.kind != "fixed" else None

@@ -57,7 +57,7 @@ class Finding:
         What was found of model and calibration, if that was looked for.
     terms
         By joint, of the law "auto": which terms it has, and the torque that it carries [N m].
-    warnings
+    warnings, notes
         A sentence each.
     """
 
@@ -70,6 +70,7 @@ class Finding:
     corrections: Corrections | None = None
     terms: Mapping[str, tuple[dict[str, TermVerdict], float]] = field(default_factory=dict)
     warnings: Sequence[str] = ()
+    notes: Sequence[str] = ()
 
 
 FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], FrictionSamples]

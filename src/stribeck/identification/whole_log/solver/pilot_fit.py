@@ -17,7 +17,9 @@ from stribeck.identification.whole_log.model.covariates import WithCovariates, w
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import layout_of
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
+from stribeck.identification.whole_log.model.parametrisation import Parametrisation
 from stribeck.identification.whole_log.model.varying_curves import rising, varying_curves
+from stribeck.identification.whole_log.noise.outliers import Prediction, far_from_most
 from stribeck.identification.whole_log.noise.update import update_components
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.identification.whole_log.solver.accumulation import accumulate
@@ -42,6 +44,12 @@ class PilotFit:
         """Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), of the solution."""
         return _known(self.curves, self.model, self.solution)
 
+    @property
+    def prediction(self) -> Prediction:
+        """What it says of other segments."""
+        parameters = Parametrisation(self.curves, self.model)
+        return Prediction(parameters, self.solution.x, self.solution.covariance, self.components)
+
 
 def pilot_places(supports: Sequence[tuple[str, ...]]) -> list[int]:
     """Return the places of segments of the pilot fit, given the feet that each segment stands on.
@@ -64,8 +72,8 @@ def fit_pilot(
     top_speed: Array,
     rest: Array,
     priors: Priors,
-) -> PilotFit:
-    """Return the pilot fit to some segments; parameters are those of `fit_whole_log`."""
+) -> tuple[PilotFit, list[WeakEquations]]:
+    """Return the pilot fit to some segments, and these without outliers; parameters are those of `fit_whole_log`."""
     model = model_corrections(corrections, _loads(some, corrections), priors)
     torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in some]) ** 2))), 1e-9)
     speed = np.maximum(top_speed, 1e-9)
@@ -77,8 +85,8 @@ def fit_pilot(
 
 def with_all_terms(
     equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit
-) -> tuple[WithCovariates, PilotFit]:
-    """Return equations with covariates, and the pilot fit with all terms.
+) -> tuple[WithCovariates, PilotFit, list[WeakEquations]]:
+    """Return equations with covariates, the pilot fit with all terms, and its segments without outliers.
 
     The load is the measured torque less friction: first that of a law of velocity alone, then that of all terms.
     """
@@ -87,21 +95,30 @@ def with_all_terms(
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
     first = with_covariates(equations, some, rising(plain.basis), friction)
     curves = varying_curves(plain, first.basis, first.slow)
-    found = _alternate([first.of(part) for part in some], curves, pilot.model, pilot.components)
+    found, some = _alternate([first.of(part) for part in some], curves, pilot.model, pilot.components)
     refined = curves.coefficients(found.solution.internal).reshape(joints, -1)
-    return replace(first, refined=refined), found
+    modulated = replace(first, refined=refined)
+    return modulated, found, [modulated.of(part) for part in some]
 
 
 def _alternate(
     some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents
-) -> PilotFit:
-    """Solve and estimate the variance components, in turn."""
-    solution = None
-    for _ in range(ROUNDS):
+) -> tuple[PilotFit, list[WeakEquations]]:
+    """Solve and estimate the variance components, in turn; if there are outliers, once more from the start without."""
+    solution, first = None, components
+    for number in range(1, 2 * ROUNDS + 1):
         solution = solve(accumulate(some, components, curves, model), curves, model, solution)
-        components = update_components(components, _residuals(some, curves, model, solution))
+        residuals = [residual for _, residual in _residuals(some, curves, model, solution)]
+        if number >= ROUNDS:
+            some = far_from_most(list(zip(some, residuals, strict=True)), components)
+        outliers = any(part.set_aside is not None for part in some)
+        if number == ROUNDS and outliers:
+            components = first
+        components = update_components(components, zip(some, residuals, strict=True))
+        if number == ROUNDS and not outliers:
+            break
     assert solution is not None
-    return PilotFit(curves, model, components, solution)
+    return PilotFit(curves, model, components, solution), some
 
 
 def _known(curves: Curves, model: ModelCorrections, solution: Solution) -> tuple[Array, Array]:
