@@ -133,6 +133,7 @@ def _evidence(
         prismatic=frozenset(name for column, name in enumerate(samples.joint_names) if samples.slides(column)),
         notes=[
             *(note for part in prepared for note in part.notes),
+            *finding.notes,
             *friction.notes,
             *(note for part in friction.logs for note in part.notes),
         ],

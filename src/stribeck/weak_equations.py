@@ -121,6 +121,8 @@ class WeakEquations:
     wrench_noise
         Standard deviations of the first rows where these are of the wrench on the standing foot, on which no
         friction acts [N], [N m], shape (6,); (0,) where they are not.
+    set_aside
+        Windows that outliers are in, and that count for nothing, shape (K,); None if there are none.
     """
 
     time: Array
@@ -147,6 +149,12 @@ class WeakEquations:
     covariates: Array | None = None
     couplings: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
+    set_aside: NDArray[np.bool_] | None = None
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Windows that count, shape (K,)."""
+        return np.ones(len(self.time), dtype=bool) if self.set_aside is None else ~self.set_aside
 
     @property
     def joints(self) -> int:

@@ -285,6 +285,18 @@ class TestForces:
         single_threshold = SupportSettings(force_on=0.1, force_off=0.1)
         assert len(self.found(gait, wrench, choice=single_threshold).phases) > 2 * len(found.phases)
 
+    def test_a_foot_that_carries_a_part_of_its_load_neither_stands_nor_swings(self):
+        gait = biped()
+        wrench, whole = gait.wrench(), self.found(gait, gait.wrench())
+        swing = next(phase for phase in whole.phases if phase.feet == BIPED[:1])
+        rows = slice(swing.start + 20, swing.start + 40)
+        wrench[rows, 1, 2], wrench[rows, 0, 2] = 0.1 * WEIGHT, 0.9 * WEIGHT
+        touching = [phase for phase in self.found(gait, wrench).phases if phase.kind == "touching"]
+        assert [(phase.start, phase.stop, phase.feet) for phase in touching] == [(rows.start, rows.stop, ())]
+        assert touching[0].first == touching[0].last
+        wrench[rows, 1, 2], wrench[rows, 0, 2] = 0.04 * WEIGHT, 0.96 * WEIGHT
+        assert self.found(gait, wrench).phases == whole.phases
+
     def test_left_and_right_are_alike(self):
         gait = biped()
         mirrored = Gait(gait.points[:, ::-1] * [1, -1, 1], gait.standing[:, ::-1])

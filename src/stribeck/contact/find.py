@@ -74,8 +74,12 @@ def find_support_phases(
     fall = row_of_fall(log, robot, segments)
     if fall is not None:
         segments = tuple(slice(s.start, min(s.stop, fall)) for s in segments if s.start < fall)
-    standing, notes = _standing(log, robot, feet, segments, settings, source)
-    found = [phase for segment in segments for phase in phases_of_segment(standing, feet, log.time, segment, settings)]
+    standing, touching, notes = _standing(log, robot, feet, segments, settings, source)
+    found = [
+        phase
+        for segment in segments
+        for phase in phases_of_segment(standing, touching, feet, log.time, segment, settings)
+    ]
     if fall is not None:
         found = [phase for phase in found if phase.stop < fall]
         notes.append(
@@ -119,14 +123,17 @@ def _standing(
     segments: tuple[slice, ...],
     settings: SupportSettings,
     source: Source,
-) -> tuple[NDArray[np.bool_], list[str]]:
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+    """Return which feet stand, which carry some load although they do not, shape (T, feet) each, and notes."""
     if source == "forces":
         return standing_from_forces(log, robot, feet, segments, settings)
+    none = np.zeros((len(log.time), len(feet)), dtype=bool)
     if source == "kinematics":
-        return standing_from_kinematics(log, robot, feet, segments)
+        standing, notes = standing_from_kinematics(log, robot, feet, segments)
+        return standing, none, notes
     if log.contact is None:
         raise LogError(f"{log.path or 'log'}: [identify.support] source is 'flags', but the log has no channel contact")
-    return log.contact[:, [log.foot_names.index(foot) for foot in feet]], []
+    return log.contact[:, [log.foot_names.index(foot) for foot in feet]], none, []
 
 
 def _nothing_stands(

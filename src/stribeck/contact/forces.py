@@ -23,11 +23,12 @@ UNITS = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}
 
 def standing_from_forces(
     log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...], settings: SupportSettings
-) -> tuple[NDArray[np.bool_], list[str]]:
-    """Return which feet carry load, shape (T, feet), and notes.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+    """Return which feet stand, which touch the ground all the same, shape (T, feet) each, and notes.
 
     A foot lands when its load rises above `force_on` times the robot's weight and lifts when it falls below
-    `force_off` times the weight.
+    `force_off` times the weight. One that carries more than that and has not landed touches: it neither stands nor
+    swings freely.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def standing_from_forces(
     standing = np.zeros(loads.shape, dtype=bool)
     for segment in segments:
         standing[segment] = switch(loads[segment], settings.force_on * weight, settings.force_off * weight)
-    return standing, notes
+    return standing, ~standing & (loads > settings.force_off * weight), notes
 
 
 def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stribeck.settings import SupportSettings
 from stribeck.typing import Array
 
-Kind = Literal["fixed", "single", "double", "multiple", "flight"]
+Kind = Literal["fixed", "single", "double", "multiple", "flight", "touching"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]
 
 
@@ -27,7 +27,8 @@ class SupportPhase:
     feet
         Names of the standing contacts, in the robot's order; ("base",) for a fixed base.
     kind
-        "single", "double" and "multiple" count the standing feet; "flight" has none.
+        "single", "double" and "multiple" count the standing feet; "flight" has none. In "touching" some foot carries a
+        part of its load, so that it neither stands nor swings: nothing of it is worked through.
     first, last
         Rows [first, last) are worked through; none where `last == first`.
     steady_first, steady_last
@@ -73,7 +74,12 @@ def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
 
 
 def phases_of_segment(
-    standing: NDArray[np.bool_], feet: tuple[str, ...], time: Array, segment: slice, settings: SupportSettings
+    standing: NDArray[np.bool_],
+    touching: NDArray[np.bool_],
+    feet: tuple[str, ...],
+    time: Array,
+    segment: slice,
+    settings: SupportSettings,
 ) -> list[SupportPhase]:
     """Cut a segment into phases; together they are the whole segment.
 
@@ -85,20 +91,22 @@ def phases_of_segment(
 
     Parameters
     ----------
-    standing
-        Which feet stand, shape (T, feet), rows of the whole log.
+    standing, touching
+        Which feet stand, and which carry some load all the same, shape (T, feet), rows of the whole log.
     feet
         Their names.
     time
         [s], shape (T,).
     """
-    rows = standing[segment]
+    undecided = touching[segment].any(axis=1, keepdims=True)
+    rows = np.hstack([standing[segment] & ~undecided, undecided])
     changes = np.flatnonzero(np.any(rows[1:] != rows[:-1], axis=1)) + 1 + segment.start
     edges = [segment.start, *(int(row) for row in changes), segment.stop]
     period = float(np.median(np.diff(time[segment]))) if len(rows) > 1 else 0.0
     phases = []
     for start, stop in pairwise(edges):
-        standing_feet = tuple(foot for foot, stands in zip(feet, standing[start], strict=True) if stands)
+        row = rows[start - segment.start]
+        standing_feet = tuple(foot for foot, stands in zip(feet, row[:-1], strict=True) if stands)
         swinging = len(standing_feet) < len(feet)
         both = settings.trim_start + settings.trim_end
         first, last = start, stop
@@ -107,7 +115,7 @@ def phases_of_segment(
         if swinging:
             first = _row_after(time, start, settings.trim_start, period) if start > segment.start else start
             last = _row_before(time, stop, settings.trim_end, period) if stop < segment.stop else stop
-        if last <= first or (stop - start) * period < settings.min_duration:
+        if last <= first or (stop - start) * period < settings.min_duration or row[-1]:
             first = last = start
         if steady_last <= steady_first or last == first:
             steady_first = steady_last = first
@@ -116,7 +124,7 @@ def phases_of_segment(
                 start=start,
                 stop=stop,
                 feet=standing_feet,
-                kind=_kind(standing_feet),
+                kind="touching" if row[-1] else _kind(standing_feet),
                 first=first,
                 last=last,
                 steady_first=steady_first,

@@ -37,10 +37,10 @@ def measure_noise(
     """
     if wrench is None:
         wrench = np.zeros((len(position), 0, 6))
-    wrench_noise = _white_noise(wrench.reshape(len(wrench), 6 * wrench.shape[1]), unbroken).reshape(wrench.shape[1:])
+    wrench_noise = white_noise(wrench.reshape(len(wrench), 6 * wrench.shape[1]), unbroken).reshape(wrench.shape[1:])
     return NoiseLevels(
-        np.maximum(_white_noise(position, unbroken), POSITION_FLOOR),
-        np.maximum(_white_noise(torque, unbroken), TORQUE_FLOOR),
+        np.maximum(white_noise(position, unbroken), POSITION_FLOOR),
+        np.maximum(white_noise(torque, unbroken), TORQUE_FLOOR),
         np.maximum(wrench_noise, WRENCH_FLOOR),
     )
 
@@ -55,7 +55,7 @@ def leading_rows(signal: Array, unbroken: tuple[slice, ...]) -> list[Array]:
     return parts
 
 
-def _white_noise(signal: Array, unbroken: tuple[slice, ...]) -> Array:
+def white_noise(signal: Array, unbroken: tuple[slice, ...]) -> Array:
     """Return the standard deviation of each channel's noise, equation (1), shape (n,)."""
     parts = [part for part in leading_rows(signal, unbroken) if len(part) > DIFFERENCES]
     if not parts:

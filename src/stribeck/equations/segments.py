@@ -54,7 +54,7 @@ def cut_segments(
     longest = _longest_segment(sum(phase.stop - phase.start for phase in phases) * period)
     found: list[Segment] = []
     before: tuple[str, ...] = ()
-    for phase in phases:
+    for phase in (phase for phase in phases if phase.kind != "touching"):
         part_unbroken = next(s for s in unbroken if s.start <= phase.start < s.stop)
         begins = phase.start if phase.start > part_unbroken.start and phase.kind != "fixed" else None
         ends = phase.stop if phase.stop < part_unbroken.stop and phase.kind != "fixed" else None

@@ -60,7 +60,7 @@ class Finding:
         and sine of its position, None of a prismatic joint.
     couplings
         Names of the robot's that were looked for.
-    warnings
+    warnings, notes
         A sentence each.
     """
 
@@ -74,6 +74,7 @@ class Finding:
     terms: Mapping[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None]] = field(default_factory=dict)
     couplings: Sequence[str] = ()
     warnings: Sequence[str] = ()
+    notes: Sequence[str] = ()
 
 
 FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], FrictionSamples]

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.equations.build import WeakForm, weak_form
+from stribeck.equations.constants import POSITION_FLOOR, TORQUE_FLOOR
 from stribeck.equations.equation_sequence import equation_sequence
+from stribeck.equations.spikes import without_spikes
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.assembled import Assembled
@@ -56,6 +58,8 @@ LONGEST_DELAY = 0.1
 
 NOTABLE_DELAY = 2e-3
 """Delay [s] from which a warning is given."""
+MUCH_SET_ASIDE = 0.1
+"""Share of the log [1] that is set aside, from which a warning is given."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -121,9 +125,22 @@ class WholeLog:
         ]
 
     @property
+    def notes(self) -> list[str]:
+        """A sentence on the windows that are set aside, if there are any."""
+        share = self.fit.set_aside
+        if not share:
+            return []
+        return [f"{100 * share:.2g} % of the log is set aside: torques far from all that the rest of it explains."]
+
+    @property
     def warnings(self) -> list[str]:
         """Sentences on errors larger than their covariance, corrections that are implausible, and score tests."""
         texts = []
+        if self.fit.set_aside > MUCH_SET_ASIDE:
+            texts.append(
+                f"{100 * self.fit.set_aside:.0f} % of the log is set aside, as its torques are far from all that the "
+                "rest of it explains: the robot was pushed or touched something, or model or contacts err at times"
+            )
         if self.fit.chi_square >= SUSPICIOUS:
             texts.append(
                 f"chi^2 per degree of freedom is {self.fit.chi_square:.2g}: residuals are larger than the estimated "
@@ -237,6 +254,8 @@ def find(
     Standing legs are shown, as they are fitted, without the minimum-norm guess where they were fitted without it.
     """
     progress("fitting the whole log", 0.0)
+    cleaned = [_without_spikes(part) for part in prepared]
+    prepared = [part for part, _ in cleaned]
     found = identify_whole_log(prepared, robot, law, settings)
     guess = "skip" if settings.double_support == "fit" else settings.double_support
     return Finding(
@@ -250,6 +269,7 @@ def find(
         terms=found.terms,
         couplings=tuple(robot.couplings),
         warnings=found.warnings,
+        notes=[*(note for _, note in cleaned if note), *found.notes],
     )
 
 
@@ -259,6 +279,19 @@ def usual_corrections(robot: Robot) -> str:
     On a fixed base gains and friction trade places; loops of point feet cannot be used with encoder zeros.
     """
     return "calibration" if {contact.kind for contact in robot.contacts.values()} == {"surface"} else "inertia"
+
+
+def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
+    """Return a log whose positions and torques have no spikes, and a note, empty if there were none."""
+    log, unbroken = prepared.log, prepared.sampling.segments
+    position, of_position = without_spikes(log.position, unbroken, POSITION_FLOOR)
+    torque, of_torque = without_spikes(log.torque, unbroken, TORQUE_FLOOR)
+    if not of_position + of_torque:
+        return prepared, ""
+    note = (
+        f"Spikes are replaced by what is between their neighbours: {of_position} of positions, {of_torque} of torques."
+    )
+    return replace(prepared, log=replace(log, position=position, torque=torque)), note
 
 
 WHOLE_LOG = Method(

@@ -71,6 +71,20 @@ LARGEST_VARIANCE_RATIO = 30.0
 Halved or doubled, a parameter moves by 0.3 standard errors at most, held-out errors by 0.1 %.
 """
 
+# Outliers
+
+PILOT_OUTLIER = 16.0
+"""Residual of a window of the pilot fit, in robust standard deviations [1], from which it is an outlier.
+
+Friction that no law has is none: residuals reach to 16 on a double pendulum, and to 9 on a Kinova Gen3, a Go2, a TX40.
+"""
+
+OUTLIER = 10.0
+"""Distance of a window from what the pilot fit predicts, in standard deviations [1], from which it is an outlier."""
+
+SHOULDER = 4.0
+"""The same [1] down to which an outlier lasts, chosen by judgement."""
+
 # Friction curves
 
 FINEST_KNOTS = 1.5e-3

@@ -121,6 +121,11 @@ class WholeLogFit:
         return self.solution.chi_square / max(free, 1)
 
     @property
+    def set_aside(self) -> float:
+        """Share of the windows that are set aside [1]."""
+        return self.normal_equations.set_aside / max(self.normal_equations.windows, 1)
+
+    @property
     def widening(self) -> float:
         """Overdispersion [1], by which variances are multiplied."""
         return max(1.0, self.chi_square)
@@ -158,18 +163,24 @@ def fit_whole_log(
         Of friction, model and sensors.
     """
     places = pilot_places(supports)
-    pilot_equations = [equations[k] for k in places]
-    pilot, auto = fit_pilot(pilot_equations, corrections, law, top_speed, rest, priors), law.name == AUTO
+    some = [equations[k] for k in places]
+    pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors)
     direction = None
-    if auto:
-        modulated, pilot = with_all_terms(equations, pilot_equations, pilot)
-        direction = modulated.direction
-        equations, pilot_equations = modulated, [modulated.of(part) for part in pilot_equations]
+    if law.name == AUTO:
+        modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot)
+        equations, direction = modulated, modulated.direction
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
     alternatives = find_alternatives(pilot_equations, pilot.curves.top_speed, priors.torque_gain)
     folds, sampled = accumulate_folds(
-        equations, _folds(training, gaits), pilot.components, pilot.curves, pilot.model, gaits, alternatives
+        equations,
+        _folds(training, gaits),
+        pilot.components,
+        pilot.curves,
+        pilot.model,
+        gaits,
+        alternatives,
+        pilot.prediction,
     )
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
     pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations)

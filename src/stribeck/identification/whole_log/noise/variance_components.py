@@ -92,6 +92,13 @@ class VarianceComponents:
             components[:, :joints] = np.hypot(components[:, :joints], self.stiction * resting(equations, self.rest))
         return components
 
+    def marginal(self, equations: WeakEquations) -> Array:
+        """Return the variance of each equation's error by itself, shape (K, m)."""
+        encoder = (self.encoder_errors(equations) ** 2).sum(axis=2)
+        sensors = (equations.sensors**2).sum(axis=2)
+        other = ((self.response(equations) * self.at(equations)[:, None]) ** 2).sum(axis=2)
+        return np.asarray(equations.acceleration_overlap[0] * encoder + equations.torque_overlap[0] * sensors + other)
+
 
 def first_components(
     equations: WeakEquations, rest: Array, stiction: Array, sensed: bool = False

@@ -15,6 +15,9 @@ from stribeck.identification.whole_log.noise.variance_components import Variance
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
+IGNORED = 1e3
+"""Standard deviation of the errors of windows that are set aside, over the largest of others [1]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Whitener:
@@ -90,12 +93,16 @@ def _errors(equations: WeakEquations, components: VarianceComponents) -> list[_E
     """Return the errors of encoders and of torque sensors, and those that no sensor makes."""
     windows, rows = equations.residual.shape
     lags = equations.lags
-    found = []
-    for response, correlation in (
+    kinds = [
         (components.encoder_errors(equations), equations.acceleration_overlap),
         (equations.sensors, equations.torque_overlap),
         (components.response(equations) * components.at(equations)[:, None], autocorrelation(lags)),
-    ):
+    ]
+    if equations.set_aside is not None:
+        large = IGNORED * np.sqrt(components.marginal(equations).max())
+        kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
+    found = []
+    for response, correlation in kinds:
         groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
         groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
         found.append(_Errors(groups, _between_groups(correlation, rows)))

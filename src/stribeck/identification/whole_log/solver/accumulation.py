@@ -11,6 +11,7 @@ from stribeck.identification.whole_log.constants import COSINES, THREADS
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import ModelLayout
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.noise.outliers import Prediction
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import AlternativeTerms
@@ -40,6 +41,7 @@ def accumulate_folds(
     model: ModelCorrections,
     gaits: int,
     alternatives: AlternativeTerms,
+    prediction: Prediction,
 ) -> tuple[list[NormalEquations], NormalEquations]:
     """Return the normal equations of folds, and those of a sample of all segments, with more columns.
 
@@ -51,6 +53,8 @@ def accumulate_folds(
         Places of the segments of each: of those in the sample, and of the others.
     gaits, alternatives
         The further columns: random effects of so many gait phases, and alternative terms.
+    prediction
+        Windows far from it are set aside.
     """
     effects = COSINES * (len(curves.top_speed) + len(components.root_turns))
     layout = replace(_layout(curves, model), gaits=gaits, gait_effects=effects, alternatives=alternatives.size)
@@ -60,7 +64,7 @@ def accumulate_folds(
     for (sampled, others), own in zip(folds, by_fold, strict=True):
         tasks += [(place, shares, own) for place in sampled]
         tasks += [(place, own, None) for place in others]
-    _share_out(equations, components, tasks)
+    _share_out(equations, components, tasks, prediction)
     return [merged(own) for own in by_fold], merged(shares)
 
 
@@ -78,6 +82,7 @@ def _share_out(
     equations: Sequence[WeakEquations],
     components: VarianceComponents,
     tasks: Sequence[tuple[int, ByWorker, ByWorker | None]],
+    prediction: Prediction | None = None,
 ) -> None:
     """Add equations by threads in turn, each in an order that never changes.
 
@@ -92,7 +97,7 @@ def _share_out(
                 return
             with making:
                 part = equations[place]
-            whole[worker].add(part, components, core[worker] if core else None)
+            whole[worker].add(part, components, core[worker] if core else None, prediction)
 
     with ThreadPoolExecutor(THREADS) as pool:
         try:

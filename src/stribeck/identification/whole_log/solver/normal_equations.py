@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.identification.whole_log.model.basis import Basis
 from stribeck.identification.whole_log.model.layout import ModelLayout
+from stribeck.identification.whole_log.noise.outliers import Prediction
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
 from stribeck.identification.whole_log.noise.whitening import make_whitener
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import AlternativeTerms
@@ -36,7 +37,9 @@ class NormalEquations:
     information, right_hand_side
         A and b, shape (D, D) and (D,).
     square, count
-        s, the sum of squares of the whitened left sides, and their number.
+        s, the sum of squares of the whitened left sides, and the number of those that count.
+    windows, set_aside
+        Number of windows, and of those that are set aside.
     loads
         Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n); zeros without loads.
     """
@@ -49,6 +52,8 @@ class NormalEquations:
     loads: Array = field(init=False)
     square: float = 0.0
     count: int = 0
+    windows: int = 0
+    set_aside: int = 0
 
     def __post_init__(self) -> None:
         size = self.layout.size
@@ -56,9 +61,13 @@ class NormalEquations:
         self.loads = np.zeros((3, self.layout.joints))
 
     def add(
-        self, equations: WeakEquations, components: VarianceComponents, core: NormalEquations | None = None
+        self,
+        equations: WeakEquations,
+        components: VarianceComponents,
+        core: NormalEquations | None = None,
+        prediction: Prediction | None = None,
     ) -> None:
-        """Add the equations of a segment, and to `core` those without further columns."""
+        """Add the equations of a segment but for windows far from a prediction, and to `core` without more columns."""
         further: list[tuple[slice, Array]] = []  # by the place of their columns
         if self.layout.gaits and equations.gait >= 0:
             further.append((self.layout.gait(equations.gait), random_effect_columns(equations)))
@@ -66,6 +75,8 @@ class NormalEquations:
             further.append((self.layout.part("alternatives"), self.alternatives.columns(equations)))
         behind = [*(columns for _, columns in further), equations.residual.reshape(-1, 1)]
         white = design(equations, self.basis, behind)
+        if prediction:
+            equations = prediction.set_aside(equations, white)
         make_whitener(equations, components).whiten(white)
         product = white.T @ white  # NumPy knows it to be symmetric
         size = self.layout.corrections.stop
@@ -85,7 +96,9 @@ class NormalEquations:
 
     def _count(self, equations: WeakEquations, square: float) -> None:
         self.square += float(square)
-        self.count += equations.residual.size
+        self.count += int(equations.used.sum()) * equations.residual.shape[1]
+        self.windows += len(equations.time)
+        self.set_aside += int((~equations.used).sum())
         if equations.covariates is not None:
             load = equations.covariates[:, :, 0]
             self.loads += [np.full(load.shape[1], len(load)), load.sum(axis=0), (load**2).sum(axis=0)]
@@ -96,6 +109,8 @@ class NormalEquations:
         self.right_hand_side += other.right_hand_side
         self.square += other.square
         self.count += other.count
+        self.windows += other.windows
+        self.set_aside += other.set_aside
         self.loads += other.loads
 
     def without(self, *names: str) -> NormalEquations:
@@ -106,6 +121,7 @@ class NormalEquations:
             self.information[:size, :size].copy(),
             self.right_hand_side[:size].copy(),
         )
+        kept.windows, kept.set_aside = self.windows, self.set_aside
         kept.square, kept.count, kept.loads = self.square, self.count, self.loads.copy()
         return kept
 

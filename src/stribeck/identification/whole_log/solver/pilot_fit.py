@@ -17,7 +17,9 @@ from stribeck.identification.whole_log.model.covariates import WithCovariates, w
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import layout_of
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
+from stribeck.identification.whole_log.model.parametrisation import Parametrisation
 from stribeck.identification.whole_log.model.varying_curves import rising, varying_curves
+from stribeck.identification.whole_log.noise.outliers import Prediction, far_from_most
 from stribeck.identification.whole_log.noise.update import update_components
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.identification.whole_log.solver.accumulation import accumulate
@@ -42,6 +44,12 @@ class PilotFit:
         """Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), of the solution."""
         return _known(self.curves, self.model, self.solution)
 
+    @property
+    def prediction(self) -> Prediction:
+        """What it says of other segments."""
+        parameters = Parametrisation(self.curves, self.model)
+        return Prediction(parameters, self.solution.x, self.solution.covariance, self.components)
+
 
 def pilot_places(supports: Sequence[tuple[str, ...]]) -> list[int]:
     """Return the places of segments of the pilot fit, given the feet that each segment stands on.
@@ -64,8 +72,8 @@ def fit_pilot(
     top_speed: Array,
     rest: Array,
     priors: Priors,
-) -> PilotFit:
-    """Return the pilot fit to some segments; parameters are those of `fit_whole_log`."""
+) -> tuple[PilotFit, list[WeakEquations]]:
+    """Return the pilot fit to some segments, and these without outliers; parameters are those of `fit_whole_log`."""
     model = model_corrections(corrections, _loads(some, corrections), priors)
     torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in some]) ** 2))), 1e-9)
     speed = np.maximum(top_speed, 1e-9)
@@ -79,8 +87,8 @@ def fit_pilot(
 
 def with_all_terms(
     equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit
-) -> tuple[WithCovariates, PilotFit]:
-    """Return equations with covariates, and the pilot fit with all terms.
+) -> tuple[WithCovariates, PilotFit, list[WeakEquations]]:
+    """Return equations with covariates, the pilot fit with all terms, and its segments without outliers.
 
     Where the load is the measured torque less friction, that is first of a law of velocity alone, then of all terms.
     The variance components stay those of the law of velocity alone: with all terms, these few segments would be fitted
@@ -94,22 +102,42 @@ def with_all_terms(
     some = [first.of(part) for part in some]
     solution = solve(accumulate(some, pilot.components, curves, pilot.model), curves, pilot.model)
     refined = curves.coefficients(solution.internal).reshape(joints, -1)
-    return replace(first, refined=refined), replace(pilot, curves=curves, solution=solution)
+    modulated = replace(first, refined=refined)
+    return modulated, replace(pilot, curves=curves, solution=solution), [modulated.of(part) for part in some]
 
 
 def _alternate(
     some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents
-) -> PilotFit:
-    """Solve and estimate the variance components, in turn, until the rounds are over and none grows any more."""
+) -> tuple[PilotFit, list[WeakEquations]]:
+    """Solve and estimate the variance components, in turn; if there are outliers, once more from the start without."""
+    first = components
+    some, components, solution = _rounds(some, curves, model, components, heeded=True)
+    some = far_from_most(list(_residuals(some, curves, model, solution)), components)
+    if any(part.set_aside is not None for part in some):
+        some, components, solution = _rounds(some, curves, model, first, heeded=False)
+    return PilotFit(curves, model, components, solution), some
+
+
+def _rounds(
+    some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents, *, heeded: bool
+) -> tuple[list[WeakEquations], VarianceComponents, Solution]:
+    """Solve and estimate in turn until the rounds are over and no component grows any more.
+
+    Outliers are `heeded`, or set aside anew in every round.
+    """
     solution, grown = None, np.inf
     for done in range(MOST_ROUNDS):
         if done >= ROUNDS and grown < STILL_GROWING:
             break
         solution = solve(accumulate(some, components, curves, model), curves, model, solution)
-        before, components = components, update_components(components, _residuals(some, curves, model, solution))
+        residuals = list(_residuals(some, curves, model, solution))
+        if not heeded:
+            some = far_from_most(residuals, components)
+            residuals = [(part, left_over) for part, (_, left_over) in zip(some, residuals, strict=True)]
+        before, components = components, update_components(components, residuals)
         grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
     assert solution is not None
-    return PilotFit(curves, model, components, solution)
+    return some, components, solution
 
 
 def _known(curves: Curves, model: ModelCorrections, solution: Solution) -> tuple[Array, Array]:

@@ -96,9 +96,6 @@ def coulomb_curves(normal_equations: NormalEquations, corrections: Array, joints
 
 def _shares(equations: WeakEquations, components: VarianceComponents) -> Array:
     """Return each equation's information on each joint's friction torque [1/(N m)^2], shape (K m, n)."""
-    encoder = (components.encoder_errors(equations) ** 2).sum(axis=2)
-    torque = (equations.sensors**2).sum(axis=2)
-    other = ((components.response(equations) * components.at(equations)[:, None]) ** 2).sum(axis=2)
-    variance = equations.acceleration_overlap[0] * encoder + equations.torque_overlap[0] * torque + other
-    shares = equations.weights**2 / variance[:, :, None]
+    shares = equations.weights**2 / components.marginal(equations)[:, :, None]
+    shares *= equations.used[:, None, None]
     return np.asarray(shares.reshape(-1, shares.shape[2]))
