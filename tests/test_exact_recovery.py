@@ -48,7 +48,7 @@ def test_every_parameter_of_every_joint_comes_back(
     case: tuple[Robot, RobotLog, int], kind: str, tolerance: float
 ) -> None:
     robot, log, joints = case
-    result = identify(log, robot, Settings(filter=FilterSettings(kind=kind)))
+    result = identify(log, robot, Settings(method="curve-fit", filter=FilterSettings(kind=kind)))
     assert len(result.joints) == joints
     for name, joint in result.joints.items():
         assert joint.verdict == "identified", f"{name}: {joint.reason}"
@@ -82,7 +82,7 @@ class Drag(Stribeck):
 def test_a_law_outside_the_family_is_found_sample_by_sample_and_its_misfit_shows() -> None:
     robot = example_robot("ur5")
     log, truth = exact_log(robot, Drag(), {joint: {"level": 1.0} for joint in robot.joint_names}, duration=30, seed=5)
-    settings = Settings(filter=FilterSettings(kind="log"))
+    settings = Settings(method="curve-fit", filter=FilterSettings(kind="log"))
     result = identify(log, robot, settings)
     samples = result.evidence.samples
     np.testing.assert_allclose(samples.friction_torque, truth.friction_torque, atol=1e-9)

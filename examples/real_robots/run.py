@@ -54,15 +54,27 @@ def found(result: Result, name: str) -> list[float]:
     ]
 
 
-def by_curves(robot: Robot) -> Robot:
-    """Return the robot with the settings of its curve fit."""
-    return Robot.from_file(Path(robot.path).with_name("curve-fit.toml"))
-
-
-def curve(result: Result) -> list[str]:
-    """Return every joint's friction at half its top speed."""
-    points = [joint.curve[1] if joint.curve else None for joint in result.joints.values()]
-    return [f"{p.value:.3g} ± {p.standard_error:.2g} at {p.velocity:.2g} rad/s" if p else "–" for p in points]
+def by_default(result: Result, published: Published | None) -> str:
+    """Return what is found without any setting, and the published friction at the same speed."""
+    joints, rows = result.all_friction, list(result.all_friction)
+    middle = [joint.curve[1] if joint.curve else None for joint in joints.values()]
+    checks = [joint.validation for joint in joints.values()]
+    columns = {
+        "joint": rows,
+        "verdict": [joint.verdict for joint in joints.values()],
+        "friction [N m]": [
+            f"{p.value:.3g} ± {p.standard_error:.2g} at {p.velocity:.2g} rad/s" if p else "–" for p in middle
+        ],
+        "held-out rms [N m]": numbers([check.rms if check else np.nan for check in checks]),
+        "without friction": numbers([check.rms_zero_friction if check else np.nan for check in checks]),
+    }
+    if published:
+        known = dict(zip(rows, zip(published["coulomb"], published["viscous"], strict=True), strict=False))
+        columns["published [N m]"] = [
+            f"{known[name][0] + known[name][1] * point.velocity:.3g}" if point and name in known else "–"
+            for name, point in zip(rows, middle, strict=True)
+        ]
+    return table(columns)
 
 
 def unexplained(log: Path, robot: Robot, parameters: Published) -> list[float]:
@@ -200,17 +212,26 @@ SECTIONS: dict[str, Callable[[Sequence[Path], Robot, Path], str]] = {
     "kinova-gen3": kinova,
     "go2": go2,
     "double-pendulum": double_pendulum,
-    "cassie-landings": cassie,
 }
+"""Of the curve fit, whose settings stand in each robot's curve-fit.toml."""
 
 
 def main(data: Path) -> None:
-    """Print a table a robot."""
+    """Print the tables of each robot: by default, and by the curve fit."""
+    known: dict[str, Published] = {
+        "tx40": {name: values[:4] for name, values in TX40.items()},  # joints 5 and 6 share a motor
+        "kinova-gen3": kinova_published(data),
+        "double-pendulum": DOUBLE_PENDULUM,
+    }
     with tempfile.TemporaryDirectory() as scratch:
         for name, section in SECTIONS.items():
             folder = convert(name, data, Path(scratch))
-            robot = Robot.from_file(folder / "robot.toml")
-            print(f"### {robot.name}\n\n{section(sorted(folder.glob('log*.npz')), robot, data)}")
+            logs, robot = sorted(folder.glob("log*.npz")), Robot.from_file(folder / "robot.toml")
+            print(f"### {robot.name}\n\n{by_default(identify(logs, robot), known.get(name))}")
+            print(section(logs, Robot.from_file(folder / "curve-fit.toml"), data))
+        folder = convert("cassie-landings", data, Path(scratch))
+        robot = Robot.from_file(folder / "robot.toml")
+        print(f"### {robot.name}\n\n{cassie(sorted(folder.glob('log*.npz')), robot, data)}")
 
 
 if __name__ == "__main__":

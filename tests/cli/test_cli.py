@@ -126,7 +126,7 @@ def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.Cap
 def test_what_was_found_is_told_when_nothing_is_identified(
     method: str, arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=2)
+    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=1.5)
     position = np.rad2deg(log.position)
     position[100:110] = np.nan
     path = save_npz(log, tmp_path / "log.npz", position=position, velocity=None, acceleration=None)

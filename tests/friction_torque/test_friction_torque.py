@@ -149,7 +149,8 @@ def test_point_feet_leave_their_legs_open_and_know_the_swinging_one() -> None:
 
 def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) -> None:
     log, _ = walk("talos", 20.0)
-    identify(log, example_robot("talos"), Settings(filter=EXACT, law="coulomb-viscous"), table=tmp_path / "f.parquet")
+    settings = Settings(method="curve-fit", filter=EXACT, law="coulomb-viscous")
+    identify(log, example_robot("talos"), settings, table=tmp_path / "f.parquet")
     table = pq.read_table(tmp_path / "f.parquet")
     left = np.flatnonzero(np.array(table["support"].to_pylist()) == "left")
     rows = np.searchsorted(log.time, table["time"].to_numpy()[left] - 1e-9)

@@ -57,7 +57,7 @@ def test_every_example_fits_its_robot(path: Path) -> None:
 
 def test_an_arm_gives_back_its_friction_by_pattern() -> None:
     found = run_scenario(Scenario.model_validate(SHORT_ARM))
-    result = identify(found.log, found.robot, Settings(filter=FilterSettings(kind="log")))
+    result = identify(found.log, found.robot, Settings(method="curve-fit", filter=FilterSettings(kind="log")))
     for name, joint in result.joints.items():
         assert joint.parameters["coulomb"].value == pytest.approx(0.9 if name == "elbow" else 0.5, rel=1e-6)
         assert found.truth.parameters[name]["offset"] == 0.2

@@ -80,7 +80,7 @@ def test_friction_never_feeds_energy_in() -> None:
 
 def test_the_log_gives_back_the_friction_of_the_swinging_leg() -> None:
     walk = exact_walk()
-    evidence = identify(walk.log, toro()).evidence
+    evidence = identify(walk.log, toro(), method="curve-fit").evidence
     assert evidence is not None
     samples = evidence.samples
     legs = [column for column, name in enumerate(samples.joint_names) if name in walk.truth.parameters]

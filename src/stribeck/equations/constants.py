@@ -35,8 +35,8 @@ LONGEST_SEGMENT = 1.6
 Doubled, a log of 14 s has too few of them for a fit.
 """
 
-SEGMENTS_OF_A_LOG = 16
-"""Segments that a short log is cut into at least [1]: two for each fold that is held out."""
+SEGMENTS_OF_A_LOG = 12
+"""Segments that a short log is cut into at least [1]: more than there are folds."""
 
 LEAST_LONGEST_SEGMENT = 0.4
 """Length of a segment [s] that even a short log is not cut below: ten windows' reach."""

@@ -23,7 +23,7 @@ REACH = len(LINE)
 """Samples on either side that are needed [1]."""
 
 
-def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float) -> tuple[Array, int]:
+def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float, *, smooth: bool) -> tuple[Array, int]:
     """Return a signal, shape (T, n), whose spikes are replaced by the cubic through their neighbours, and their number.
 
     A spike is further from each of three predictions than `SPIKE` standard deviations: from the lines through the
@@ -36,6 +36,9 @@ def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float) -> 
         Rows that nothing may cross the ends of.
     floor
         Least noise of a channel.
+    smooth
+        Whether the signal has no kinks. Torques do, where friction reverses: a spike must then also be as far outside
+        the range of the four samples around it.
     """
     noise, inside = np.maximum(white_noise(signal, unbroken), floor), np.zeros(len(signal), dtype=bool)
     for part in unbroken:
@@ -43,7 +46,7 @@ def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float) -> 
     cleaned, count = signal, 0
     for k, deviation in enumerate(noise.tolist()):
         column = np.ascontiguousarray(signal[:, k])
-        rows = _spikes(column, inside, deviation)
+        rows = _spikes(column, inside, deviation, smooth)
         if len(rows):
             if cleaned is signal:
                 cleaned = allocate(signal.shape)
@@ -53,7 +56,7 @@ def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float) -> 
     return cleaned, count
 
 
-def _spikes(column: Array, inside: NDArray[np.bool_], noise: float) -> NDArray[np.int64]:
+def _spikes(column: Array, inside: NDArray[np.bool_], noise: float, smooth: bool) -> NDArray[np.int64]:
     """Return the rows of a channel's spikes, given the standard deviation of its noise."""
     if len(column) <= 2 * REACH:
         return np.zeros(0, dtype=np.int64)
@@ -62,6 +65,10 @@ def _spikes(column: Array, inside: NDArray[np.bool_], noise: float) -> NDArray[n
         line = _weighted(column, tuple(side * step for step in range(1, REACH + 1)), LINE)
         np.minimum(off, np.abs(column - line) / np.sqrt(1 + LINE @ LINE), out=off)
     rows = np.flatnonzero(inside & (off > SPIKE * noise))
+    if not smooth:
+        around = column[rows[:, None] + np.array([-2, -1, 1, 2])]
+        outside = np.maximum(column[rows] - around.max(axis=1), around.min(axis=1) - column[rows])
+        rows = rows[outside > SPIKE * noise]
     near = np.clip(rows[:, None] + np.arange(-SPIKE_NEIGHBOURHOOD, SPIKE_NEIGHBOURHOOD + 1), 0, len(off) - 1)
     usual = MAD_TO_STANDARD_DEVIATION * np.median(off[near], axis=1) if len(rows) else np.zeros(0)
     return rows[off[rows] > SPIKE * usual]

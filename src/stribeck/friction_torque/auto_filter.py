@@ -17,7 +17,7 @@ SHORTEST = FilterSettings(kind="savitzky-golay", window=7)
 """Filter of the motion that goes into the model's acceleration, which needs velocities but hardly accelerations."""
 MOST_SAMPLES = 30_000
 """Usable samples that the cutoff is chosen from."""
-MASSLESS = 1e-9
+MASSLESS = 1e-6
 """A joint with less than this share of the largest joint inertia has no acceleration of its own."""
 
 

@@ -188,7 +188,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         corrections = forms[0].corrections
         equations = equation_sequence(forms)
         if delay and not equations:
-            break  # every stretch of the log is shorter than the delay
+            break  # every segment of the log is shorter than the delay
         if not equations:
             raise NothingIdentifiedError(
                 "no joint can be identified from this log: the robot always stands in a way that is not used with "
@@ -284,8 +284,8 @@ def usual_corrections(robot: Robot) -> str:
 def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
     """Return a log whose positions and torques have no spikes, and a note, empty if there were none."""
     log, unbroken = prepared.log, prepared.sampling.segments
-    position, of_position = without_spikes(log.position, unbroken, POSITION_FLOOR)
-    torque, of_torque = without_spikes(log.torque, unbroken, TORQUE_FLOOR)
+    position, of_position = without_spikes(log.position, unbroken, POSITION_FLOOR, smooth=True)
+    torque, of_torque = without_spikes(log.torque, unbroken, TORQUE_FLOOR, smooth=False)
     if not of_position + of_torque:
         return prepared, ""
     note = (

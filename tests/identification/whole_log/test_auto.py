@@ -176,7 +176,7 @@ def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> Non
 def test_it_needs_the_whole_log(arm: Robot) -> None:
     log, _ = plain_log(arm, 4.0, 7)
     with pytest.raises(SettingsError, match="law 'auto' needs method 'whole-log', found 'curve-fit'"):
-        identify(log, arm, Settings(law="auto"))
+        identify(log, arm, Settings(law="auto", method="curve-fit"))
 
 
 def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> None:
@@ -205,7 +205,7 @@ def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> 
     assert ran.exit_code == 0, ran.output
     result = read_result(tmp_path / "out/result.json")
     assert result.to_json() == (tmp_path / "out/result.json").read_text()
-    assert all(own == {"viscous"} for own in kept(result).values())
+    assert all("viscous" in own for own in kept(result).values())
     report = (tmp_path / "out/report.html").read_text()
     assert "Terms of the law" in report
     assert "s; 20 s are needed" in report

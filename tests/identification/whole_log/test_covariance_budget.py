@@ -57,7 +57,7 @@ def test_shares_are_in_the_result(tmp_path: Path) -> None:
     log = with_noise(exact, position=5e-5, torque=0.2, seed=2)
     model = {}
     for corrections in ("none", "inertia"):
-        result = identify(log, robot, Settings(method="whole-log", corrections=corrections))
+        result = identify(log, robot, Settings(law="stribeck", corrections=corrections))
         shares = [found.variance_shares for joint in result.joints.values() for found in joint.parameters.values()]
         for each in shares:
             assert each is not None
@@ -77,4 +77,4 @@ def _read_again(result: Result, folder: Path) -> Result:
 def test_the_curve_fit_does_not_know_them() -> None:
     robot = Robot.from_file(MODELS / "arm.toml")
     log, _ = exact_log(robot, get_law("stribeck"), dict.fromkeys(robot.joint_names, TRUTH), duration=12.0, seed=1)
-    assert "variance_shares" not in identify(log, robot, Settings()).to_json()
+    assert "variance_shares" not in identify(log, robot, method="curve-fit").to_json()

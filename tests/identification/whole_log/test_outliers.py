@@ -13,7 +13,7 @@ from stribeck.log import RobotLog
 from stribeck.result import Result
 from stribeck_simulation.sensors.measure import with_noise
 
-SETTINGS = Settings(method="whole-log", corrections="inertia")
+SETTINGS = Settings(law="stribeck", corrections="inertia")
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
-SETTINGS = Settings(method="whole-log", corrections="none")
+SETTINGS = Settings(law="stribeck", corrections="none")
 
 
 @pytest.fixture(scope="module")

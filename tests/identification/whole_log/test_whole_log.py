@@ -33,7 +33,7 @@ TRUTH = {
     "offset": 0.2,
     "slope": 50.0,
 }
-WHOLE_LOG = Settings(method="whole-log", corrections="none")
+WHOLE_LOG = Settings(law="stribeck", corrections="none")
 
 
 @pytest.fixture(scope="module")
@@ -163,14 +163,14 @@ def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() ->
     truth = dict.fromkeys(robot.joint_names, TRUTH)
     log, _ = exact_log(robot, get_law("stribeck"), truth, duration=4.0, posture=POSTURES["quadruped"], seed=2)
     with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
-        identify(log, robot, Settings(method="whole-log", corrections="calibration"))
+        identify(log, robot, Settings(law="stribeck", corrections="calibration"))
 
 
 def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4)
     wrong = with_wrong_bodies(arm)
     believed = identify(log, wrong, WHOLE_LOG)
-    corrected = identify(log, wrong, Settings(method="whole-log", corrections="inertia"))
+    corrected = identify(log, wrong, Settings(law="stribeck", corrections="inertia"))
 
     def worst(result: object) -> float:
         return max(abs(joint.parameters["coulomb"].value / 1.2 - 1) for joint in result.joints.values())  # type: ignore[attr-defined]
@@ -192,7 +192,7 @@ def test_priors_say_how_far_models_may_be_off(arm: Robot, exact_arm_log: RobotLo
     changes = {}
     for name, share in {"usual": 1.0, "trusted": 1e-3}.items():
         bodies = {"mass": 0.05 * share, "centre_of_mass": 7.5e-3 * share, "moments": 0.12 * share}
-        settings = Settings(method="whole-log", priors=Priors(**bodies))
+        settings = Settings(law="stribeck", corrections="inertia", priors=Priors(**bodies))
         corrections = identify(log, wrong, settings).corrections
         assert corrections is not None
         changes[name] = max(abs(body.mass[1] / body.mass[0] - 1) for body in corrections.bodies.values())
@@ -200,18 +200,17 @@ def test_priors_say_how_far_models_may_be_off(arm: Robot, exact_arm_log: RobotLo
     assert changes["trusted"] < 1e-3
 
 
-def test_bodies_that_are_implausibly_far_off_are_flagged(arm: Robot, exact_arm_log: RobotLog) -> None:
-    """A motor that logs no torque: the fit can but make the bodies that it carries light."""
+def test_a_motor_that_logs_no_torque_does_no_harm_to_the_others(arm: Robot, exact_arm_log: RobotLog) -> None:
     torque = exact_arm_log.torque.copy()
     torque[:, arm.joint_names.index("elbow")] = 0.0
-    settings = Settings(method="whole-log", corrections="inertia")
-    warnings = identify(replace(exact_arm_log, torque=torque), arm, settings).warnings
-    [warning] = [text for text in warnings if "10 prior standard deviations" in text]
-    assert not any("of its friction" in text for text in warnings)  # elbow has no torque to be friction
-    assert "elbow" in warning
-    found = whole_log(replace(exact_arm_log, torque=torque), arm, settings)
-    assert np.all(found.fit.model.prior_std <= 1.0)  # and no model is believed to be as wrong as that
-    assert not any("10 prior standard deviations" in text for text in identify(exact_arm_log, arm, settings).warnings)
+    result = identify(replace(exact_arm_log, torque=torque), arm, Settings(corrections="inertia"))
+    assert result.joints["elbow"].verdict == "weak"
+    others = [joint for name, joint in result.joints.items() if name != "elbow"]
+    for joint in others:
+        assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.02)
+    assert result.corrections is not None
+    for body in result.corrections.bodies.values():
+        assert body.mass[1] == pytest.approx(body.mass[0], rel=0.01)
 
 
 def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
@@ -223,7 +222,7 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
     assert exact.foot_wrench is not None
     log = with_noise(exact, position=2e-5, torque=1.0, seed=3)
     sensed = 1.03 * exact.foot_wrench + np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
-    settings = Settings(method="whole-log")
+    settings = Settings(law="stribeck", corrections="inertia")
     error, deviation, flagged = {}, {}, {}
     for name, wrench in {"none": None, "right": sensed, "wrong sign": -sensed}.items():
         found = whole_log(replace(log, foot_wrench=wrench), with_wrong_bodies(robot), settings)
@@ -243,7 +242,7 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
     zeros = 2e-3 * np.array([0.0, 1.0, -1.0, 0.5, -0.8, 0.0])
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5)
     log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
-    found = identify(log, arm, Settings(method="whole-log", corrections="calibration"))
+    found = identify(log, arm, Settings(law="stribeck", corrections="calibration"))
     assert found.corrections is not None
     gain, error = np.array(list(found.corrections.torque_gain.values())).T
     true = np.array([gains[arm.joint_names.index(name)] for name in found.corrections.torque_gain])
@@ -261,7 +260,7 @@ def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_a
     """By as many samples of 1 ms; without the correction 5 ms cost 7 % of the Coulomb friction."""
     log = with_noise(exact_arm_log, position=2e-5, torque=0.1, seed=8)
     log = replace(log, torque=np.roll(log.torque, late, axis=0)).take(slice(100, 10_100))
-    settings = Settings(method="whole-log", corrections="inertia")
+    settings = Settings(law="stribeck", corrections="inertia")
     found = whole_log(log, arm, settings)
     assert found.corrections.torque_delay is not None
     delay, error = found.corrections.torque_delay
@@ -285,7 +284,7 @@ def test_a_late_base_orientation_is_found() -> None:
         with_noise(exact, position=1e-5, torque=0.05, seed=3),
         base_orientation=np.roll(exact.base_orientation, 10, axis=0),
     )
-    found = whole_log(log.take(slice(50, None)), robot, Settings(method="whole-log", corrections="calibration"))
+    found = whole_log(log.take(slice(50, None)), robot, Settings(law="stribeck", corrections="calibration"))
     assert found.corrections.base_delay is not None
     delay, error = found.corrections.base_delay
     assert error < 2e-3
@@ -348,7 +347,7 @@ def test_jitter_of_the_clock_is_not_taken_for_torque(arm: Robot, exact_arm_log: 
     assert exact_arm_log.velocity is not None
     jittered = exact_arm_log.position - 5e-4 * late[:, None] * exact_arm_log.velocity
     log = with_noise(replace(exact_arm_log, position=jittered), position=1e-5, torque=0.05, seed=8)
-    result = identify(log, arm, Settings(method="whole-log", corrections="inertia"))
+    result = identify(log, arm, Settings(law="stribeck", corrections="inertia"))
     assert result.corrections is not None
     assert result.corrections.chi_square == pytest.approx(1.0, abs=0.3)
     for joint in result.joints.values():

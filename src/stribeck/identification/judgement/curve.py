@@ -66,12 +66,15 @@ def relative_width(curve: tuple[CurvePoint, ...]) -> float:
     It is what compensating for the curve may leave of the friction torque.
     """
     widths, values = np.array([(point.half_width, point.value) for point in curve]).T
-    return float(np.linalg.norm(widths) / max(float(np.linalg.norm(values)), np.finfo(float).tiny))
+    with np.errstate(over="ignore"):
+        return float(np.linalg.norm(widths) / max(np.linalg.norm(values), np.finfo(float).tiny))
 
 
 def least_known(curve: tuple[CurvePoint, ...]) -> str:
     """Return the name of the speed whose interval is the widest against its value."""
-    shares = [point.half_width / max(point.value, np.finfo(float).tiny) for point in curve]
+    widths, values = np.array([(point.half_width, point.value) for point in curve]).T
+    with np.errstate(over="ignore"):
+        shares = widths / np.maximum(values, np.finfo(float).tiny)
     return list(SPEEDS)[int(np.argmax(shares))]
 
 

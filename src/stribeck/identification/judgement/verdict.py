@@ -28,7 +28,7 @@ from stribeck.typing import Array
 POWER_DEAD_ZONE = 1e-3
 """Share [1] of rms velocity times rms torque: less power than this, of either sign, is rounding or standstill."""
 
-MOST_ADDED = 0.75
+MOST_ADDED = 0.6
 """Share of samples [1] in which friction adds power, from which none at all is no explanation: noise adds half."""
 
 BESIDE_FRICTION = ("offset", "armature")

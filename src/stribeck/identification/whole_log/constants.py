@@ -205,6 +205,9 @@ LARGEST_ASYMMETRY = 0.5
 """Asymmetry from which it is refused [1]: one direction's viscous friction is then three times the other's, which
 something else must explain. Chosen by judgement."""
 
+MOST_UNEXPLAINED = 0.5
+"""Residual over the mean load [1] from which a joint is not said to have no friction, chosen by judgement."""
+
 BEST_STARTS = 2
 """Starts of one joint's curve that are followed to their minimum [1], chosen by judgement."""
 

@@ -50,12 +50,12 @@ class Prediction:
         derivatives = rows[:, : len(values)]
         variance = self.components.marginal(equations)
         size = np.abs(rows[:, -1] - derivatives @ values).reshape(variance.shape)
-        suspects = np.flatnonzero((size > SHOULDER * np.sqrt(variance)).any(axis=1))
+        far = np.flatnonzero((size > SHOULDER * np.sqrt(variance)).any(axis=1))
         if not (size > OUTLIER * np.sqrt(variance)).any():
             return equations
-        own = derivatives.reshape(*variance.shape, -1)[suspects].reshape(-1, len(values))
+        own = derivatives.reshape(*variance.shape, -1)[far].reshape(-1, len(values))
         slope = self.parameters.times_jacobian(own, self.x)
-        variance[suspects] += np.sum((slope @ self.covariance) * slope, axis=1).reshape(-1, variance.shape[1])
+        variance[far] += np.sum((slope @ self.covariance) * slope, axis=1).reshape(-1, variance.shape[1])
         return without(equations, size / np.sqrt(variance), OUTLIER)
 
 
@@ -71,8 +71,8 @@ def far_from_most(parts: Sequence[tuple[WeakEquations, Array]], components: Vari
     modes = [(part.standing.tobytes(), part.residual.shape[1]) for part, _ in parts]
     found = []
     for (part, _), size, mode in zip(parts, sizes, modes, strict=True):
-        alike = np.concatenate([other for other, own in zip(sizes, modes, strict=True) if own == mode])
-        scale = np.median(alike, axis=0) / MEDIAN_OF_SIZE
+        same_mode = np.concatenate([other for other, own in zip(sizes, modes, strict=True) if own == mode])
+        scale = np.median(same_mode, axis=0) / MEDIAN_OF_SIZE
         found.append(without(replace(part, set_aside=None), size / scale, PILOT_OUTLIER))
     return found
 

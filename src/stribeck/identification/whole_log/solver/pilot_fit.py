@@ -109,35 +109,26 @@ def with_all_terms(
 def _alternate(
     some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents
 ) -> tuple[PilotFit, list[WeakEquations]]:
-    """Solve and estimate the variance components, in turn; if there are outliers, once more from the start without."""
-    first = components
-    some, components, solution = _rounds(some, curves, model, components, heeded=True)
-    some = far_from_most(list(_residuals(some, curves, model, solution)), components)
-    if any(part.set_aside is not None for part in some):
-        some, components, solution = _rounds(some, curves, model, first, heeded=False)
-    return PilotFit(curves, model, components, solution), some
+    """Solve and estimate the variance components, in turn, until the rounds are over and none grows any more.
 
-
-def _rounds(
-    some: list[WeakEquations], curves: Curves, model: ModelCorrections, components: VarianceComponents, *, heeded: bool
-) -> tuple[list[WeakEquations], VarianceComponents, Solution]:
-    """Solve and estimate in turn until the rounds are over and no component grows any more.
-
-    Outliers are `heeded`, or set aside anew in every round.
+    If there are outliers after `ROUNDS`, it starts once more without, and looks for them anew in every round.
     """
-    solution, grown = None, np.inf
-    for done in range(MOST_ROUNDS):
-        if done >= ROUNDS and grown < STILL_GROWING:
-            break
+    solution, first, outliers = None, components, False
+    for number in range(1, MOST_ROUNDS + 1):
         solution = solve(accumulate(some, components, curves, model), curves, model, solution)
         residuals = list(_residuals(some, curves, model, solution))
-        if not heeded:
+        if number == ROUNDS or outliers:
             some = far_from_most(residuals, components)
-            residuals = [(part, left_over) for part, (_, left_over) in zip(some, residuals, strict=True)]
+            residuals = [(part, residual) for part, (_, residual) in zip(some, residuals, strict=True)]
+        if number == ROUNDS:
+            outliers = any(part.set_aside is not None for part in some)
+            components = first if outliers else components
         before, components = components, update_components(components, residuals)
         grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
+        if number >= (2 if outliers else 1) * ROUNDS and grown < STILL_GROWING:
+            break
     assert solution is not None
-    return some, components, solution
+    return PilotFit(curves, model, components, solution), some
 
 
 def _known(curves: Curves, model: ModelCorrections, solution: Solution) -> tuple[Array, Array]:

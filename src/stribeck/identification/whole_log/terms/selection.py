@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stribeck.friction.terms import BASE, LADDER, Term
-from stribeck.identification.whole_log.constants import LEAST_GAIN
+from stribeck.identification.whole_log.constants import LEAST_GAIN, MOST_UNEXPLAINED
 from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.typing import Array
 
@@ -142,7 +142,7 @@ def with_terms(
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
     They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
-    of the curve, which is the same.
+    of the curve, which is the same. Nothing is said of friction in torques that the model does not explain.
     """
     parameters, found = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.values() if verdict.verdict == "open"]
@@ -151,4 +151,9 @@ def with_terms(
         reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
+    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > MOST_UNEXPLAINED * mean_load:
+        sizes = f"what is left of its torque, {joint.residual_rms:.2g} N m, and what it carries, {mean_load:.2g} N m"
+        found = replace(
+            found, verdict="weak", reason=f"{sizes}, are as large: noise, a dead sensor, a sign or the model"
+        )
     return replace(found, terms=terms, mean_load=mean_load, mean_direction=mean_direction)
