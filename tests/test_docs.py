@@ -323,7 +323,7 @@ def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
     friction = {"common": STRIBECK, "joints": {"*": {}}}
     biped = Scenario.model_validate({"robot": "biped", "simulator": "exact", "duration": 16.0, "friction": friction})
     walked = run_scenario(biped)
-    result = identify(walked.log, walked.robot, table=tmp_path / "friction_torque.parquet")
+    result = identify(walked.log, walked.robot, method="curve-fit", table=tmp_path / "friction_torque.parquet")
     places = {f".{joint}": ".<joint>" for joint in result.joints}
     places |= {f".{axis}": ".<axis>" for axis in ("fx", "fy", "fz", "tx", "ty", "tz")}
     columns = [name.partition(".") for name in pq.read_schema(tmp_path / "friction_torque.parquet").names]

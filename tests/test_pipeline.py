@@ -35,7 +35,7 @@ def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> No
 
 
 def test_prismatic_joints_have_their_own_units(arm: Robot) -> None:
-    joints = identify(arm_log(arm), arm).joints
+    joints = identify(arm_log(arm), arm, method="curve-fit").joints
     assert joints["shoulder"].parameters["coulomb"].unit == "N m"
     assert joints["slide"].parameters["coulomb"].unit == "N"
 
@@ -66,7 +66,7 @@ def test_a_segment_that_the_filter_swallows_whole_is_passed_over(arm: Robot) -> 
     log = arm_log(arm)
     island = np.ones(len(log.time), dtype=bool)
     island[5000:5010] = island[5030:5040] = False  # 20 samples between two gaps, 51 go into the filter
-    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=51))
+    settings = Settings(method="curve-fit", filter=FilterSettings(kind="savitzky-golay", window=51))
     whole, cut = (identify(each, arm, settings) for each in (log, log.take(island)))
     assert cut.log.samples_used == whole.log.samples_used - 40 - 50
     assert cut.joints["elbow"].verdict == "identified"
@@ -74,14 +74,16 @@ def test_a_segment_that_the_filter_swallows_whole_is_passed_over(arm: Robot) -> 
 
 def test_the_logs_own_derivatives_lose_no_samples_at_the_ends(arm: Robot) -> None:
     log = arm_log(arm)
-    result = identify(log, arm, Settings(filter=FilterSettings(kind="log")))
+    result = identify(log, arm, Settings(method="curve-fit", filter=FilterSettings(kind="log")))
     assert result.log.samples_used == len(log.time)
 
 
 def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
     first, second = arm_log(arm, seed=1), arm_log(arm, seed=2)
-    both = identify([first, second], arm)
-    assert both.log.samples_used == sum(identify(log, arm).log.samples_used for log in (first, second))
+    both = identify([first, second], arm, method="curve-fit")
+    assert both.log.samples_used == sum(
+        identify(log, arm, method="curve-fit").log.samples_used for log in (first, second)
+    )
     assert both.joints["shoulder"].parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.01)
     blocks = both.evidence.samples.block
     assert len(np.unique(blocks)) == 40
@@ -101,10 +103,10 @@ def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_what_is_kept_is_bounded_and_changes_little(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     log = arm_log(arm)
-    everything = identify(log, arm)
+    everything = identify(log, arm, method="curve-fit")
     monkeypatch.setattr(stribeck.friction_torque.thinning, "MOST_KEPT", 4000)
     monkeypatch.setattr(stribeck.friction_torque.stage, "MOST_KEPT", 4000)
-    some = identify(log, arm)
+    some = identify(log, arm, method="curve-fit")
     assert len(some.evidence.samples.time) <= 4000
     assert some.log.samples_used == everything.log.samples_used
     for joint, found in some.joints.items():
@@ -142,7 +144,9 @@ def test_the_rotor_inertia_comes_back_and_the_models_is_counted_in(arm: Robot) -
 
 def test_the_table_holds_every_sample(arm: Robot, tmp_path: Path) -> None:
     log = arm_log(arm, duration=20)
-    result = identify(log, arm, Settings(filter=FilterSettings(kind="log")), table=tmp_path / "f.parquet")
+    result = identify(
+        log, arm, Settings(method="curve-fit", filter=FilterSettings(kind="log")), table=tmp_path / "f.parquet"
+    )
     table = pq.read_table(tmp_path / "f.parquet")
     assert table.num_rows == len(log.time) == result.log.samples_used
     np.testing.assert_allclose(table["velocity.elbow"].to_numpy(), log.velocity[:, 1], atol=1e-6)
@@ -166,7 +170,7 @@ def test_a_log_without_the_channels_that_the_settings_ask_for(arm: Robot) -> Non
 
 def test_paths_are_read_and_hashed(arm: Robot, tmp_path: Path) -> None:
     path = save_npz(arm_log(arm), tmp_path / "log.npz")
-    result = identify(path, arm)
+    result = identify(path, arm, method="curve-fit")
     assert result.log.path == str(path)
     assert len(result.log.sha256) == 64
 

@@ -102,7 +102,7 @@ def test_a_component_is_switched_off_and_on_again() -> None:
 def test_the_estimator_runs_without_a_component(walk: Simulated, component: str) -> None:
     log = measured(replace(walk.log, base_orientation=None, contact=None, foot_names=()), CASES["B"], 0, 0)
     with without(component):
-        result = identify(log, walk.robot, Settings(method="whole-log"))
+        result = identify(log, walk.robot, Settings(law="stribeck"))
     for joint, known in walk.truth.parameters.items():
         assert result.joints[joint].parameters["coulomb"].value == pytest.approx(known["coulomb"], rel=0.3)
 
