@@ -49,6 +49,7 @@ SETTINGS = Settings(law=LAW, method="whole-log", corrections="calibration")
 """Of all rows but the curve fit's: what a user has on a robot that walks."""
 METHODS: dict[str, Callable[[Sequence[RobotLog], Robot], Result]] = {
     CURVE_FIT: partial(identify, settings=Settings(law=LAW, method="curve-fit")),
+    "default": identify,
     "bar": lambda logs, robot: bar(logs, robot)[0],
 }
 """Of rows that are not of the joint estimator."""

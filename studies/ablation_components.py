@@ -120,6 +120,7 @@ COMPONENTS: dict[str, Sequence[Substitute]] = {
     "encoder scale": ((pilot_fit, "update_components", encoders_alone),),
     "curve-fit": (),
     "bar": (),
+    "default": (),
     "covariance between joints": ((whitening, "_between_groups", joints_apart),),
     "covariance over time": ((whitening, "_between_groups", windows_apart),),
     "standing leg": ((VarianceComponents, "at", swinging_only),),

@@ -105,10 +105,10 @@ SHAPE_REACH = 3.0
 SHAPE_GRID = 9
 """Values of each nonlinear parameter that the basis is made from [1], chosen by judgement."""
 
-BASIS_TOLERANCE = 5e-4
+BASIS_TOLERANCE = 1e-3
 """Error of the basis, root mean square over the knots, over a curve's largest value [1]: below friction's errors."""
 
-VARYING_BASIS_TOLERANCE = 0.012
+VARYING_BASIS_TOLERANCE = 0.04
 """The same of the curves that covariates multiply [1]: these are a small part of friction."""
 
 COARSE_BASIS_TOLERANCE = 0.1

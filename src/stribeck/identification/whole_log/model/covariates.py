@@ -103,7 +103,7 @@ def with_covariates(
     return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(pilot), 1e-9)), direction)
 
 
-def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list[dict[str, str]]:
+def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array | None = None) -> list[dict[str, str]]:
     """Return for each joint the terms that are out of the question, and why.
 
     Parameters
@@ -113,22 +113,28 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array) -> list
     slow
         What friction changes slowly with: "temperature" or "drift".
     loads
-        Number of windows, sums of loads and of their squares, shape (3, n).
+        Number of windows, sums of loads and of their squares, shape (3, n); not looked at if they are not known yet.
     """
-    mean = loads[1] / loads[0]
-    deviation = np.sqrt(np.maximum(loads[2] / loads[0] - mean**2, 0.0))
     turns = np.sqrt(_directions(pilot).var(axis=0).sum(axis=1))
     reasons = []
-    for column in range(loads.shape[1]):
+    for column, turned in enumerate(turns):
         temperature = [part.temperature[:, column] for part in pilot if part.temperature is not None]
         reasons.append(_slow_reasons(slow, _last(pilot), temperature))
-        if deviation[column] <= LEAST_LOAD_VARIATION * mean[column]:
-            said = f"{mean[column]:.3g} N m +- {deviation[column]:.2g}"
-            reasons[-1]["load"] = f"its load hardly changes: {said}"
-        if not turns[column] >= LEAST_TURN:
-            said = "it is prismatic" if np.isnan(turns[column]) else f"+- {turns[column]:.2g} rad"
+        if loads is not None:
+            reasons[-1] |= _load_reasons(*loads[:, column])
+        if not turned >= LEAST_TURN:
+            said = "it is prismatic" if np.isnan(turned) else f"+- {turned:.2g} rad"
             reasons[-1]["coulomb_position"] = f"its position hardly turns: {said}"
     return reasons
+
+
+def _load_reasons(count: float, total: float, square: float) -> dict[str, str]:
+    """Return why a joint's friction does not change with its load, from windows, sum of loads and of squares."""
+    mean = total / count
+    deviation = float(np.sqrt(max(square / count - mean**2, 0.0)))
+    if deviation > LEAST_LOAD_VARIATION * mean:
+        return {}
+    return {"load": f"its load hardly changes: {mean:.3g} N m +- {deviation:.2g}"}
 
 
 def _directions(pilot: Sequence[WeakEquations]) -> Array:

@@ -87,11 +87,15 @@ def varying_curves(plain: Curves, basis: Basis, slow: str) -> VaryingCurves:
     return VaryingCurves(plain.law, basis, plain.top_speed, plain.torque, plain.priors, slow, free=free)
 
 
-def rising(basis: Basis) -> Basis:
-    """Return the basis of curves that may also have v and tanh(a v) times load and slow change, and position."""
+def rising(basis: Basis, slow: bool = True, position: bool = True) -> Basis:
+    """Return the basis of curves that may also have v and tanh(a v) times load, slow change and position.
+
+    The last two take no columns where no joint can have them.
+    """
     velocity = basis.velocity[0] / basis.velocity[0].max()
     slopes = [JUMP, *grid_of(next(p for p in Assembled.parameters if p.name == "slope"))]
     curves = np.column_stack([velocity, *(np.tanh(slope * velocity) for slope in slopes)])
     fine = basis.functions.T @ spanning(curves, VARYING_BASIS_TOLERANCE)
     coarse = basis.functions.T @ spanning(curves[:, 1:], COARSE_BASIS_TOLERANCE)
-    return replace(basis, modulated=(fine, fine, coarse, coarse))
+    coarse = coarse[:, : position * coarse.shape[1]]
+    return replace(basis, modulated=(fine, fine[:, : slow * fine.shape[1]], coarse, coarse))

@@ -13,7 +13,7 @@ import numpy as np
 from stribeck.friction import FrictionLaw
 from stribeck.identification.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS, STILL_GROWING
 from stribeck.identification.whole_log.model.basis import make_basis
-from stribeck.identification.whole_log.model.covariates import WithCovariates, with_covariates
+from stribeck.identification.whole_log.model.covariates import WithCovariates, unsupported, with_covariates
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import layout_of
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
@@ -97,7 +97,10 @@ def with_all_terms(
     plain = pilot.curves
     joints = len(plain.top_speed)
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
-    first = with_covariates(equations, some, rising(plain.basis), friction)
+    first = with_covariates(equations, some, plain.basis, friction)
+    out = set.intersection(*map(set, unsupported(some, first.slow)))  # of the question in all joints
+    basis = rising(plain.basis, slow=f"coulomb_{first.slow}" not in out, position="coulomb_position" not in out)
+    first = replace(first, basis=basis)
     curves = varying_curves(plain, first.basis, first.slow)
     some = [first.of(part) for part in some]
     solution = solve(accumulate(some, pilot.components, curves, pilot.model), curves, pilot.model)
