@@ -12,6 +12,7 @@ from pydantic_core import from_json
 from typing_extensions import TypedDict
 
 from stribeck.errors import SettingsError
+from stribeck.finding import Finding
 from stribeck.result.corrections import Corrections
 from stribeck.result.coupling import CouplingResult
 from stribeck.result.evidence import Evidence
@@ -50,7 +51,9 @@ class LogSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """The whole finding; `result.json` is this without `evidence`.
+    """The whole result; `result.json` is this without `evidence`.
+
+    `findings` say in parts what `warnings` say in one line each: joints, evidence and cure.
 
     Examples
     --------
@@ -69,6 +72,7 @@ class Result:
     warnings: list[str]
     stribeck: str
     couplings: dict[str, CouplingResult] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
     corrections: Corrections | None = None
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
