@@ -13,11 +13,12 @@ from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.own_friction import own_friction
+from stribeck.identification.judgement.torque_r2 import torque_r2
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
 from stribeck.methods import Finding, Method
 from stribeck.preparation import PreparedLog
-from stribeck.result import CouplingResult, Evidence, JointResult, Result
+from stribeck.result import CouplingResult, Evidence, JointResult, Result, TorqueR2
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
 from stribeck.samples import Samples
@@ -59,6 +60,16 @@ def compose(
     )
     fits = {name: _with_model_armature(fit, name, robot) for name, fit in finding.fits.items()}
     found = _joints(finding, fits, samples, law, settings)
+    correction = None if finding.robot is robot else _before_and_after(friction, prepared, robot)
+    shown = correction or (_swinging(friction.samples, robot),)
+    r2 = [torque_r2(own_friction(part, finding.fits, law, couplings), finding.fits, law) for part in shown]
+    found |= {
+        name: replace(
+            found[name], torque_r2=TorqueR2(nominal=r2[0][name], corrected=r2[-1].get(name) if correction else None)
+        )
+        for name in r2[0]
+        if found[name].curve
+    }
     joints = {name: found[name] for name in friction.samples.joint_names}
     return Result(
         robot=robot.name,
@@ -87,7 +98,7 @@ def compose(
             friction,
             (samples, close_up),
             prepared,
-            robot,
+            correction,
             provenance(settings, method.uses, robot.path, _choices(friction, prepared)),
         ),
     )
@@ -119,7 +130,7 @@ def _evidence(
     friction: FrictionSamples,
     shown: tuple[Samples, Samples],
     prepared: Sequence[PreparedLog],
-    robot: Robot,
+    correction: tuple[Samples, Samples] | None,
     origin: list[tuple[str, str]],
 ) -> Evidence:
     """Return what the report draws."""
@@ -137,7 +148,7 @@ def _evidence(
             *friction.notes,
             *(note for part in friction.logs for note in part.notes),
         ],
-        correction=None if finding.robot is robot else _before_and_after(friction, prepared, robot),
+        correction=correction,
     )
 
 
@@ -150,10 +161,15 @@ def _before_and_after(
     """
     settings, samples = friction.settings.model_copy(update={"standing_legs": False}), friction.samples
     before = join_logs([thinned_samples(log, len(prepared), robot, settings) for log in prepared])
+    return before, _swinging(samples, robot)
+
+
+def _swinging(samples: Samples, robot: Robot) -> Samples:
+    """Return samples of which those of free and swinging limbs alone are usable."""
     feet = [tuple(foot for foot in name.split("+") if foot in robot.contacts) for name in samples.support_names]
     standing = np.array([robot.standing(standing) for standing in feet])
     swinging = ~standing[:, robot.torque_controlled][samples.support]
-    return before, replace(samples, usable=samples.usable & swinging)
+    return replace(samples, usable=samples.usable & swinging)
 
 
 def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:

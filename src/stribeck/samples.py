@@ -41,6 +41,8 @@ class Samples:
         Instants around a sample over which the filter has averaged the friction torque; none if None.
     jerk, snap
         Second and third derivative of the velocity over those instants, shape (N, n); None without nodes.
+    torque
+        Measured, filtered as the friction torque is [N m], shape (N, n); None where nobody asks for it.
     """
 
     joint_names: tuple[str, ...]
@@ -58,6 +60,7 @@ class Samples:
     nodes: Nodes | None = None
     jerk: Array | None = None
     snap: Array | None = None
+    torque: Array | None = None
 
     def slides(self, column: int) -> bool:
         """Whether the joint of a column is prismatic."""

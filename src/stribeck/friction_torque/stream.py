@@ -154,6 +154,7 @@ def friction_torque(
                 nodes=nodes,
                 jerk=jerk,
                 snap=snap,
+                torque=torque[:, known],
             ),
         )
 

@@ -1,4 +1,4 @@
-"""The head of the report: which robot and log, and the finding in a few numbers."""
+"""The head of the report: which robot and log, and in three sentences what was found, what to trust, what to do next."""
 
 from __future__ import annotations
 
@@ -8,30 +8,77 @@ from statistics import median
 from markupsafe import Markup
 
 from stribeck.friction.law import FrictionLaw
+from stribeck.report.advice import advice
 from stribeck.report.page import render
-from stribeck.report.verdict_table import explained
-from stribeck.result import JointResult, Result, Verdict
+from stribeck.report.text import matched, number
+from stribeck.report.warnings import parted
+from stribeck.result import CurvePoint, Result, Verdict
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "no friction", "not excited")
 
+NAMED = 3
+"""Joints that a sentence names; of more it gives the number."""
+
 
 def heading(result: Result, law: FrictionLaw) -> Markup:
-    """Return the lead of the page: log, law, and how many joints have which verdict."""
+    """Return the lead of the page: log and law, how many joints have which verdict, friction, trust and next step."""
     paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
     verdicts = [joint.verdict for joint in result.joints.values()]
-    rubbing = [joint for joint in result.joints.values() if _rubs(joint)]
-    shares = [share for joint in rubbing if (share := explained(joint)) is not None]
+    r2 = [joint.torque_r2.best for joint in result.joints.values() if joint.torque_r2]
+    findings, texts = parted(result)
     return render(
         "heading.html.j2",
         result=result,
         law=law,
         logs=[PurePath(path).name or "log made in memory" for path in paths],
-        counts=[(verdict, verdicts.count(verdict)) for verdict in VERDICTS],
-        explained=median(shares) if shares else None,
+        counts=[(verdict, count) for verdict in VERDICTS if (count := verdicts.count(verdict))],
+        total=len(verdicts),
+        range=_friction_range(result),
+        bound=_bound(result),
+        r2=median(r2) if r2 else None,
+        trusted=_named(result, "identified"),
+        distrusted=[(verdict, _named(result, verdict)) for verdict in ("weak", "not excited") if verdict in verdicts],
+        mending=next((found for found in findings if found.cure), None),
+        steps=_steps(result),
+        warnings=len(findings) + len(texts),
     )
 
 
-def _rubs(joint: JointResult) -> bool:
-    """Return whether friction of a joint is significant: of one without any there is nothing to explain."""
-    found = joint.parameters
-    return any(found[name].interval_95[0] > 0 for name in ("viscous", "coulomb") if name in found)
+def _friction_range(result: Result) -> list[tuple[str, str]]:
+    """Return the least and the most friction at middle speed that was identified, with the joint; fewer if no two."""
+    middles = {
+        name: joint.curve[len(joint.curve) // 2]
+        for name, joint in result.joints.items()
+        if joint.verdict == "identified" and joint.curve
+    }
+    ordered = sorted(middles, key=lambda name: middles[name].value)
+    ends = dict.fromkeys([*ordered[:1], *ordered[-1:]])
+    return [(_text(middles[name]), name) for name in ends]
+
+
+def _text(point: CurvePoint) -> str:
+    return f"{matched(point.value, point.half_width)} ± {number(point.half_width, 2)} {point.unit}"
+
+
+def _bound(result: Result) -> str:
+    """Return what friction stays below in the joints that have none, "" if it is not known."""
+    points = [point for joint in result.joints.values() if joint.verdict == "no friction" for point in joint.curve]
+    most = max(points, key=lambda point: point.interval_95[1], default=None)
+    return f"below {number(most.interval_95[1], 2)} {most.unit}" if most else ""
+
+
+def _named(result: Result, verdict: str) -> str:
+    """Return the joints with a verdict, by name if they are few."""
+    names = [name for name, joint in result.joints.items() if joint.verdict == verdict]
+    return ", ".join(names) if len(names) <= NAMED else f"{len(names)} joints"
+
+
+def _steps(result: Result) -> list[tuple[str, str]]:
+    """Return what to do about joints that cannot be trusted, joints with the same advice together."""
+    groups: dict[str, list[str]] = {}
+    for name, joint in result.joints.items():
+        if joint.verdict in ("weak", "not excited"):
+            groups.setdefault(advice(joint), []).append(name)
+    return [
+        (", ".join(names) if len(names) <= NAMED else f"{len(names)} joints", what) for what, names in groups.items()
+    ]

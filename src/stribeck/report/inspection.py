@@ -54,7 +54,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
 def _findings(findings: Sequence[str]) -> Section | None:
     if not findings:
         return None
-    return Section(anchor="findings", title="Findings", body=render("warnings.html.j2", warnings=findings))
+    return Section(anchor="findings", title="Findings", body=render("warnings.html.j2", findings=[], warnings=findings))
 
 
 def _joints(inspection: Inspection) -> Section:

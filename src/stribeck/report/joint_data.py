@@ -80,7 +80,7 @@ def joint_data(
         law=law,
         values=values,
         covariance=covariance,
-        errors_95=_errors_95(joint, law),
+        errors_95=errors_95(joint, law),
         torque_unit="N" if prismatic else "N m",
         velocity_unit="m/s" if prismatic else "rad/s",
         seconds_per_sample=samples.period * samples.stride * _thinning(samples),
@@ -104,7 +104,7 @@ def _usable(samples: Samples, name: str) -> tuple[Array, Array, Array]:
     return samples.time[thinned][keep], velocity[keep], torque[keep]
 
 
-def _errors_95(joint: JointResult, law: FrictionLaw) -> float:
+def errors_95(joint: JointResult, law: FrictionLaw) -> float:
     """Return what the intervals of the joint's parameters say; bounds and logarithms may change one of their ends."""
     logarithmic = {parameter.name for parameter in law.parameters if parameter.logarithmic}
     ratios = [

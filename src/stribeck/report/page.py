@@ -42,7 +42,14 @@ def render(template: str, **values: Any) -> Markup:
     return Markup(_environment().get_template(template).render(**values))
 
 
-def render_page(title: str, sections: Sequence[Section], *, lead: Markup | None = None) -> str:
+def render_page(
+    title: str,
+    sections: Sequence[Section],
+    *,
+    folded: Sequence[Section] = (),
+    lead: Markup | None = None,
+    plots: bool = False,
+) -> str:
     """Return a whole HTML document without any reference to the outside.
 
     Parameters
@@ -50,9 +57,37 @@ def render_page(title: str, sections: Sequence[Section], *, lead: Markup | None 
     title
         Plain text; escaped here.
     sections
-        In reading order; the contents at the top link to them.
+        In reading order.
+    folded
+        Behind them, each shown when it is opened.
     lead
-        HTML between the title and the contents: what the page is about, in numbers.
+        HTML between the title and the sections: what the page is about, in numbers.
+    plots
+        Whether it has curves for the plotting library to make live.
     """
-    style = Markup((files("stribeck.report") / "templates" / "style.css").read_text(encoding="utf-8"))
-    return str(render("page.html.j2", title=title, sections=sections, lead=lead or Markup(), style=style))
+    library, library_style = plotting_library() if plots else (Markup(), Markup())
+    return str(
+        render(
+            "page.html.j2",
+            title=title,
+            sections=sections,
+            folded=folded,
+            lead=lead or Markup(),
+            style=Markup(library_style + _file("style.css")),
+            scripts=[library, _file("first_screen.js")] if plots else [],
+        )
+    )
+
+
+def _file(name: str) -> Markup:
+    return Markup((files("stribeck.report") / "templates" / name).read_text(encoding="utf-8"))
+
+
+@cache
+def plotting_library() -> tuple[Markup, Markup]:
+    """Return the script and the style sheet of uPlot, its licence in front."""
+    folder = files("stribeck.report") / "uplot"
+    script, style, licence = (
+        (folder / name).read_text(encoding="utf-8") for name in ("uPlot.iife.min.js", "uPlot.min.css", "LICENSE")
+    )
+    return Markup(f"/* uPlot\n{licence}*/\n{script}"), Markup(style)

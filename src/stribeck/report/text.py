@@ -116,7 +116,17 @@ def gain(value: float) -> str:
     return "0" if abs(value) < 0.05 else text.replace("-", MINUS)
 
 
+def share(value: float) -> str:
+    """Return a coefficient of determination, e.g. `0.987`, with the digits that it needs near one: `0.9996`."""
+    if not math.isfinite(value):
+        return number(value)
+    if value < -9.995:
+        return f"below {MINUS}10"
+    digits = 3 if value < 0.9995 else 4
+    return f"{min(value, 0.9999) if value < 1 else value:.{digits}f}".replace("-", MINUS)
+
+
 FILTERS: dict[str, Callable[..., str]] = {
     filter_.__name__: filter_
-    for filter_ in (number, matched, percent, count, gain, duration, words, unit, breakable, symbol)
+    for filter_ in (number, matched, percent, count, gain, share, duration, words, unit, breakable, symbol)
 }

@@ -11,6 +11,7 @@ from stribeck.friction import get_law
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.report.corrections import corrections
 from stribeck.report.figure import house_style
+from stribeck.report.first_screen import first_screen
 from stribeck.report.heading import heading
 from stribeck.report.joint_panels import joint_panels
 from stribeck.report.page import Section, render, render_page
@@ -18,6 +19,7 @@ from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.sides import sides
 from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import terms, verdict_table
+from stribeck.report.warnings import warnings
 from stribeck.result import Evidence, Result
 from stribeck.samples import Samples
 
@@ -31,7 +33,7 @@ CHANCE = 0.5
 def write_report(
     result: Result, path: str | Path, *, reference: Reference = NO_REFERENCE, further: Sequence[Section] = ()
 ) -> None:
-    """Write one self-contained HTML file: no network, no script, the same bytes for the same result.
+    """Write one self-contained HTML file: no network, the same bytes for the same result.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def write_report(
     reference
         Known friction that is shown beside what was found.
     further
-        More sections, which stand before the joints' panels.
+        More sections, folded like all that stands behind the warnings.
 
     Raises
     ------
@@ -61,12 +63,12 @@ def write_report(
     law = get_law(result.law)
     shown = replace(result, joints=result.all_friction, couplings={})
     with house_style():
-        sections = [
+        first = [first_screen(shown, evidence, law), warnings(result)]
+        on_demand = [
+            joint_panels(shown, evidence, law, reference),
             verdict_table(shown, evidence, law, reference),
-            warnings(result),
             terms(shown),
             *further,
-            joint_panels(shown, evidence, law, reference),
             sides(result, evidence, law),
             corrections(result),
             power(shown),
@@ -75,8 +77,10 @@ def write_report(
         ]
         page = render_page(
             f"Joint friction of {result.robot}",
-            [section for section in sections if section is not None],
-            lead=heading(result, law),
+            [section for section in first if section is not None],
+            folded=[section for section in on_demand if section is not None],
+            lead=heading(shown, law),
+            plots=True,
         )
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
@@ -84,13 +88,6 @@ def write_report(
 
 def _start(close_up: Samples | None) -> float | None:
     return float(close_up.time[0]) if close_up is not None and len(close_up.time) else None
-
-
-def warnings(result: Result) -> Section | None:
-    """Return the section with a sentence a warning, or None without any."""
-    if not result.warnings:
-        return None
-    return Section(anchor="warnings", title="Warnings", body=render("warnings.html.j2", warnings=result.warnings))
 
 
 def power(result: Result) -> Section | None:

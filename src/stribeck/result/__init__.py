@@ -9,6 +9,7 @@ from stribeck.result.joint import JointResult as JointResult
 from stribeck.result.joint import ParameterEstimate as ParameterEstimate
 from stribeck.result.joint import TermDecision as TermDecision
 from stribeck.result.joint import TermVerdict as TermVerdict
+from stribeck.result.joint import TorqueR2 as TorqueR2
 from stribeck.result.joint import Validation as Validation
 from stribeck.result.joint import Verdict as Verdict
 from stribeck.result.joint import at_load as at_load

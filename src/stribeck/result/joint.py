@@ -65,6 +65,24 @@ class Validation:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TorqueR2:
+    """Share of the variance of a joint's measured torque that its model explains with the friction found [1].
+
+    Of the model and log as they were given, `nominal`, and with the corrections found, `corrected`; None if there are
+    none. 1 - sum e^2 / sum (tau - mean tau)^2, with e = tau - inverse dynamics - R(v), at the bandwidth of the filter,
+    over the samples of free and swinging limbs that are kept.
+    """
+
+    nominal: float
+    corrected: float | None = None
+
+    @property
+    def best(self) -> float:
+        """Of the model that the friction belongs to."""
+        return self.nominal if self.corrected is None else self.corrected
+
+
+@dataclass(frozen=True, kw_only=True)
 class TermVerdict:
     """Whether a joint's friction has a term, and why.
 
@@ -91,6 +109,7 @@ class JointResult:
     detectable friction has no parameters but those of other torques, an offset or a rotor inertia.
     Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint.
+    `torque_r2` is how much of its torque is explained, None where that is not known.
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
 
@@ -107,6 +126,7 @@ class JointResult:
     mean_load: float | None = None
     mean_direction: tuple[float, ...] | None = None
     curve: tuple[CurvePoint, ...] = ()
+    torque_r2: TorqueR2 | None = None
     law: str = field(default="", repr=False, compare=False)
 
     def friction(

@@ -1,0 +1,86 @@
+"""The first screen: every joint's friction curve, one line a joint, and what to do about it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.advice import advice
+from stribeck.report.curves import FrictionCurve, curve_figures, friction_curve, script_data
+from stribeck.report.page import Section, render
+from stribeck.report.text import matched, number
+from stribeck.result import CurvePoint, Evidence, JointResult, Result
+
+ORDER = {"identified": 0, "weak": 1, "not excited": 2}
+"""Of verdicts, for sorting."""
+
+
+def first_screen(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
+    """Return the section with the curves and the lines of all joints; those without friction share one."""
+    curves: dict[str, FrictionCurve] = {}
+    for name, joint in result.joints.items():
+        curve = friction_curve(name, joint, evidence, law)
+        if curve is not None:
+            curves[name] = curve
+    figures = curve_figures(result, curves)
+    rows = [
+        _row(f"joint-{index}", index, name, joint)
+        for index, (name, joint) in enumerate(result.joints.items())
+        if joint.verdict != "no friction"
+    ]
+    without = [
+        {"anchor": f"joint-{index}", "name": name, "bound": _bound(joint)}
+        for index, (name, joint) in enumerate(result.joints.items())
+        if joint.verdict == "no friction"
+    ]
+    bounds = [found for joint in result.joints.values() if joint.verdict == "no friction" and (found := _bounds(joint))]
+    body = render(
+        "first_screen.html.j2",
+        figures=figures,
+        data=script_data(figures),
+        rows=rows,
+        without=without,
+        most=max(bounds, default=None, key=lambda bound: bound[0]),
+        compared=any(row["r2"] is not None for row in rows),
+        total=len(rows) + len(without),
+    )
+    return Section(anchor="friction", title="Friction of every joint", body=body)
+
+
+def _row(anchor: str, index: int, name: str, joint: JointResult) -> dict[str, Any]:
+    speeds = [_cell(point) for point in joint.curve]
+    return {
+        "anchor": anchor,
+        "index": index,
+        "name": name,
+        "verdict": joint.verdict,
+        "order": ORDER.get(joint.verdict, len(ORDER)),
+        "reason": joint.reason,
+        "speeds": speeds if len(speeds) == 3 else [None] * 3,
+        "unit": joint.curve[0].unit if joint.curve else "",
+        "r2": joint.torque_r2,
+        "advice": advice(joint),
+    }
+
+
+def _cell(point: CurvePoint) -> dict[str, Any]:
+    """Return the friction at a speed as text, and as a number to sort by."""
+    return {
+        "value": matched(point.value, point.half_width),
+        "error": number(point.half_width, 2),
+        "velocity": number(point.velocity, 2),
+        "speed_unit": "rad/s" if point.unit == "N m" else "m/s",
+        "sort": f"{point.value:.6g}",
+    }
+
+
+def _bounds(joint: JointResult) -> tuple[float, str] | None:
+    """Return what the friction of a joint stays below, and its unit."""
+    if not joint.curve:
+        return None
+    return max(point.interval_95[1] for point in joint.curve), joint.curve[0].unit
+
+
+def _bound(joint: JointResult) -> str:
+    bound = _bounds(joint)
+    return f"below {number(bound[0], 2)} {bound[1]}" if bound else joint.reason

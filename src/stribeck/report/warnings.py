@@ -1,0 +1,23 @@
+"""What to act on: findings with the lines that mend them, then the other warnings."""
+
+from __future__ import annotations
+
+from stribeck.finding import Finding
+from stribeck.report.page import Section, render
+from stribeck.result import Result
+
+
+def warnings(result: Result) -> Section | None:
+    """Return the section with findings, then warnings that are no finding, or None without any."""
+    findings, texts = parted(result)
+    if not findings and not texts:
+        return None
+    body = render("warnings.html.j2", findings=findings, warnings=texts)
+    return Section(anchor="warnings", title="Warnings", body=body)
+
+
+def parted(result: Result) -> tuple[list[Finding], list[str]]:
+    """Return the findings, those that make every number wrong first, and the warnings that are no finding."""
+    said = {str(finding) for finding in result.findings}
+    findings = sorted(result.findings, key=lambda finding: not finding.stops)
+    return findings, list(dict.fromkeys(text for text in result.warnings if text not in said))
