@@ -14,8 +14,8 @@ from stribeck.samples import Samples
 MOST_KEPT = 60_000
 """Samples that are kept: filtered samples lie closer together than they differ, so a fit loses nothing."""
 
-PER_SAMPLE = ("time", "velocity", "acceleration", "friction_torque", "torque")
-PER_SAMPLE += ("jerk", "snap", "usable", "block", "support")
+_ALWAYS = ("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support")
+PER_SAMPLE = (*_ALWAYS, "torque", "jerk", "snap")
 """What `Samples` has of each sample."""
 
 

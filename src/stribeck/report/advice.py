@@ -20,7 +20,7 @@ def advice(joint: JointResult) -> str:
         return "nothing: its friction is below what the log resolves"
     if joint.verdict == "identified":
         loose = [name for name, found in joint.parameters.items() if found.verdict != "identified"]
-        return "use it, as a curve" if loose else "use it"
+        return "use its curve" if loose else "use it"
     return _of_weak(joint)
 
 
@@ -29,9 +29,9 @@ def _of_weak(joint: JointResult) -> str:
     if not joint.curve:
         return "move it faster and longer"
     if not any(point.interval_95[0] > 0 for point in joint.curve):
-        return "check its torque, its sign and the model; log it longer"
+        return "check the torque signal; log it longer and faster"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
-        return "check model, sign and delay: its law predicts no better than none"
+        return "check the model, signs and delays"
     point = max(joint.curve, key=_relative_width)
     unit = "rad/s" if point.unit == "N m" else "m/s"
     return f"log more motion near {number(point.velocity, 2)} {unit}"

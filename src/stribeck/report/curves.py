@@ -14,7 +14,7 @@ from stribeck.report.text import number
 from stribeck.result import Evidence, JointResult, Result
 from stribeck.typing import Array
 
-FILLED = 0.25
+FILLED = 0.4
 """Share of a common scale [1] that a curve must fill at least: one that fills less gets the next finer scale."""
 
 POINTS = 31
@@ -30,7 +30,7 @@ MARGIN = 0.06
 """Share of a scale [1] that stays free above the largest curve."""
 
 ABSURD = 1e12
-"""Speed or torque from which nothing is drawn, and below whose inverse neither."""
+"""Speed or torque from which nothing is drawn, nor below its inverse."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,6 +45,8 @@ class FrictionCurve:
         Ends of its 95 % band [N m], shape (K,); None where no covariance is known.
     prismatic
         Whether the joint slides: such joints have scales of their own.
+    significant
+        Whether friction is significant at any of the speeds at which the joint was judged.
     """
 
     velocity: Array
@@ -52,6 +54,7 @@ class FrictionCurve:
     low: Array | None
     high: Array | None
     prismatic: bool
+    significant: bool
 
     @property
     def fastest(self) -> float:
@@ -70,7 +73,8 @@ class FrictionCurve:
     def drawable(self) -> bool:
         """Whether it has a size that can be drawn."""
         sizes = np.array([self.fastest, self.largest])
-        return bool(np.isfinite(self.torque).all() and np.all((sizes > 1 / ABSURD) & (sizes < ABSURD)))
+        least = np.array([1 / ABSURD, 1 / ABSURD if self.significant else 0.0])
+        return bool(np.isfinite(self.torque).all() and np.all((sizes >= least) & (sizes < ABSURD)))
 
 
 def friction_curve(name: str, joint: JointResult, evidence: Evidence, law: FrictionLaw) -> FrictionCurve | None:
@@ -83,6 +87,7 @@ def friction_curve(name: str, joint: JointResult, evidence: Evidence, law: Frict
     values, covariance = fitted_values(name, joint, evidence, law)
     curve = None
     prismatic = name in evidence.prismatic
+    significant = not joint.curve or any(point.interval_95[0] > 0 for point in joint.curve)
     if values is not None and np.ptp(joint.velocity_range) > 0:
         kept = np.array([parameter.name != "offset" for parameter in law.parameters])
         velocity = velocity_grid(*joint.velocity_range)
@@ -97,6 +102,7 @@ def friction_curve(name: str, joint: JointResult, evidence: Evidence, law: Frict
             low=None if half is None else torque - half,
             high=None if half is None else torque + half,
             prismatic=prismatic,
+            significant=significant,
         )
     elif joint.curve:
         points = sorted(joint.curve, key=lambda point: point.velocity)
@@ -106,6 +112,7 @@ def friction_curve(name: str, joint: JointResult, evidence: Evidence, law: Frict
             low=np.array([point.interval_95[0] for point in points]),
             high=np.array([point.interval_95[1] for point in points]),
             prismatic=prismatic,
+            significant=significant,
         )
     return curve if curve is not None and curve.drawable else None
 
@@ -118,19 +125,22 @@ def velocity_grid(low: float, high: float) -> Array:
     return np.unique(grid[(grid >= low) & (grid <= high)])
 
 
-def common_scales(sizes: list[float]) -> list[float]:
-    """Return the scale of each curve: common to all but those that would fill too little of it, which share a finer one.
+def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
+    """Return the scale of each curve: one for all but those that would fill too little of it, which share a finer one.
 
     Parameters
     ----------
     sizes
-        Largest value of each curve, positive.
+        Largest value of each curve.
+    shown
+        Whether its shape is worth a finer scale.
     """
     scales: list[float] = []
-    for size in sorted(sizes, reverse=True):
+    for size in sorted((size for size, worth in zip(sizes, shown, strict=True) if worth), reverse=True):
         if not scales or size < FILLED * scales[-1]:
             scales.append(size)
-    return [min(scale for scale in scales if scale >= size) for size in sizes]
+    scales = scales or [max(sizes, default=1.0) or 1.0]
+    return [min((scale for scale in scales if scale >= size), default=scales[0]) for size in sizes]
 
 
 def curve_figures(result: Result, curves: dict[str, FrictionCurve]) -> list[dict[str, object]]:
@@ -158,8 +168,9 @@ def curve_figures(result: Result, curves: dict[str, FrictionCurve]) -> list[dict
 
 def _scales(curves: list[FrictionCurve], known: dict[int, tuple[float, float]]) -> dict[int, tuple[float, float]]:
     """Return the speed and the torque at the ends of each curve's axes, curves of one unit on common scales."""
-    speeds = common_scales([curve.fastest for curve in curves])
-    torques = common_scales([curve.largest for curve in curves])
+    worth = [curve.significant for curve in curves]
+    speeds = common_scales([curve.fastest for curve in curves], worth)
+    torques = common_scales([curve.largest for curve in curves], worth)
     room = 1 + MARGIN
     ends = ((room * speed, room * torque) for speed, torque in zip(speeds, torques, strict=True))
     return known | {id(curve): scale for curve, scale in zip(curves, ends, strict=True)}

@@ -8,11 +8,16 @@ from stribeck.friction.law import FrictionLaw
 from stribeck.report.advice import advice
 from stribeck.report.curves import FrictionCurve, curve_figures, friction_curve, script_data
 from stribeck.report.page import Section, render
-from stribeck.report.text import matched, number
+from stribeck.report.text import brief, number
+from stribeck.report.warnings import flagged_joints
 from stribeck.result import CurvePoint, Evidence, JointResult, Result
 
 ORDER = {"identified": 0, "weak": 1, "not excited": 2}
 """Of verdicts, for sorting."""
+
+
+LONGEST_NAME = 24
+"""Letters of a joint's name that have room in one line; a longer one is broken, never cut."""
 
 
 def first_screen(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
@@ -22,9 +27,10 @@ def first_screen(result: Result, evidence: Evidence, law: FrictionLaw) -> Sectio
         curve = friction_curve(name, joint, evidence, law)
         if curve is not None:
             curves[name] = curve
+    flagged = flagged_joints(result)
     figures = curve_figures(result, curves)
     rows = [
-        _row(f"joint-{index}", index, name, joint)
+        _row(f"joint-{index}", index, name, joint, flagged=name in flagged)
         for index, (name, joint) in enumerate(result.joints.items())
         if joint.verdict != "no friction"
     ]
@@ -41,13 +47,16 @@ def first_screen(result: Result, evidence: Evidence, law: FrictionLaw) -> Sectio
         rows=rows,
         without=without,
         most=max(bounds, default=None, key=lambda bound: bound[0]),
+        unit=_common([row["unit"] for row in rows if row["unit"]]),
+        units=("m/s", "N") if all(curve.prismatic for curve in curves.values()) else ("rad/s", "N m"),
+        longest=LONGEST_NAME,
         compared=any(row["r2"] is not None for row in rows),
         total=len(rows) + len(without),
     )
     return Section(anchor="friction", title="Friction of every joint", body=body)
 
 
-def _row(anchor: str, index: int, name: str, joint: JointResult) -> dict[str, Any]:
+def _row(anchor: str, index: int, name: str, joint: JointResult, *, flagged: bool) -> dict[str, Any]:
     speeds = [_cell(point) for point in joint.curve]
     return {
         "anchor": anchor,
@@ -60,14 +69,17 @@ def _row(anchor: str, index: int, name: str, joint: JointResult) -> dict[str, An
         "unit": joint.curve[0].unit if joint.curve else "",
         "r2": joint.torque_r2,
         "advice": advice(joint),
+        "flagged": flagged,
     }
 
 
 def _cell(point: CurvePoint) -> dict[str, Any]:
-    """Return the friction at a speed as text, and as a number to sort by."""
+    """Return the friction at a speed as text, where it is not significant its bound, and as a number to sort by."""
+    significant = point.interval_95[0] > 0
+    value, error = brief(point.value, point.half_width)
     return {
-        "value": matched(point.value, point.half_width),
-        "error": number(point.half_width, 2),
+        "value": value if significant else f"< {number(point.interval_95[1], 2)}",
+        "error": error if significant else "",
         "velocity": number(point.velocity, 2),
         "speed_unit": "rad/s" if point.unit == "N m" else "m/s",
         "sort": f"{point.value:.6g}",
@@ -84,3 +96,8 @@ def _bounds(joint: JointResult) -> tuple[float, str] | None:
 def _bound(joint: JointResult) -> str:
     bound = _bounds(joint)
     return f"below {number(bound[0], 2)} {bound[1]}" if bound else joint.reason
+
+
+def _common(units: list[str]) -> str:
+    """Return the unit that all have, "" if they differ."""
+    return units[0] if units and len(set(units)) == 1 else ""

@@ -1,4 +1,4 @@
-"""The head of the report: which robot and log, and in three sentences what was found, what to trust, what to do next."""
+"""The head of the report: which robot and log, what was found, what to trust, what to do next."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from markupsafe import Markup
 from stribeck.friction.law import FrictionLaw
 from stribeck.report.advice import advice
 from stribeck.report.page import render
-from stribeck.report.text import matched, number
+from stribeck.report.text import brief, number
 from stribeck.report.warnings import parted
-from stribeck.result import CurvePoint, Result, Verdict
+from stribeck.result import CurvePoint, JointResult, Result, Verdict
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "no friction", "not excited")
 
@@ -25,6 +25,8 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
     paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
     verdicts = [joint.verdict for joint in result.joints.values()]
     r2 = [joint.torque_r2.best for joint in result.joints.values() if joint.torque_r2]
+    nominal = [joint.torque_r2.nominal for joint in result.joints.values() if joint.torque_r2]
+    unseen = [share for joint in result.joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
     findings, texts = parted(result)
     return render(
         "heading.html.j2",
@@ -36,12 +38,25 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
         range=_friction_range(result),
         bound=_bound(result),
         r2=median(r2) if r2 else None,
+        r2_nominal=median(nominal) if nominal else None,
+        unseen=median(unseen) if unseen else None,
         trusted=_named(result, "identified"),
         distrusted=[(verdict, _named(result, verdict)) for verdict in ("weak", "not excited") if verdict in verdicts],
         mending=next((found for found in findings if found.cure), None),
         steps=_steps(result),
         warnings=len(findings) + len(texts),
     )
+
+
+def unseen_r2(joint: JointResult) -> float | None:
+    """Return the share of the friction torque's mean square that the law explains on parts that no fit saw [1].
+
+    None of a joint without friction, of which there is nothing to explain.
+    """
+    found = joint.validation
+    if found is None or found.rms_zero_friction <= 0 or joint.verdict == "no friction":
+        return None
+    return 1 - (found.rms / found.rms_zero_friction) ** 2
 
 
 def _friction_range(result: Result) -> list[tuple[str, str]]:
@@ -57,7 +72,7 @@ def _friction_range(result: Result) -> list[tuple[str, str]]:
 
 
 def _text(point: CurvePoint) -> str:
-    return f"{matched(point.value, point.half_width)} ± {number(point.half_width, 2)} {point.unit}"
+    return f"{' ± '.join(brief(point.value, point.half_width))} {point.unit}"
 
 
 def _bound(result: Result) -> str:

@@ -44,6 +44,22 @@ def matched(value: float, error: float) -> str:
     return (text if float(text) else text.lstrip("-")).replace("-", MINUS)
 
 
+def brief(value: float, error: float) -> tuple[str, str]:
+    """Return a value and its error for a table: `1.183`, `0.006`; an error whose first digit is 1 keeps its second.
+
+    No value has more than four digits: an error that is finer is rounded up.
+    """
+    if not (math.isfinite(value) and math.isfinite(error)) or not 1e-6 < error < 1e6 or abs(value) >= 1e6:
+        return number(value), number(error, 2)
+    exponent = math.floor(math.log10(error))
+    wanted = -exponent + (error < 2 * 10**exponent)
+    most = 3 - math.floor(math.log10(max(abs(value), error)))
+    decimals = max(min(wanted, most), 0)
+    shown = round(error, decimals) if wanted <= most else math.ceil(error * 10**decimals) / 10**decimals
+    text = f"{value:.{decimals}f}"
+    return (text if float(text) else text.lstrip("-")).replace("-", MINUS), f"{shown:.{decimals}f}"
+
+
 def percent(share: float) -> str:
     """Return a share as a percentage: `97 %`, and one decimal where the whole number would hide it."""
     value = 100 * share
@@ -116,14 +132,14 @@ def gain(value: float) -> str:
     return "0" if abs(value) < 0.05 else text.replace("-", MINUS)
 
 
-def share(value: float) -> str:
-    """Return a coefficient of determination, e.g. `0.987`, with the digits that it needs near one: `0.9996`."""
+def share(value: float, decimals: int = 3) -> str:
+    """Return a coefficient of determination, e.g. `0.987`; near one with a digit more, and never rounded to one."""
     if not math.isfinite(value):
         return number(value)
     if value < -9.995:
-        return f"below {MINUS}10"
-    digits = 3 if value < 0.9995 else 4
-    return f"{min(value, 0.9999) if value < 1 else value:.{digits}f}".replace("-", MINUS)
+        return f"< {MINUS}10"
+    decimals += value >= 1 - 0.5 * 10**-decimals
+    return f"{min(value, 1 - 10**-decimals) if value < 1 else value:.{decimals}f}".replace("-", MINUS)
 
 
 FILTERS: dict[str, Callable[..., str]] = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from stribeck.finding import Finding
 from stribeck.report.page import Section, render
 from stribeck.result import Result
@@ -21,3 +23,11 @@ def parted(result: Result) -> tuple[list[Finding], list[str]]:
     said = {str(finding) for finding in result.findings}
     findings = sorted(result.findings, key=lambda finding: not finding.stops)
     return findings, list(dict.fromkeys(text for text in result.warnings if text not in said))
+
+
+def flagged_joints(result: Result) -> set[str]:
+    """Return the joints that a finding is about, or a warning names."""
+    named = set(re.findall(r"[^\s,;:()]+", " ".join(result.warnings)))
+    return {
+        name for name in result.all_friction if name in named or any(name in each.joints for each in result.findings)
+    }

@@ -41,6 +41,12 @@
   const names = places.map((place) => place.closest("figure").querySelector("a").textContent);
   const toggle = document.getElementById("scales"), reading = document.getElementById("reading");
   const number = (value) => (value == null ? "" : String(Number(value.toPrecision(3))).replace("-", "\u2212"));
+  const splits = (plot, axis, low, high) => {
+    const half = (high - low) / 2, power = 10 ** Math.floor(Math.log10(half));
+    const step = [5, 2, 1].find((each) => each * power <= half * (1 + 1e-9)) * power;
+    const first = Math.ceil(low / step), count = Math.floor(high / step) - first + 1;
+    return Array.from({ length: count }, (_, k) => (first + k) * step);
+  };
   let plots = [];
 
   const say = (index, plot) => {
@@ -62,7 +68,7 @@
       const { lines, scale, own: fitting, units } = curves[index];
       const [reach, most] = own ? fitting : scale;
       const band = lines[2] && lines[3];
-      const line = (show) => ({ stroke: colour("--law"), width: show ? 2 : 0, points: { show: false } });
+      const line = (show) => ({ stroke: colour("--law"), width: show ? 2 : 0, pxAlign: 0, points: { show: false } });
       const values = (_, splits) => splits.map(number);
       const plot = new uPlot(
         {
@@ -79,8 +85,8 @@
           scales: { x: { time: false, range: (_, low, high) => (plots[index] ? [low, high] : [-reach, reach]) },
             y: { range: [-most, most] } },
           axes: [
-            { font, stroke: colour("--muted"), grid, ticks, size: 20, gap: 2, space: 44, values },
-            { font, stroke: colour("--muted"), grid, ticks, size: 38, gap: 4, space: 28, values },
+            { font, stroke: colour("--muted"), grid, ticks, size: 20, gap: 2, space: 36, values, splits },
+            { font, stroke: colour("--muted"), grid, ticks, size: 38, gap: 4, space: 28, values, splits },
           ],
           series: [{}, line(true), ...(band ? [line(false), line(false)] : [])],
           bands: band ? [{ series: [3, 2], fill: colour("--band") }] : [],
