@@ -29,7 +29,7 @@ def _of_weak(joint: JointResult) -> str:
     if not joint.curve:
         return "move it faster and longer"
     if not any(point.interval_95[0] > 0 for point in joint.curve):
-        return "check the torque signal; log it longer and faster"
+        return "check its torque; log it longer"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
     point = max(joint.curve, key=_relative_width)

@@ -9,7 +9,7 @@ from stribeck.report.advice import advice
 from stribeck.report.curves import FrictionCurve, curve_figures, friction_curve, script_data
 from stribeck.report.page import Section, render
 from stribeck.report.text import brief, number
-from stribeck.report.warnings import flagged_joints
+from stribeck.report.warnings import flagged_joints, warnings
 from stribeck.result import CurvePoint, Evidence, JointResult, Result
 
 ORDER = {"identified": 0, "weak": 1, "not excited": 2}
@@ -21,7 +21,7 @@ LONGEST_NAME = 24
 
 
 def first_screen(result: Result, evidence: Evidence, law: FrictionLaw) -> Section:
-    """Return the section with the curves and the lines of all joints; those without friction share one."""
+    """Return the section with the curves, the lines of all joints, those without friction in one, and the warnings."""
     curves: dict[str, FrictionCurve] = {}
     for name, joint in result.joints.items():
         curve = friction_curve(name, joint, evidence, law)
@@ -46,6 +46,7 @@ def first_screen(result: Result, evidence: Evidence, law: FrictionLaw) -> Sectio
         data=script_data(figures),
         rows=rows,
         without=without,
+        warnings=warnings(result),
         most=max(bounds, default=None, key=lambda bound: bound[0]),
         unit=_common([row["unit"] for row in rows if row["unit"]]),
         units=("m/s", "N") if all(curve.prismatic for curve in curves.values()) else ("rad/s", "N m"),

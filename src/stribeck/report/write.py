@@ -19,7 +19,6 @@ from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.sides import sides
 from stribeck.report.timeline import timeline
 from stribeck.report.verdict_table import terms, verdict_table
-from stribeck.report.warnings import warnings
 from stribeck.result import Evidence, Result
 from stribeck.samples import Samples
 
@@ -63,7 +62,6 @@ def write_report(
     law = get_law(result.law)
     shown = replace(result, joints=result.all_friction, couplings={})
     with house_style():
-        first = [first_screen(shown, evidence, law), warnings(result)]
         on_demand = [
             joint_panels(shown, evidence, law, reference),
             verdict_table(shown, evidence, law, reference),
@@ -77,7 +75,7 @@ def write_report(
         ]
         page = render_page(
             f"Joint friction of {result.robot}",
-            [section for section in first if section is not None],
+            [first_screen(shown, evidence, law)],
             folded=[section for section in on_demand if section is not None],
             lead=heading(shown, law),
             plots=True,
