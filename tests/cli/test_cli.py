@@ -71,10 +71,9 @@ def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.C
     assert os.listdir(tmp_path) == ["out"]
     printed = capsys.readouterr().out
     assert "identified" in printed
-    assert "coulomb" in printed
-    assert "s/rad" in printed
-    assert " N m at " in printed
-    assert " N at " in printed
+    assert " N m │" in printed
+    assert " N │" in printed
+    assert "use it" in printed
     document = json.loads((tmp_path / "out/result.json").read_text())
     assert document["schema"] == 1
     assert list(document["joints"]) == ["shoulder", "elbow", "slide"]

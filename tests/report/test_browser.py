@@ -72,7 +72,11 @@ def show(page: Any, width: int, scheme: str = "light", media: str = "screen") ->
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     features = [{"name": "prefers-color-scheme", "value": scheme}]
     page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": features})
-    page.refresh()
+    page.get(page.current_url.partition("#")[0])
+
+
+def open_all(page: Any) -> None:
+    page.execute_script("document.querySelectorAll('details').forEach(part => part.open = true)")
 
 
 @pytest.mark.parametrize(("width", "media"), [(390, "screen"), (1280, "screen"), (690, "print")])
@@ -80,13 +84,16 @@ def test_nothing_is_wider_than_the_page(page: Any, width: int, media: str) -> No
     show(page, width, media=media)
     assert page.execute_script("return innerWidth") == width
     assert page.execute_script("return document.documentElement.scrollWidth") <= width
+    open_all(page)
+    assert page.execute_script("return document.documentElement.scrollWidth") <= width
 
 
 @pytest.mark.parametrize("width", [390, 1280])
 def test_every_figure_is_drawn(page: Any, width: int) -> None:
     show(page, width)
+    open_all(page)
     sizes = page.execute_script(
-        "return [...document.querySelectorAll('figure svg')].map(s => [s.getBoundingClientRect().width,"
+        "return [...document.querySelectorAll('.figures svg')].map(s => [s.getBoundingClientRect().width,"
         " s.getBoundingClientRect().height, s.querySelectorAll('path').length])"
     )
     assert len(sizes) > 20
@@ -95,8 +102,9 @@ def test_every_figure_is_drawn(page: Any, width: int) -> None:
 
 def test_texts_of_a_figure_are_large_enough_on_a_phone_and_lie_inside(page: Any) -> None:
     show(page, 390)
+    open_all(page)
     texts = page.execute_script(
-        "return [...document.querySelectorAll('figure svg text')].map(t => {const s = t.ownerSVGElement;"
+        "return [...document.querySelectorAll('.figures svg text')].map(t => {const s = t.ownerSVGElement;"
         " const scale = s.getBoundingClientRect().width / s.viewBox.baseVal.width;"
         " const a = t.getBoundingClientRect(), b = s.getBoundingClientRect();"
         " return [parseFloat(getComputedStyle(t).fontSize) * scale,"
@@ -105,6 +113,63 @@ def test_texts_of_a_figure_are_large_enough_on_a_phone_and_lie_inside(page: Any)
     assert len(texts) > 180
     assert min(size for size, _, _ in texts) > 8
     assert [text for _, outside, text in texts if outside > 3] == []
+
+
+@pytest.mark.parametrize("width", [390, 768, 1280, 1920])
+def test_the_first_screen_is_drawn_and_its_texts_are_large_enough(page: Any, width: int) -> None:
+    show(page, width)
+    plots = page.execute_script(
+        "return [...document.querySelectorAll('.curve')].map(f => [f.querySelectorAll('canvas').length,"
+        " f.getBoundingClientRect().width, getComputedStyle(f.querySelector('svg')).display])"
+    )
+    assert len(plots) == 5
+    assert all(canvases == 1 and wide > 130 and drawing == "none" for canvases, wide, drawing in plots)
+    sizes = page.execute_script(
+        "return [...document.querySelectorAll('header *, .first *')].filter(e => e.offsetParent && [...e.childNodes]"
+        ".some(n => n.nodeType === 3 && n.data.trim()))"
+        ".map(e => [parseFloat(getComputedStyle(e).fontSize), e.outerHTML])"
+    )
+    assert len(sizes) > 40
+    assert [text for size, text in sizes if size < 11.5] == []
+
+
+def test_lead_curves_and_first_lines_stand_on_the_first_screen(page: Any) -> None:
+    show(page, 1280)
+    ends = page.execute_script(
+        "return ['.lead', '.curve', '.joints tbody tr']"
+        ".map(s => document.querySelector(s).getBoundingClientRect().bottom)"
+    )
+    assert max(ends) < 800
+
+
+def test_rows_are_sorted_scales_switched_and_panels_opened_by_their_links(page: Any) -> None:
+    show(page, 1280)
+    names = "return [...document.querySelectorAll('.joints tbody th')].map(e => e.textContent)"
+    before = page.execute_script(names)
+    page.execute_script("document.querySelector('.joints th button').click()")
+    assert page.execute_script(names) == before
+    page.execute_script("document.querySelector('.joints th button').click()")
+    assert page.execute_script(names) == before[::-1]
+    assert page.execute_script("return document.querySelector('th[aria-sort]').ariaSort") == "descending"
+    page.execute_script("document.getElementById('scales').click()")
+    assert page.execute_script("return document.querySelectorAll('.curve canvas').length") == 5
+    assert not page.execute_script("return document.querySelector('#joint-1').checkVisibility()")
+    page.execute_script("document.querySelector('.joints a[href=\"#joint-1\"]').click()")
+    page.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 50))")
+    assert page.execute_script("return document.querySelector('#joint-1').checkVisibility()")
+
+
+def test_nothing_is_loaded(page: Any) -> None:
+    show(page, 1280)
+    assert page.execute_script("return performance.getEntriesByType('resource').map(each => each.name)") == []
+
+
+def test_curves_are_drawn_without_script_and_in_print(page: Any) -> None:
+    show(page, 690, media="print")
+    kinds = page.execute_script(
+        "return ['svg', '.uplot'].map(s => getComputedStyle(document.querySelector('.curve ' + s)).display)"
+    )
+    assert kinds == ["block", "none"]
 
 
 def test_light_and_dark_differ_and_figures_follow(page: Any) -> None:

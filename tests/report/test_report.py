@@ -3,13 +3,17 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stribeck.errors import SettingsError
+from stribeck.finding import Finding
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
+from stribeck.report.curves import common_scales, friction_curve
 from stribeck.report.heading import heading
-from stribeck.result import Corrections, CurvePoint, JointResult, Result, Validation
+from stribeck.result import Corrections, CurvePoint, JointResult, Result, TorqueR2, Validation
+from stribeck.result.advice import advice
 
 VOID = {"meta", "link", "br", "wbr", "img", "hr"}
 SELF_CLOSED_IN_SVG = {"path", "use", "rect", "image", "circle"}
@@ -49,6 +53,15 @@ class Page(HTMLParser):
         self.text += data
 
 
+def _of(page: Page, tag: str) -> list[dict[str, str]]:
+    return [{key: str(value) for key, value in values.items()} for name, values in page.tags if name == tag]
+
+
+def parts(page: Page) -> list[str]:
+    """Return the anchors of the page's sections, open and folded."""
+    return [values["aria-labelledby"].removesuffix("-title") for values in _of(page, "section")]
+
+
 def written(result: Result, folder: Path) -> str:
     path = folder / "report.html"
     write_report(result, path)
@@ -71,26 +84,35 @@ def test_the_page_is_well_formed_and_its_links_lead_somewhere(html: str) -> None
 def test_the_page_refers_to_nothing_outside(html: str) -> None:
     page = Page(html)
     assert all(reference.startswith(("#", "data:")) for reference in page.references)
-    assert "http" not in html
     assert "url(" not in html.replace("url(#", "")
     assert "@import" not in html
-    assert "<script" not in html
+    assert not {"src", "data-src", "srcset"} & {key for tag, values in page.tags if tag != "img" for key in values}
+    assert [tag for tag, values in page.tags if tag == "link" and values["href"] != "data:,"] == []
 
 
 def test_every_figure_and_table_says_what_it_is(html: str) -> None:
     page = Page(html)
     names = [tag for tag, _ in page.tags]
     drawings = [values for tag, values in page.tags if tag == "svg" and values.get("aria-hidden") != "true"]
+    curves = names.count("button") and sum(
+        values.get("class", "").startswith("curve ") for values in _of(page, "figure")
+    )
     assert names.count("figure") == names.count("figcaption") == len(drawings) > 20
+    assert curves == 5
     assert all(values["role"] == "img" and values["aria-label"] for values in drawings)
-    assert names.count("table") == names.count("caption") == 5
+    assert names.count("table") == names.count("caption") == 6
     assert names.count("h1") == 1
 
 
-def test_the_verdict_table_comes_first_and_numbers_keep_their_unit(html: str) -> None:
+FOLDED = ["joints", "verdicts", "sides", "power", "timeline", "provenance"]
+
+
+def test_the_first_screen_comes_first_and_the_rest_is_folded(html: str) -> None:
     page = Page(html)
-    sections = [values["id"] for tag, values in page.tags if tag == "section"]
-    assert sections == ["verdicts", "warnings", "joints", "sides", "power", "timeline", "provenance"]
+    assert parts(page) == ["friction", "warnings", *FOLDED]
+    folded = [values for values in _of(page, "details") if values["class"] == "section"]
+    assert len(folded) == len(FOLDED)
+    assert not any("open" in values for values in _of(page, "details"))
     for expected in (
         "identified",
         "weak",
@@ -103,20 +125,135 @@ def test_the_verdict_table_comes_first_and_numbers_keep_their_unit(html: str) ->
         assert expected in page.text
 
 
-def test_joints_without_friction_do_not_count_in_what_is_explained(result: Result) -> None:
+def with_curve(joint: JointResult, *values: float) -> JointResult:
+    points = zip((0.2, 1.0, 2.0), values, strict=True)
+    curve = tuple(
+        CurvePoint(velocity=v, value=r, standard_error=0.2, interval_95=(max(r - 0.4, 0.0), r + 0.4), unit="N m")
+        for v, r in points
+    )
+    return replace(joint, curve=curve)
+
+
+def first_screen_of(html: str) -> str:
+    return html[: html.index('<details class="section">')]
+
+
+def test_the_first_screen_has_a_line_a_joint_and_one_for_those_without_friction(result: Result, tmp_path: Path) -> None:
+    joints = {
+        name: with_curve(joint, 5.0, 6.0, 8.0) if joint.parameters else joint for name, joint in result.joints.items()
+    }
+    rubbing, *others, torso = joints
+    joints[rubbing] = replace(joints[rubbing], torque_r2=TorqueR2(nominal=0.5, corrected=0.9871))
+    for name in others[:2]:
+        joints[name] = replace(with_curve(joints[name], 0.0, 0.0, 0.1), verdict="no friction", parameters={})
+    html = first_screen_of(written(replace(result, joints=joints), tmp_path))
+    table = html[html.index('<table class="joints">') : html.index("</table>")]
+    rows = table.split("<tr")[2:]
+    named = [row for row in rows if "</th>" in row]
+    assert [name for row in named for name in joints if f">{name}<" in row] == [rubbing, *others[2:], torso]
+    for row in named:
+        joint = next(joint for name, joint in joints.items() if f">{name}<" in row)
+        assert joint.verdict in row
+        assert advice(joint) in row
+    for expected in ("5.0", "6.0", "8.0", "± 0.4", "0.50 →", "0.987"):
+        assert expected in named[0]
+    assert "2 of 6 joints have no friction that the log resolves: below 0.50 N m" in rows[-1]
+    assert all(name in Page(f"<table><tbody><tr{rows[-1]}</table>").text for name in others[:2])
+
+
+def test_friction_that_is_not_significant_is_a_bound(result: Result, tmp_path: Path) -> None:
+    name = next(iter(result.joints))
+    joints = {name: replace(with_curve(result.joints[name], 0.1, 0.1, 3.0), verdict="weak")}
+    html = first_screen_of(written(replace(result, joints=joints), tmp_path))
+    assert html.count("&lt; 0.50") == 2
+    assert "3.0" in html
+
+
+def test_the_lead_says_friction_trust_and_the_next_step(result: Result) -> None:
+    law = get_law(result.law)
+    first, second, *_ = [name for name, joint in result.joints.items() if joint.verdict == "identified"]
+    joints = {
+        first: with_curve(result.joints[first], 5.0, 6.0, 8.0),
+        second: with_curve(result.joints[second], 1.0, 2.0, 3.0),
+        "torso_yaw": result.joints["torso_yaw"],
+    }
+    lead = " ".join(heading(replace(result, joints=joints, warnings=[]), law).split())
+    assert f"2.0 ± 0.4 N m ({second}) to 6.0 ± 0.4 N m ({first}) at middle speed" in lead
+    assert f"{first}, {second}, each within its band; not torso_yaw (not excited)" in lead
+    assert f"torso_yaw: {advice(result.joints['torso_yaw'])}." in lead
+    del joints["torso_yaw"]
+    lead = heading(replace(result, joints=joints, warnings=[]), law)
+    assert "nothing to mend" in lead
+    cured = Finding(check="sign", text="the sign is wrong", cure="[log.torque] scale = -1")
+    assert cured.cure in heading(replace(result, joints=joints, findings=[cured]), law)
+
+
+def test_findings_come_before_warnings_with_what_mends_them(result: Result, tmp_path: Path) -> None:
+    delay = Finding(
+        check="delay", text="torques are late", cure="[log.torque] delay = 0.002", joints=("left_hip_roll",)
+    )
+    sign = Finding(check="sign", text="torques <are> reversed", cure="[log.torque] scale = -1", stops=True)
+    changed = replace(result, findings=[delay, sign], warnings=[str(delay), str(sign), "something else"])
+    html = written(changed, tmp_path)
+    section = html[html.index('<section id="warnings"') :]
+    section = section[: section.index("</section>")]
+    assert section.count("<li") == 3
+    assert section.index("reversed") < section.index("late") < section.index("something else")
+    for finding in (delay, sign):
+        assert f'<code class="cure">{finding.cure}</code>' in section
+        assert f"findings.html#{finding.check}" in section
+    assert html.count('<a href="#warnings">warned</a>') == 1
+
+
+def test_curves_are_on_common_scales_unless_they_fill_too_little() -> None:
+    sizes = [10.0, 9.0, 5.0, 1.0, 0.9, 0.01]
+    assert common_scales(sizes, [True] * 6) == [10.0, 10.0, 10.0, 1.0, 1.0, 0.01]
+    assert common_scales(sizes, [True] * 5 + [False]) == [10.0, 10.0, 10.0, 1.0, 1.0, 1.0]
+    assert common_scales([0.0], [False]) == [1.0]
+    assert common_scales([], []) == []
+
+
+def test_a_curve_is_the_law_without_its_offset_and_its_band_that_of_the_judged_speeds(result: Result) -> None:
+    """Half of the band is the interval of r(v), by the same covariance."""
+    assert result.evidence is not None
+    law, name = get_law(result.law), "left_hip_yaw"
+    joint, covariance = result.joints[name], result.evidence.covariance[name]
+    curve = friction_curve(name, joint, result.evidence, law)
+    assert curve is not None
+    values = np.array([joint.parameters[parameter.name].value for parameter in law.parameters])
+    v = curve.velocity
+    resisting = (law.torque(v, values) - law.torque(-v, values)) / 2
+    np.testing.assert_allclose(curve.torque, resisting, atol=1e-12)
+    J = (law.jacobian(v, values) - law.jacobian(-v, values)) / 2
+    half = 1.96 * np.sqrt(np.einsum("ni,ij,nj->n", J, covariance, J))
+    np.testing.assert_allclose(curve.high - curve.torque, half, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(curve.torque - curve.low, half, rtol=1e-6, atol=1e-9)
+    assert friction_curve(name, replace(joint, verdict="no friction"), result.evidence, law) is None
+
+
+def test_a_joint_without_a_law_is_drawn_through_the_speeds_it_was_judged_at(result: Result) -> None:
+    assert result.evidence is not None
+    name = next(iter(result.joints))
+    joint = replace(with_curve(result.joints[name], 1.0, 2.0, 3.0), parameters={}, verdict="weak")
+    curve = friction_curve(name, joint, result.evidence, get_law(result.law))
+    assert curve is not None
+    assert curve.torque.tolist() == [1.0, 2.0, 3.0]
+    assert curve.high.tolist() == [1.4, 2.4, 3.4]
+
+
+def test_joints_without_friction_do_not_count_in_what_is_explained_of_it(result: Result) -> None:
     law, joints = get_law(result.law), {}
     moved = [name for name, joint in result.joints.items() if joint.parameters]
     rubbing, others = moved[:2], moved[2:]
     assert len(others) > len(rubbing)
     for name in moved:
-        found = dict(result.joints[name].parameters)
-        for each in ("viscous", "coulomb"):
-            found[each] = replace(found[each], interval_95=(0.1 if name in rubbing else 0.0, 2.0))
         left = Validation(rms=0.2 if name in rubbing else 1.0, rms_zero_friction=1.0, rms_coulomb_only=0.5)
-        joints[name] = replace(result.joints[name], parameters=found, validation=left)
-    assert "<strong>80" in heading(replace(result, joints=joints), law)
+        verdict = "identified" if name in rubbing else "no friction"
+        joint = replace(with_curve(result.joints[name], 1.0, 1.0, 1.0), verdict=verdict, validation=left)
+        joints[name] = joint
+    assert "0.960 of friction held out" in heading(replace(result, joints=joints), law)
     without = replace(result, joints={name: joints[name] for name in others})
-    assert "of the friction torque" not in heading(without, law)
+    assert "held out" not in heading(without, law)
 
 
 def test_joints_without_motion_get_no_numbers(result: Result, html: str) -> None:
@@ -141,7 +278,7 @@ def test_friction_as_a_whole_stands_in_table_and_panel(result: Result, tmp_path:
     html = written(replace(result, joints=joints), tmp_path)
     assert html.count("6.00 ± 0.40 N m at 1 rad/s") == 2
     assert "5.00 ± 0.40 at 0.20<br>8.00 ± 0.40 at 2.0" in html
-    assert html.count("below 8.4 N m") == 2
+    assert html[html.index('<details class="section">') :].count("below 8.4 N m") == 2
     assert "samples only, no friction is detectable" in html
 
 
@@ -164,7 +301,7 @@ def test_texts_are_escaped(result: Result, tmp_path: Path) -> None:
     changed = replace(result, robot=evil, warnings=[evil], joints=joints, evidence=evidence)
     html = written(changed, tmp_path)
     page = Page(html)
-    assert "<script" not in html
+    assert "<script>alert" not in html
     assert page.text.count('alert("x")') >= 8
 
 
@@ -198,8 +335,7 @@ def test_little_is_enough(result: Result, tmp_path: Path) -> None:
         for name, joint in result.joints.items()
     }
     page = Page(written(replace(result, evidence=evidence, joints=joints, warnings=[]), tmp_path))
-    sections = [values["id"] for tag, values in page.tags if tag == "section"]
-    assert sections == ["verdicts", "joints", "sides", "provenance"]
+    assert parts(page) == ["friction", "joints", "verdicts", "sides", "provenance"]
 
 
 def test_a_sliding_joint_has_newtons(result: Result, tmp_path: Path) -> None:
@@ -237,7 +373,7 @@ def test_every_law_has_its_report(result: Result, tmp_path: Path, name: str) -> 
     page = Page(written(replace(result, law=name, joints=joints), tmp_path))
     assert law.title in page.text
     assert ("Stribeck velocity ±" in page.text) == ("stribeck_velocity" in parameters)
-    assert [values["id"] for tag, values in page.tags if tag == "section"].count("sides") == 1
+    assert parts(page).count("sides") == 1
 
 
 def test_a_ten_minute_log_of_thirty_joints_stays_small(make_result, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]

@@ -32,7 +32,7 @@ def test_sections_appear_with_what_they_show(result: Result, tmp_path: Path) -> 
     body = without[without.index("<body>") :].lower()
     assert "truth" not in body
     assert 'id="walk"' not in body
-    assert shown.index('id="warnings"') < shown.index('id="walk"') < shown.index('id="joints"')
+    assert shown.index('id="warnings"') < shown.index('id="joints"') < shown.index('id="walk"')
     assert shown.count("<small>truth ") == 5 * 6  # a panel each
     assert shown.count("<br>truth ") == 5 * 6  # a row each
     assert "the simulated truth" in shown

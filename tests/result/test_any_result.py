@@ -34,6 +34,7 @@ from stribeck.result import (
     ParameterEstimate,
     Result,
     TermVerdict,
+    TorqueR2,
     Validation,
     read_result,
 )
@@ -117,6 +118,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
+        torque_r2=draw(st.none() | built(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)),
         mean_direction=draw(st.none() | st.tuples(NUMBERS, NUMBERS)) if law == AUTO else None,
     )
 
@@ -301,7 +303,7 @@ def plain(name: str = "shoulder", **parameter: float) -> Result:
 def test_names_are_printed_as_they_are(name: str) -> None:
     result = replace(plain(name), robot=name)
     silent = replace(result.joints[name], parameters={}, reason=name)
-    assert printed(console.print_result, result).count(name) == 2
+    assert printed(console.print_result, result).count(name) == 3  # title, line, parameters
     assert printed(console.print_comparison, compare(result, result)).count(name) == 1
     quiet = replace(result, joints={name: silent})
     assert printed(lambda found: console.print_truth(found, {}), quiet).count(name) == 3

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
     from stribeck.inspection import Inspection
-    from stribeck.result import JointResult, ParameterEstimate, Result
+    from stribeck.result import ParameterEstimate, Result
     from stribeck.result.compare import Comparison
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
 HELD_OUT = "RMS held out\n[N m]"
+WIDE = 110
+"""Columns from which a line has friction at all speeds, not at the middle one alone."""
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
 
@@ -44,34 +47,60 @@ def number(value: float) -> str:
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Sequence[str] = ()) -> Table:
-    """Return an empty table: columns of text, of numbers, and of text again."""
+    """Return an empty table: columns of text, of numbers, and of text again; what is too long is broken, never cut."""
     table = Table(title=escape(title))
     for headings, justify in ((left, "left"), (right, "right"), (last, "left")):
         for heading in headings:
-            table.add_column(escape(heading), justify=justify)  # type: ignore[arg-type]
+            table.add_column(escape(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
     return table
 
 
+def _show(table: Table, names: Iterable[str]) -> Console:
+    """Print a table whose first column has joints, their names in one line unless they take half of the width."""
+    console, longest = _console(), max(map(cell_len, names), default=0)
+    if longest <= console.width // 2:
+        table.columns[0].no_wrap, table.columns[0].min_width = True, longest
+    console.print(table)
+    return console
+
+
 def print_result(result: Result) -> None:
-    """Print the verdict table: a line a joint; one a parameter where joints have different ones."""
+    """Print a line a joint: friction, verdict, what to do; of a law that was chosen, its parameters; then warnings."""
     from stribeck.friction import AUTO
 
-    console = _console()
-    console.print(_lines_of_parameters(result) if result.law == AUTO else _columns_of_parameters(result))
+    console = _show(_lines_of_joints(result, all_speeds=_console().width >= WIDE), result.all_friction)
+    without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
+    if without:
+        bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
+        console.print(f"no friction that the log resolves: {bounds}", markup=False)
+    if result.law != AUTO:
+        _show(_columns_of_parameters(result), result.all_friction)
     console.print(result.log.usage, markup=False)
     for joint, found in result.all_friction.items():
-        if found.verdict != "identified":
+        if found.verdict in ("weak", "not excited"):
             console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
     for warning in result.warnings:
         console.print(f"warning: {warning}", markup=False)
 
 
-def _lines_of_parameters(result: Result) -> Table:
-    table = _table(_title(result), ["joint", "verdict", "friction", "parameter"], ["value", HELD_OUT])
+def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
+    from stribeck.result.advice import advice
+    from stribeck.result.tables import point_text
+
+    units = {joint.curve[0].unit for joint in result.all_friction.values() if joint.curve} or {"N m"}
+    speeds = {"slow": 0, "middle": 1, "top speed": 2} if all_speeds else {"middle speed": 1}
+    mixed = len(units) > 1
+    headings = [speed if mixed else f"{speed}\n[{min(units)}]" for speed in speeds]
+    title = f"{result.robot}: friction, law '{result.law}', ± half of 95 % intervals"
+    table = _table(title, ["joint"], [*headings, "R²"], ["verdict", "what to do"])
     for joint, found in result.all_friction.items():
-        named = "\n".join(f"{name} [{parameter.unit}]" for name, parameter in found.parameters.items())
-        values = "\n".join(_with_error(parameter) for parameter in found.parameters.values())
-        table.add_row(*_row_head(joint, found), escape(named), values, _held_out(found), end_section=True)
+        if found.verdict == "no friction":
+            continue
+        points = [found.curve[k] if len(found.curve) > k else None for k in speeds.values()]
+        friction = [point_text(point) + f" {point.unit}" * mixed if point else "" for point in points]
+        r2 = f"{found.torque_r2.best:.3f}" if found.torque_r2 else ""
+        verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
+        table.add_row(escape(joint), *friction, r2, verdict, escape(advice(found)))
     return table
 
 
@@ -82,25 +111,12 @@ def _columns_of_parameters(result: Result) -> Table:
         for name in names
     }
     headings = [f"{name}\n[{', '.join(units[name])}]" for name in names]
-    table = _table(_title(result), ["joint", "verdict", "friction"], [*headings, HELD_OUT])
+    table = _table("parameters, 95 % intervals; ? is weak", ["joint"], [*headings, HELD_OUT])
     for joint, found in result.all_friction.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
-        table.add_row(*_row_head(joint, found), *cells, _held_out(found))
+        if found.parameters:
+            table.add_row(escape(joint), *cells, number(found.validation.rms) if found.validation else "")
     return table
-
-
-def _title(result: Result) -> str:
-    return f"{result.robot}: friction, law '{result.law}', 95 % intervals"
-
-
-def _row_head(joint: str, found: JointResult) -> tuple[str, str, str]:
-    from stribeck.result.tables import friction_text
-
-    return escape(joint), f"[{STYLES[found.verdict]}]{found.verdict}[/]", friction_text(found)
-
-
-def _held_out(found: JointResult) -> str:
-    return number(found.validation.rms) if found.validation else ""
 
 
 def _with_error(found: ParameterEstimate) -> str:
@@ -136,8 +152,7 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
                 f"[{STYLES[value.verdict]}]{value.verdict}[/]",
                 end_section=k == len(compared) - 1,
             )
-    console = _console()
-    console.print(table)
+    console = _show(table, result.joints)
     console.print(f"{parameters} parameters: {identified} identified, {covered} covered by their 95 % interval")
 
 
@@ -166,7 +181,7 @@ def print_inspection(found: Inspection) -> None:
             "" if joint.delay is None else f"{1e3 * joint.delay:+.2f}",
             f"[red]{joint.sign}[/]" if joint.sign == "opposite" else joint.sign,
         )
-    console.print(table)
+    _show(table, found.joints)
     for text in found.findings:
         console.print(f"finding: {text}", markup=False)
     for text in found.notes:
@@ -196,7 +211,6 @@ def print_comparison(found: Comparison) -> None:
             f"{number(low)} ... {number(high)}",
             ("yes" if row.agrees else "[red]no[/]") + (" (weak)" if row.weak else ""),
         )
-    console = _console()
-    console.print(table)
+    console = _show(table, [row.joint for row in found.rows])
     for joint, reason in found.missing.items():
         console.print(f"{joint}: {reason}", markup=False)

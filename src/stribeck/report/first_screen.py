@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from stribeck.friction.law import FrictionLaw
-from stribeck.report.advice import advice
 from stribeck.report.curves import FrictionCurve, curve_figures, friction_curve, script_data
 from stribeck.report.page import Section, render
 from stribeck.report.text import brief, number
 from stribeck.report.warnings import flagged_joints, warnings
 from stribeck.result import CurvePoint, Evidence, JointResult, Result
+from stribeck.result.advice import advice
 
 ORDER = {"identified": 0, "weak": 1, "not excited": 2}
 """Of verdicts, for sorting."""

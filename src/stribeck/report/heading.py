@@ -8,16 +8,20 @@ from statistics import median
 from markupsafe import Markup
 
 from stribeck.friction.law import FrictionLaw
-from stribeck.report.advice import advice
 from stribeck.report.page import render
 from stribeck.report.text import brief, number
 from stribeck.report.warnings import parted
 from stribeck.result import CurvePoint, JointResult, Result, Verdict
+from stribeck.result.advice import advice
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "no friction", "not excited")
 
 NAMED = 3
 """Joints that a sentence names; of more it gives the number."""
+
+
+MOST_WORSE = 1e3
+"""Of a law against none [1]: more is all the same."""
 
 
 def heading(result: Result, law: FrictionLaw) -> Markup:
@@ -56,7 +60,7 @@ def unseen_r2(joint: JointResult) -> float | None:
     found = joint.validation
     if found is None or found.rms_zero_friction <= 0 or joint.verdict == "no friction":
         return None
-    return 1 - (found.rms / found.rms_zero_friction) ** 2
+    return 1 - min(found.rms / found.rms_zero_friction, MOST_WORSE) ** 2
 
 
 def _friction_range(result: Result) -> list[tuple[str, str]]:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import Result
+from stribeck.result.tables import rounded
 
 MINUS = "\N{MINUS SIGN}"
 GREEK = {"tau": "τ", "delta": "δ", "mu": "μ", "alpha": "α"}
@@ -45,19 +46,11 @@ def matched(value: float, error: float) -> str:
 
 
 def brief(value: float, error: float) -> tuple[str, str]:
-    """Return a value and its error for a table: `1.183`, `0.006`; an error whose first digit is 1 keeps its second.
-
-    No value has more than four digits: an error that is finer is rounded up.
-    """
+    """Return a value and its error with the digits of `rounded`: `1.183`, `0.006`."""
     if not (math.isfinite(value) and math.isfinite(error)) or not 1e-6 < error < 1e6 or abs(value) >= 1e6:
         return number(value), number(error, 2)
-    exponent = math.floor(math.log10(error))
-    wanted = -exponent + (error < 2 * 10**exponent)
-    most = 3 - math.floor(math.log10(max(abs(value), error)))
-    decimals = max(min(wanted, most), 0)
-    shown = round(error, decimals) if wanted <= most else math.ceil(error * 10**decimals) / 10**decimals
-    text = f"{value:.{decimals}f}"
-    return (text if float(text) else text.lstrip("-")).replace("-", MINUS), f"{shown:.{decimals}f}"
+    text, shown = rounded(value, error)
+    return text.replace("-", MINUS), shown
 
 
 def percent(share: float) -> str:

@@ -8,7 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stribeck.result import JointResult, Result
+    from stribeck.result import CurvePoint, JointResult, Result
 
 
 def parameter_rows(result: Result) -> dict[str, list[object]]:
@@ -53,6 +53,35 @@ def friction_text(joint: JointResult) -> str:
         return f"{middle.value:.4g} ± {half:.2g} {middle.unit} at {speed}"
     decimals = max(math.ceil(-math.log10(half / 5)), 0)  # two digits of 1.2, one of 7
     return f"{middle.value:.{decimals}f} ± {half:.{decimals}f} {middle.unit} at {speed}"
+
+
+def rounded(value: float, error: float) -> tuple[str, str]:
+    """Return a value and its error for a table: `1.183`, `0.006`; an error whose first digit is 1 keeps its second.
+
+    No value has more than four digits: an error that is finer is rounded up.
+
+    Parameters
+    ----------
+    value, error
+        Of a size that is written without a power of ten; the error is positive.
+    """
+    exponent = math.floor(math.log10(error))
+    wanted = -exponent + (error < 1.95 * 10**exponent)
+    most = 3 - math.floor(math.log10(max(abs(value), error)))
+    decimals = max(min(wanted, most), 0)
+    shown = round(error, decimals) if wanted <= most else math.ceil(error * 10**decimals) / 10**decimals
+    text = f"{value:.{decimals}f}"
+    return text if float(text) else text.lstrip("-"), f"{shown:.{decimals}f}"
+
+
+def point_text(point: CurvePoint) -> str:
+    """Return friction at a speed with half of its 95 % interval, or its bound where it is not significant."""
+    if point.interval_95[0] <= 0:
+        return f"< {point.interval_95[1]:.2g}"
+    value, half = point.value, point.half_width
+    if not (1e-6 < half < 1e6 and abs(value) < 1e6):
+        return f"{value:.4g} ± {half:.2g}"
+    return " ± ".join(rounded(value, half))
 
 
 def html_table(result: Result) -> str:

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from stribeck.friction import get_law
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.identification.judgement.excitation import count_reversals, excitation, velocity_noise
+from stribeck.result import JointResult
+from stribeck.result.advice import advice
 from stribeck.settings import Settings
 
 
@@ -85,3 +87,20 @@ def test_reversals_are_counted_through_noise(turns: int, noise: float, seed: int
     chatter = np.random.default_rng(seed).uniform(-noise, noise, len(velocity))
     assert count_reversals(velocity + chatter, threshold=0.11) == turns
     assert count_reversals(-velocity + chatter, threshold=0.11) == turns
+
+
+@pytest.mark.parametrize("motion", [{"speed": 1e-3}, {"speed": 0.02, "drift": 0.5}, {"speed": 0.5, "drift": 3.0}])
+def test_every_reason_ends_with_what_to_do(make_samples, make_joint, motion) -> None:
+    samples = make_samples({"knee": make_joint(**motion)})
+    for blocks in (samples, replace(samples, block=np.zeros_like(samples.block))):
+        found = judged(blocks)
+        joint = JointResult(
+            parameters={},
+            verdict="not excited",
+            reason=found.reason,
+            samples=found.samples,
+            velocity_range=found.velocity_range,
+            reversals=found.reversals,
+        )
+        assert advice(joint).startswith(("move it ", "let it "))
+        assert found.reason.endswith(advice(joint))

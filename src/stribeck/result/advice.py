@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 
-from stribeck.report.text import number
-from stribeck.result import CurvePoint, JointResult
+from stribeck.result.joint import CurvePoint, JointResult
 
 _REMEDY = re.compile(r"\b(?:move|let) it? ?.*$|\blet it .*$")
 """What the reason of a joint that does not move enough ends with."""
@@ -34,7 +33,7 @@ def _of_weak(joint: JointResult) -> str:
         return "check the model, signs and delays"
     point = max(joint.curve, key=_relative_width)
     unit = "rad/s" if point.unit == "N m" else "m/s"
-    return f"log more motion near {number(point.velocity, 2)} {unit}"
+    return f"log more motion near {point.velocity:.2g} {unit}"
 
 
 def _relative_width(point: CurvePoint) -> float:

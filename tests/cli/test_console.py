@@ -1,0 +1,57 @@
+"""What the command line prints of a result."""
+
+from dataclasses import replace
+
+import pytest
+from tests.report.conftest import build_result
+
+from stribeck.cli import console
+from stribeck.result import CurvePoint, Result, TorqueR2
+from stribeck.result.advice import advice
+
+LONG = "left_arm_shoulder_abduction_joint"
+
+
+@pytest.fixture(scope="module")
+def found() -> Result:
+    result = build_result(duration=8.0)
+    curve = tuple(
+        CurvePoint(velocity=v, value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m") for v in (0.1, 0.5, 1)
+    )
+    names = dict(zip(result.joints, (LONG, *list(result.joints)[1:]), strict=True))
+    joints = {names[name]: replace(joint, curve=curve) for name, joint in result.joints.items()}
+    last = list(joints)[-2]
+    joints[last] = replace(joints[last], verdict="no friction", reason="no friction detectable, below 1.2 N m")
+    joints[LONG] = replace(joints[LONG], torque_r2=TorqueR2(nominal=0.5, corrected=0.987))
+    return replace(result, joints=joints)
+
+
+@pytest.mark.parametrize("width", [70, 80, 120, 160])
+@pytest.mark.parametrize("law", ["stribeck", "auto"])
+def test_no_joint_s_name_is_cut_or_broken(found, monkeypatch, capsys, width: int, law: str) -> None:
+    monkeypatch.setattr(console, "PLAIN_WIDTH", width)
+    console.print_result(replace(found, law=law))
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= width
+    assert "…" not in "".join(lines)
+    for name in found.joints:
+        assert any(name in line for line in lines)
+
+
+def test_a_name_that_is_wider_than_the_terminal_is_broken_not_cut(found, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(console, "PLAIN_WIDTH", 60)
+    wide = "x" * 90
+    console.print_result(replace(found, law="auto", joints={wide: found.joints[LONG]}, warnings=[]))
+    assert capsys.readouterr().out.count("x") >= 90
+
+
+def test_a_joint_has_one_line_with_friction_fit_verdict_and_what_to_do(found, capsys) -> None:
+    console.print_result(replace(found, law="auto"))
+    lines = capsys.readouterr().out.splitlines()
+    line = next(line for line in lines if LONG in line)
+    assert line.count("1.0 ± 0.2") == 3
+    assert "0.987" in line
+    assert found.joints[LONG].verdict in line
+    assert advice(found.joints[LONG]) in line
+    folded = next(line for line in lines if "below 1.2 N m" in line)
+    assert folded.startswith("no friction that the log resolves: ")
