@@ -213,7 +213,7 @@ def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> 
 
 def test_a_joint_that_shows_too_little_has_the_term_that_most_others_have(arm: Robot) -> None:
     shape = {"stribeck_gain": 0.3, "stribeck_velocity": 0.15, "slope": 50.0}
-    truth = {name: COULOMB | shape for name in arm.joint_names}
+    truth = dict.fromkeys(arm.joint_names, COULOMB | shape)
     light = arm.joint_names[4]
     truth[light] = {"viscous": 0.05, "coulomb": 0.1, "offset": 0.0} | shape
     log, _ = exact_log(arm, get_law("stribeck"), truth, duration=15.0, seed=4)

@@ -31,9 +31,6 @@ PARAMETERS = {term.name: term.parameters for term in LADDER}
 SHARED_TERMS = ("rounding", "stribeck")
 """Terms whose parameters have a group prior."""
 
-CLEAR = 3.0
-"""Standard errors [1] of Coulomb friction that is there."""
-
 
 @dataclass(frozen=True, eq=False)
 class Choice:
@@ -106,7 +103,7 @@ def _shared_by_most(choice: Choice, solution: Solution) -> Kept:
     A joint that shows too little of such a term to decide is then taken to be like the others, as its parameters are.
     """
     column = [parameter.name for parameter in choice.curves.parameters].index("coulomb")
-    has_friction = solution.internal[:, column] > CLEAR * np.sqrt(solution.variance[:, column])
+    has_friction = solution.internal[:, column] ** 2 > LEAST_GAIN * solution.variance[:, column]
     with_friction = [own for own, has in zip(choice.verdicts, has_friction, strict=True) if has]
     counts = {name: sum(own[name].kept for own in with_friction) for name in SHARED_TERMS}
     return frozenset(name for name, count in counts.items() if count > len(with_friction) / 2)
