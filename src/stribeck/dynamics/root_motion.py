@@ -88,7 +88,7 @@ def flying_root(rooted: RootedModel, state: State) -> RootMotion:
     motion = state.position, state.velocity, state.acceleration
     wrench = rooted_inverse_dynamics(rooted, *motion, RootMotion(gravity, velocity))[0]
     inertia = inertia_matrix(rooted, state.position)[:, :6, :6]
-    acceleration: Array = np.linalg.solve(inertia, -wrench[:, :, None])[:, :, 0]
+    acceleration = np.asarray(np.linalg.solve(inertia, -wrench[:, :, None])[:, :, 0], dtype=np.float64)
     return RootMotion(gravity, velocity, acceleration)
 
 
