@@ -38,6 +38,7 @@ from stribeck.result import (
     ParameterEstimate,
     Result,
     TermVerdict,
+    TorqueR2,
     Validation,
     read_result,
 )
@@ -235,10 +236,12 @@ def test_every_field_of_a_result_is_explained() -> None:
         ParameterEstimate,
         TermVerdict,
         Validation,
+        TorqueR2,
         Corrections,
         BodyCorrection,
     ):
-        assert {field.name for field in dataclasses.fields(carrier)} - {"evidence", "log", "validation"} <= named
+        parts = {"evidence", "log", "validation", "torque_r2"}
+        assert {field.name for field in dataclasses.fields(carrier)} - parts <= named
 
 
 def test_the_result_shown_is_of_the_demonstrations_walk() -> None:

@@ -209,6 +209,8 @@ def test_curves_are_on_common_scales_unless_they_fill_too_little() -> None:
     sizes = [10.0, 9.0, 5.0, 1.0, 0.9, 0.01]
     assert common_scales(sizes, [True] * 6) == [10.0, 10.0, 10.0, 1.0, 1.0, 0.01]
     assert common_scales(sizes, [True] * 5 + [False]) == [10.0, 10.0, 10.0, 1.0, 1.0, 1.0]
+    left_and_right = [1.0, 0.41, 0.39]
+    assert common_scales(left_and_right, [True] * 3) == [1.0] * 3
     assert common_scales([0.0], [False]) == [1.0]
     assert common_scales([], []) == []
 

@@ -17,6 +17,9 @@ from stribeck.typing import Array
 FILLED = 0.4
 """Share of a common scale [1] that a curve must fill at least: one that fills less gets the next finer scale."""
 
+ALIKE = 0.8
+"""Of two curves [1], the smaller over the larger, from which they stay on one scale, as those of left and right do."""
+
 POINTS = 31
 """Of a curve on each side of standstill, and as many dense ones next to it, where the law turns."""
 
@@ -136,9 +139,12 @@ def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
         Whether its shape is worth a finer scale.
     """
     scales: list[float] = []
+    previous = 0.0
     for size in sorted((size for size, worth in zip(sizes, shown, strict=True) if worth), reverse=True):
-        if not scales or size < FILLED * scales[-1]:
+        alike = size > ALIKE * previous and size > FILLED / 2 * scales[-1] if scales else False
+        if not scales or (size < FILLED * scales[-1] and not alike):
             scales.append(size)
+        previous = size
     scales = scales or [max(sizes, default=1.0) or 1.0]
     return [min((scale for scale in scales if scale >= size), default=scales[0]) for size in sizes]
 
