@@ -47,6 +47,12 @@
     const first = Math.ceil(low / step), count = Math.floor(high / step) - first + 1;
     return Array.from({ length: count }, (_, k) => (first + k) * step);
   };
+  const hint = document.getElementById("hint"), grid = document.querySelector(".curves");
+  const tell = (text) => {
+    reading.textContent = text;
+    hint.hidden = text !== "";
+  };
+  grid.addEventListener("mouseleave", () => tell(""));
   let plots = [];
 
   const say = (index, plot) => {
@@ -54,7 +60,7 @@
     if (at == null) return;
     const [x, y, low, high] = plot.data.map((line) => line && line[at]);
     const band = low == null ? "" : ` (${number(low)} to ${number(high)})`;
-    reading.textContent = `${names[index]}: ${number(y)}${band} ${units[1]} at ${number(x)} ${units[0]}`;
+    tell(`${names[index]}: ${number(y)}${band} ${units[1]} at ${number(x)} ${units[0]}`);
   };
 
   const draw = () => {
@@ -62,7 +68,7 @@
     const own = toggle.getAttribute("aria-pressed") === "true";
     const style = getComputedStyle(root);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const font = "12px system-ui, sans-serif", grid = { stroke: colour("--grid"), width: 1 };
+    const font = "12px system-ui, sans-serif", rules = { stroke: colour("--grid"), width: 1 };
     const ticks = { show: false };
     plots = places.map((place, index) => {
       const { lines, scale, own: fitting, units } = curves[index];
@@ -85,8 +91,8 @@
           scales: { x: { time: false, range: (_, low, high) => (plots[index] ? [low, high] : [-reach, reach]) },
             y: { range: [-most, most] } },
           axes: [
-            { font, stroke: colour("--muted"), grid, ticks, size: 20, gap: 2, space: 36, values, splits },
-            { font, stroke: colour("--muted"), grid, ticks, size: 38, gap: 4, space: 28, values, splits },
+            { font, stroke: colour("--muted"), grid: rules, ticks, size: 20, gap: 2, space: 36, values, splits },
+            { font, stroke: colour("--muted"), grid: rules, ticks, size: 38, gap: 4, space: 28, values, splits },
           ],
           series: [{}, line(true), ...(band ? [line(false), line(false)] : [])],
           bands: band ? [{ series: [3, 2], fill: colour("--band") }] : [],
@@ -114,6 +120,6 @@
   new ResizeObserver(() => plots.forEach((plot, index) => {
     const { clientWidth: width, clientHeight: height } = places[index];
     if (width && height && (width !== plot.width || height !== plot.height)) plot.setSize({ width, height });
-  })).observe(document.querySelector(".curves"));
+  })).observe(grid);
   draw();
 })();
