@@ -17,8 +17,11 @@ from stribeck.typing import Array
 FILLED = 0.4
 """Share of a common scale [1] that a curve must fill at least: one that fills less gets the next finer scale."""
 
-ALIKE = 0.8
-"""Of two curves [1], the smaller over the larger, from which they stay on one scale, as those of left and right do."""
+NEAR = 0.8
+"""Of two curves [1], the smaller over the larger, from which they share a scale that they fill half of `FILLED` of.
+
+So left and right do, on either side of it.
+"""
 
 POINTS = 31
 """Of a curve on each side of standstill, and as many dense ones next to it, where the law turns."""
@@ -141,8 +144,7 @@ def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
     scales: list[float] = []
     previous = 0.0
     for size in sorted((size for size, worth in zip(sizes, shown, strict=True) if worth), reverse=True):
-        alike = size > ALIKE * previous and size > FILLED / 2 * scales[-1] if scales else False
-        if not scales or (size < FILLED * scales[-1] and not alike):
+        if not scales or size < FILLED * scales[-1] * (0.5 if size > NEAR * previous else 1.0):
             scales.append(size)
         previous = size
     scales = scales or [max(sizes, default=1.0) or 1.0]
@@ -151,35 +153,33 @@ def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
 
 def curve_figures(result: Result, curves: dict[str, FrictionCurve]) -> list[dict[str, object]]:
     """Return what the template draws of each curve, in the order of the robot, with its drawing and its scales."""
-    order, figures = list(result.joints), []
-    scales = _scales([curve for curve in curves.values() if curve.prismatic], {})
-    scales = _scales([curve for curve in curves.values() if not curve.prismatic], scales)
-    for name, curve in curves.items():
-        coarsest = np.max(
-            [scales[id(other)] for other in curves.values() if other.prismatic == curve.prismatic], axis=0
-        )
-        scale = scales[id(curve)]
-        figures.append(
-            {
-                "name": name,
-                "anchor": f"joint-{order.index(name)}",
-                "verdict": result.joints[name].verdict,
-                "finer": bool(np.any(scale < coarsest)),
-                "drawing": drawing(name, curve, scale),
-                "data": _plain(curve, scale),
-            }
-        )
-    return figures
+    order = list(result.joints)
+    scales: dict[str, tuple[float, float]] = {}
+    finer: set[str] = set()
+    for prismatic in (False, True):
+        of_kind = {name: curve for name, curve in curves.items() if curve.prismatic == prismatic}
+        own = _scales(list(of_kind.values()))
+        scales |= dict(zip(of_kind, own, strict=True))
+        finer |= {name for name in of_kind if scales[name] != tuple(map(max, zip(*own, strict=True)))}
+    return [
+        {
+            "name": name,
+            "anchor": f"joint-{order.index(name)}",
+            "verdict": result.joints[name].verdict,
+            "finer": name in finer,
+            "drawing": drawing(name, curve, scales[name]),
+            "data": _plain(curve, scales[name]),
+        }
+        for name, curve in curves.items()
+    ]
 
 
-def _scales(curves: list[FrictionCurve], known: dict[int, tuple[float, float]]) -> dict[int, tuple[float, float]]:
-    """Return the speed and the torque at the ends of each curve's axes, curves of one unit on common scales."""
+def _scales(curves: list[FrictionCurve]) -> list[tuple[float, float]]:
+    """Return the speed and the torque at the ends of each curve's axes; all have the same units."""
     worth = [curve.significant for curve in curves]
     speeds = common_scales([curve.fastest for curve in curves], worth)
     torques = common_scales([curve.largest for curve in curves], worth)
-    room = 1 + MARGIN
-    ends = ((room * speed, room * torque) for speed, torque in zip(speeds, torques, strict=True))
-    return known | {id(curve): scale for curve, scale in zip(curves, ends, strict=True)}
+    return [((1 + MARGIN) * speed, (1 + MARGIN) * torque) for speed, torque in zip(speeds, torques, strict=True)]
 
 
 def _plain(curve: FrictionCurve, scale: tuple[float, float]) -> dict[str, object]:

