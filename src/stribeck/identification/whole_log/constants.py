@@ -262,3 +262,15 @@ PRESLIDING_TIMES = (1e-3, 4e-3)
 
 SIGN_CHANGE = 6.0
 """Change of a torque from window to window, in standard deviations of its noise, that surely crosses zero [1]."""
+
+UNEXPLAINED_CHANGE = 2.0
+"""The same, in what the pilot fit leaves of the torque, root mean square [1]: coloured noise changes signs as well."""
+
+FEWEST_RIPPLES = 2.0
+"""Periods of a ripple over the way that a joint moves, at least [1]: less is gravity that the model gets wrong."""
+
+FASTEST_RIPPLE = 25.0
+"""Ripple at a joint's usual speed [Hz] up to which it is looked for: the window (2) levels what is faster."""
+
+MOST_RIPPLES = 400
+"""Periods of a ripple a turn, at most [1]: a slow motion would show more, and take long. Chosen by judgement."""

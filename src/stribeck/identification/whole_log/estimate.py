@@ -26,7 +26,7 @@ from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.identification.whole_log.terms.term_selection import Choice, select_terms
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import find_alternatives
 from stribeck.identification.whole_log.tests_of_fit.score_tests import ScoreTest, run_score_tests
-from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, validate
+from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, remaining, validate
 from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
 from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
 from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
@@ -171,7 +171,13 @@ def fit_whole_log(
         equations, direction = modulated, modulated.direction
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
-    alternatives = find_alternatives(pilot_equations, pilot.curves.top_speed, priors.torque_gain)
+    alternatives = find_alternatives(
+        pilot_equations,
+        [remaining(part, pilot.curves.basis, *pilot.known) for part in pilot_equations],
+        pilot.curves.top_speed,
+        priors.torque_gain,
+        priors.torque_delay,
+    )
     folds, sampled = accumulate_folds(
         equations,
         _folds(training, gaits),
@@ -215,7 +221,7 @@ def fit_whole_log(
         terms=choice.verdicts if choice else (),
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
         mean_direction=direction,
-        score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std),
+        score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std, budget.total),
     )
 
 

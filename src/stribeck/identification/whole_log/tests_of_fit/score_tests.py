@@ -73,6 +73,7 @@ def run_score_tests(
     model: ModelCorrections,
     solution: Solution,
     effect_std: Array,
+    effect_covariance: Array | None = None,
 ) -> tuple[tuple[ScoreTest, ...], ...]:
     """Return the tests of each joint, one a kind.
 
@@ -112,6 +113,8 @@ def run_score_tests(
     )
     scale = max(1.0, solution.chi_square / max(total - solution.internal.size, 1))
     level = np.maximum(_friction(curves, solution), LEAST_FRICTION * own.torque)
+    RAW.clear()
+    pull = curve_pull(curves, parameters, solution, lost, effect_covariance)
     found: list[tuple[ScoreTest, ...]] = []
     for joint in range(layout.joints):
         if own.torque[joint] <= NO_TORQUE:
@@ -119,8 +122,29 @@ def run_score_tests(
             continue
         place = slice(joint * COLUMNS, (joint + 1) * COLUMNS)
         variance = scale * information[place, place] + bias[place] @ bias[place].T
+        RAW[joint] = dict(score=score[place], information=information[place, place], variance=variance, bias=bias[place] @ bias[place].T, level=float(level[joint]), torque=float(own.torque[joint]), ripples=int(own.ripples[joint]), unexplained=float(own.unexplained[joint]), pull=pull[joint][0][:, place], std=pull[joint][1], values=pull[joint][2], scale=scale)
         found.append(_test(score[place], information[place, place], variance, float(level[joint])))
     return tuple(found)
+
+
+RAW={}
+
+def curve_pull(curves, parameters, solution, lost, covariance):
+    out=[]
+    J=len(curves.top_speed)
+    R=curves.basis.functions.shape[1]
+    coef=curves.coefficients(solution.internal).reshape(J,-1)
+    for joint in range(J):
+        rows=np.zeros((3, coef.size))
+        v=curves.basis.velocity[joint]
+        for k,sp in enumerate((0.1,0.5,1.0)):
+            both=[np.array([np.interp(d*sp*curves.top_speed[joint], v, f) for f in curves.basis.functions.T]) for d in (1,-1)]
+            rows[k, joint*coef.shape[1]:joint*coef.shape[1]+R]=(both[0]-both[1])/2
+        full=np.hstack([rows, np.zeros((3, parameters.values(solution.x).size-coef.size))])
+        g=parameters.times_jacobian(full, solution.x)
+        C=solution.covariance if covariance is None else covariance
+        out.append((-(g@lost.T), np.sqrt(np.einsum("sp,pq,sq->s",g,C,g)), rows[:, :]@coef.ravel()))
+    return out
 
 
 def _test(score: Array, information: Array, variance: Array, level: float) -> tuple[ScoreTest, ...]:
