@@ -159,7 +159,14 @@ def _changed(walk: Simulated, change: Change, joints: tuple[str, ...]) -> Simula
     return replace(walk, log=replace(walk.log, torque=walk.log.torque + added))
 
 
-FRICTION = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
+FRICTION = {
+    "viscous": 0.3,
+    "coulomb": 1.2,
+    "stribeck_gain": 0.3,
+    "stribeck_velocity": 0.15,
+    "offset": 0.2,
+    "slope": 50.0,
+}
 """Of all joints of the arm."""
 
 ON_THE_ARM = ["A", "B", *IN_SOME, "14-bit encoders", "all torques 4 ms late", "1 kg not in the model"]

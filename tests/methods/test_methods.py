@@ -19,7 +19,7 @@ from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.identification.curve_fit.fit import fit_joint
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.log import RobotLog
-from stribeck.methods import METHODS, Finding, Method
+from stribeck.methods import METHODS, Fitted, Method
 from stribeck.methods.contract import SHARED
 from stribeck.result import read_result
 from stribeck.settings import FilterSettings, flat
@@ -58,7 +58,7 @@ def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
     def find(prepared, robot, law, settings, friction_torque, progress):  # type: ignore[no-untyped-def] # noqa: ARG001
         samples = friction_torque(prepared, robot, settings).samples
         fits = {joint: fit_joint(joint_problem(samples, joint, law, settings)) for joint in samples.joint_names}
-        return Finding(fits=fits, validations=dict.fromkeys(fits), robot=robot, logs=prepared, warnings=["all samples"])
+        return Fitted(fits=fits, validations=dict.fromkeys(fits), robot=robot, logs=prepared, findings=[SAID])
 
     method = Method(defaults=lambda _: {"law": "stribeck"}, name="all-samples", uses=SHARED, laws=LAWS, find=find)
     monkeypatch.setitem(METHODS, method.name, method)

@@ -251,6 +251,27 @@ LEAST_MINUS_LOG10_P = 8.0
 LEAST_SHARE = 0.05
 """Size over a joint's friction from which a term is flagged [1]: less does not matter to a user."""
 
+MOST_SHARE = 2.0
+"""Size over a joint's friction above which no change of friction explains it [1]: a torque of the wrong sign, say."""
+
+LEAST_DELAY = 1e-3
+"""Delay of one joint's torque from which it is told of [s]: a cycle of a 1 kHz bus."""
+
+LEAST_SHIFT = 2.0
+"""Shift of the friction curve that a term makes, in standard errors, from which it is told of [1]: out of its interval.
+
+On the walks of `studies.what_is_told`, terms that are not there shift it by TODO at most.
+"""
+
+CURVE_SPEEDS = (0.1, 0.5, 1.0)
+"""Shares of the top speed at which that shift is looked at [1]: those of the verdicts."""
+
+EQUALLY_GOOD = 0.5
+"""Share of the best term's decrease of chi^2 from which another term explains as much [1].
+
+In `studies.what_is_told` terms that shadow the one that is there reach TODO.
+"""
+
 LEAST_FRICTION = 0.01
 """Friction over the torque that a joint carries, at least, in that share [1], chosen by judgement."""
 

@@ -25,7 +25,7 @@ from stribeck.identification.whole_log.solver.pilot_fit import PilotFit, fit_pil
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.identification.whole_log.terms.term_selection import Choice, select_terms
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import find_alternatives
-from stribeck.identification.whole_log.tests_of_fit.score_tests import ScoreTest, run_score_tests
+from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit, run_score_tests
 from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, remaining, validate
 from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
 from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
@@ -66,8 +66,8 @@ class WholeLogFit:
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
         Coordinates of the corrections by a fit without overdispersion (27), shape (c,).
-    score_tests
-        Of each joint's alternative terms.
+    misfits
+        What the law of each joint does not describe, by the score tests.
     """
 
     curves: Curves
@@ -79,7 +79,7 @@ class WholeLogFit:
     segments: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
-    score_tests: tuple[tuple[ScoreTest, ...], ...]
+    misfits: tuple[tuple[Misfit, ...], ...]
     heterogeneity: float
     joint_heterogeneity: Array
     undiscounted: Array
@@ -113,6 +113,13 @@ class WholeLogFit:
         coordinates = self.undiscounted[self.model.layout.part("bodies")].reshape(-1, SIZE)
         furthest = np.abs(coordinates).max(axis=1, initial=0.0)
         return dict(zip(self.model.corrections.bodies, furthest.tolist(), strict=True))
+
+    @property
+    def bodies_moved(self) -> dict[str, float]:
+        """Correction of each body's mass or centre of mass, in units of its prior standard deviation [1]."""
+        coordinates = np.abs(self.solution.corrections[self.model.layout.part("bodies")].reshape(-1, SIZE))
+        moved = np.maximum(coordinates[:, 0], np.linalg.norm(coordinates[:, 1:4], axis=1))
+        return dict(zip(self.model.corrections.bodies, moved.tolist(), strict=True))
 
     @property
     def chi_square(self) -> float:
@@ -174,6 +181,7 @@ def fit_whole_log(
     alternatives = find_alternatives(
         pilot_equations,
         [remaining(part, pilot.curves.basis, *pilot.known) for part in pilot_equations],
+        [pilot.components.marginal(part) for part in pilot_equations],
         pilot.curves.top_speed,
         priors.torque_gain,
         priors.torque_delay,
@@ -221,7 +229,7 @@ def fit_whole_log(
         terms=choice.verdicts if choice else (),
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
         mean_direction=direction,
-        score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std, budget.total),
+        misfits=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std, budget.total),
     )
 
 

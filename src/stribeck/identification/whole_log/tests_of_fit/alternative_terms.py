@@ -33,13 +33,11 @@ from stribeck.identification.whole_log.constants import (
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
-KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7), "delay": (8,), "ripple": (9, 10)}
+DELAY, RIPPLE = "delay", "ripple"
+KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7), DELAY: (8,), RIPPLE: (9, 10)}
 """Kinds of alternative terms, and their columns."""
 
 GAIN_COLUMN, COLUMNS = 1, 11
-
-LEAST_SEEN = 0.05
-"""Share [1] of a joint's torque in the equations below which a window says nothing about it by itself."""
 
 NO_TORQUE = 1e-9
 """Mean torque [N m] of a joint that logs none: it has no friction to be tested."""
@@ -106,51 +104,56 @@ class AlternativeTerms:
 
 
 def find_alternatives(
-    pilot: Sequence[WeakEquations], residuals: Sequence[Array], top_speed: Array, gain: float, delay: float
+    pilot: Sequence[WeakEquations],
+    residuals: Sequence[Array],
+    variances: Sequence[Array],
+    top_speed: Array,
+    gain: float,
+    delay: float,
 ) -> AlternativeTerms:
     """Return the alternative terms of a log, scaled by `pilot` equations that reach to its end.
 
-    Residuals of the pilot fit have shape (K, m) each.
+    Residuals of the pilot fit, and their variances, have shape (K, m) each.
     """
     torque = np.abs(np.concatenate([part.torque for part in pilot])).mean(axis=0)
     last = max(float(part.elapsed[-1]) for part in pilot)
-    left = [_by_joint(part, residual) for part, residual in zip(pilot, residuals, strict=True)]
+    parts = [_by_joint(*each) for each in zip(pilot, residuals, variances, strict=True)]
+    score, known = (np.concatenate(each) for each in zip(*parts, strict=True))
+    squares = (score**2 / np.maximum(known, 1e-300)).sum(axis=0)
     return AlternativeTerms(
         top_speed,
         np.maximum(torque, NO_TORQUE),
         max(last, 1e-9),
         gain,
         delay,
-        np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0)),
-        _ripples(pilot, np.concatenate(left)),
+        np.sqrt(squares / np.maximum(known.sum(axis=0), 1e-300)),
+        _ripples(pilot, score, known),
     )
 
 
-def _by_joint(equations: WeakEquations, residual: Array) -> Array:
-    """Return the torque that each joint by itself would need to explain a residual, shape (K, m) -> (K, n)."""
-    weights = equations.weights
-    known = np.maximum((weights**2).sum(axis=1), 1e-12)
-    seen = (known > LEAST_SEEN) & equations.used[:, None]
-    return np.asarray(np.einsum("kmj,km->kj", weights, residual) / known * seen)
+def _by_joint(equations: WeakEquations, residual: Array, variance: Array) -> tuple[Array, Array]:
+    """Return what a residual says of each joint's torque by itself, times information, and that, shape (K, n) each."""
+    shares = equations.weights / variance[:, :, None] * equations.used[:, None, None]
+    return np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, equations.weights)
 
 
-def _ripples(pilot: Sequence[WeakEquations], left: Array) -> NDArray[np.int64]:
-    """Return how many periods a turn explain most of what is left of each joint's torque, shape (K, n) -> (n,).
+def _ripples(pilot: Sequence[WeakEquations], score: Array, known: Array) -> NDArray[np.int64]:
+    """Return how many periods a turn explain most of what is left of each joint's torque, shape (n,).
 
     As many are tried as the motion tells apart: from `FEWEST_RIPPLES` over the way that the joint moves, up to where the
-    window begins to level them. The window is taken to pass the middle of its motion at one speed.
+    window begins to level them, as it passes the middle of its motion at one speed. What is left, times its
+    `known` information, has shape (K, n).
     """
-    direction = np.concatenate([part.direction for part in pilot])
+    direction = np.concatenate([part.direction[:, :, 0] + 1j * part.direction[:, :, 1] for part in pilot])
     velocity = np.concatenate([part.windows(part.velocity) for part in pilot])
     period = (pilot[0].time[1] - pilot[0].time[0]) / pilot[0].step if len(pilot[0].time) > 1 else 0.0
     taps = pilot[0].taps
     width = float(np.sqrt(taps @ (np.arange(len(taps)) - (len(taps) - 1) / 2) ** 2 / taps.sum())) * period  # [s]
-    found = np.zeros(left.shape[1], dtype=np.int64)
-    for joint, (cosine, sine) in enumerate(np.moveaxis(direction, 1, 0).transpose(0, 2, 1)):
-        if not np.isfinite(cosine).all():
+    found = np.zeros(score.shape[1], dtype=np.int64)
+    for joint, there in enumerate(direction.T):
+        if not np.isfinite(there).all():
             continue  # it slides
-        mean = np.angle(np.mean(cosine + 1j * sine))
-        place = np.angle((cosine + 1j * sine) * np.exp(-1j * mean))
+        place = np.angle(there * np.exp(-1j * np.angle(there.mean())))
         way = max(float(np.ptp(np.quantile(place, [0.02, 0.98]))), 1e-3)
         speed = max(float(np.sqrt(np.mean(velocity[:, joint] ** 2))), 1e-3)
         first, last = np.ceil(2 * np.pi * FEWEST_RIPPLES / way), 2 * np.pi * FASTEST_RIPPLE / speed
@@ -159,14 +162,16 @@ def _ripples(pilot: Sequence[WeakEquations], left: Array) -> NDArray[np.int64]:
             continue
         passed = np.exp(-0.5 * (width * np.outer(velocity[:, joint], tried)) ** 2)
         waves = passed * np.exp(1j * np.outer(place, tried))
-        explained = np.abs(left[:, joint] @ waves) ** 2 / np.maximum((passed**2).sum(axis=0), 1e-12)
+        explained = np.abs(score[:, joint] @ waves) ** 2 / np.maximum(known[:, joint] @ passed**2, 1e-300)
         found[joint] = int(tried[np.argmax(explained)])
     return found
 
 
 def _slope(equations: WeakEquations) -> Array:
     """Return the change of each torque with time [N m/s], shape (K, n)."""
-    return np.asarray(np.gradient(equations.torque, equations.time, axis=0)) if len(equations.time) > 1 else 0 * equations.torque
+    if len(equations.time) == 1:
+        return np.zeros_like(equations.torque)
+    return np.asarray(np.gradient(equations.torque, equations.time, axis=0))
 
 
 def _lags(sign: Array, travels: Sequence[Array]) -> list[Array]:
