@@ -29,7 +29,10 @@ STEEP = 40.0
 """Slope of the smooth sign in friction that is added [s/rad]."""
 
 Change = Callable[[RobotLog, Array, Array], Array]
-"""What a cause adds to the torque of a log, given each joint's Coulomb friction and load [N m], shape (T, n)."""
+"""What a cause adds to the torque of a log, given each joint's Coulomb friction and load [N m], shape (T, n).
+
+A joint without the cause is given none.
+"""
 
 
 def _velocity(log: RobotLog) -> Array:
@@ -37,18 +40,18 @@ def _velocity(log: RobotLog) -> Array:
 
 
 def load(log: RobotLog, coulomb: Array, carried: Array) -> Array:
-    """A tenth of the load, against the motion."""
+    """Return a tenth of the load, against the motion."""
     return np.asarray(0.1 * np.abs(carried) * np.tanh(STEEP * _velocity(log)) * (coulomb > 0))
 
 
-def drift(log: RobotLog, coulomb: Array, carried: Array) -> Array:
-    """Coulomb friction loses 40 % in the course of the log."""
+def drift(log: RobotLog, coulomb: Array, _: Array) -> Array:
+    """Return what is missing if Coulomb friction loses 40 % in the course of the log."""
     run = (log.time - log.time[0]) / (log.time[-1] - log.time[0])
     return np.asarray(-0.4 * run[:, None] * coulomb * np.tanh(STEEP * _velocity(log)))
 
 
-def presliding(log: RobotLog, coulomb: Array, carried: Array) -> Array:
-    """Coulomb friction follows within 6 mrad of travel."""
+def presliding(log: RobotLog, coulomb: Array, _: Array) -> Array:
+    """Return what is missing if Coulomb friction follows within 6 mrad of travel."""
     sign = np.tanh(STEEP * _velocity(log))
     kept = np.exp(-np.abs(np.diff(log.position, axis=0, prepend=log.position[:1])) / 0.006)
     z = np.zeros_like(sign)
@@ -58,7 +61,7 @@ def presliding(log: RobotLog, coulomb: Array, carried: Array) -> Array:
 
 
 def play(log: RobotLog, coulomb: Array, carried: Array) -> Array:
-    """What the link needs does not get through for 20 ms after it has changed its sign."""
+    """Return what is missing where the link's torque does not get through for 20 ms after it has changed its sign."""
     changed = np.diff(np.sign(carried), axis=0, prepend=np.sign(carried[:1])) != 0
     span = round(0.02 / float(np.median(np.diff(log.time))))
     crossing = np.apply_along_axis(np.convolve, 0, changed.astype(float), np.ones(span))[: len(log.time)] > 0
@@ -69,7 +72,7 @@ def play(log: RobotLog, coulomb: Array, carried: Array) -> Array:
 def ripple(periods: float, share: float) -> Change:
     """Return torque that comes and goes over position, so often a turn and over Coulomb friction [1]."""
 
-    def change(log: RobotLog, coulomb: Array, carried: Array) -> Array:
+    def change(log: RobotLog, coulomb: Array, _: Array) -> Array:
         return np.asarray(share * coulomb * np.sin(periods * log.position + np.arange(len(coulomb))))
 
     return change
@@ -78,15 +81,15 @@ def ripple(periods: float, share: float) -> Change:
 def late(seconds: float) -> Change:
     """Return what a torque is off that comes so much later [s]."""
 
-    def change(log: RobotLog, coulomb: Array, carried: Array) -> Array:
+    def change(log: RobotLog, coulomb: Array, _: Array) -> Array:
         rows = np.maximum(np.arange(len(log.time)) - round(seconds / float(np.median(np.diff(log.time)))), 0)
         return np.asarray((log.torque[rows] - log.torque) * (coulomb > 0))
 
     return change
 
 
-def turned(log: RobotLog, coulomb: Array, carried: Array) -> Array:
-    """Torque of the wrong sign."""
+def turned(log: RobotLog, coulomb: Array, _: Array) -> Array:
+    """Return what turns the torque's sign."""
     return np.asarray(-2 * log.torque * (coulomb > 0))
 
 
@@ -178,7 +181,8 @@ def of_the_arm(case: str, seed: int) -> tuple[str, tuple[str, ...], Robot, list[
     law = get_law("stribeck")
     heavier = _with_payload(robot, 1.0) if case == "1 kg not in the model" else robot
     log, truth = exact_log(heavier, law, dict.fromkeys(robot.joint_names, FRICTION), duration=20.0, seed=seed)
-    log, cause, joints = replace(log, velocity=None, acceleration=None), "", ()
+    log, cause = replace(log, velocity=None, acceleration=None), ""
+    joints: tuple[str, ...] = ()
     if case in IN_SOME:
         cause, change = IN_SOME[case]
         joints = robot.joint_names[seed % 3 :: 3]

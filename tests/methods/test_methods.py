@@ -14,6 +14,7 @@ from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, preparation
 from stribeck.errors import SettingsError
+from stribeck.finding import Finding
 from stribeck.friction import LAWS, get_law
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.identification.curve_fit.fit import fit_joint
@@ -49,6 +50,9 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
 @pytest.fixture(scope="module")
 def log(arm: Robot) -> RobotLog:
     return arm_log(arm, duration=12)
+
+
+SAID = Finding(check="said", text="all samples")
 
 
 @pytest.fixture

@@ -50,10 +50,10 @@ class GroundReaction:
             f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
         )
         far = vertical > GROUND_TOLERANCE * weight
-        return [text], [_disagreement(text)] if far else []
+        return [text], [_far_apart(text)] if far else []
 
 
-def _disagreement(text: str) -> Finding:
+def _far_apart(text: str) -> Finding:
     return Finding(
         check="ground-reaction",
         text=f"the model and the foot sensors disagree: {text}",

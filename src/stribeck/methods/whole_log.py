@@ -214,8 +214,8 @@ class WholeLog:
             found.append(
                 Finding(
                     check="bodies-implausible",
-                    text=f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: something "
-                    "else than inertias is wrong, and the friction may be wrong with it",
+                    text=f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: "
+                    "something else than inertias is wrong, and the friction may be wrong with it",
                     cure="check signs and units of the torques, and for motors that log none",
                     joints=tuple(bodies),
                 )

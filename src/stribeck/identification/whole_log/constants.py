@@ -255,10 +255,10 @@ MOST_SHARE = 2.0
 """Size over a joint's friction above which no change of friction explains it [1]: a torque of the wrong sign, say."""
 
 LEAST_DELAY = 1e-3
-"""Delay of one joint's torque from which it is told of [s]: a cycle of a 1 kHz bus."""
+"""Delay of one joint's torque from which it is flagged [s]: a cycle of a 1 kHz bus."""
 
 LEAST_SHIFT = 2.0
-"""Shift of the friction curve that a term makes, in standard errors, from which it is told of [1]: out of its interval.
+"""Shift of the friction curve that a term makes, in standard errors, from which it is flagged [1]: out of its interval.
 
 On the walks of `studies.what_is_told`, terms that are not there shift it by TODO at most.
 """

@@ -140,8 +140,8 @@ def _by_joint(equations: WeakEquations, residual: Array, variance: Array) -> tup
 def _ripples(pilot: Sequence[WeakEquations], score: Array, known: Array) -> NDArray[np.int64]:
     """Return how many periods a turn explain most of what is left of each joint's torque, shape (n,).
 
-    As many are tried as the motion tells apart: from `FEWEST_RIPPLES` over the way that the joint moves, up to where the
-    window begins to level them, as it passes the middle of its motion at one speed. What is left, times its
+    As many are tried as the motion tells apart: from `FEWEST_RIPPLES` over the way that the joint moves, up to where
+    the window begins to level them, as it passes the middle of its motion at one speed. What is left, times its
     `known` information, has shape (K, n).
     """
     direction = np.concatenate([part.direction[:, :, 0] + 1j * part.direction[:, :, 1] for part in pilot])

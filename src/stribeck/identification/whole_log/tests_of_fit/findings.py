@@ -38,7 +38,7 @@ CURES = {
 
 BEFORE, UNCLEAR = "friction-", "friction-unclear"
 
-BIASED = "the law's parameters are an average over this log, and their intervals do not know"
+BIASED = "the friction found is off by more than its intervals say"
 
 
 def misfit_findings(misfits: Sequence[Sequence[Misfit]], names: Sequence[str]) -> list[Finding]:

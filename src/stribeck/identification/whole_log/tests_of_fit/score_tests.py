@@ -10,7 +10,7 @@ curvature on this sample, and Z the columns of the random effects, of variances 
 
 and with z = N^-1 s, z^T (N^-1 V N^-1)^-1 z is chi^2 distributed if there is no such friction (Rao 1948). Where several
 terms are improbable by chance, the one that explains most is taken, and the others are tested again beside it. A term
-is told of if it moves the friction curve out of its interval, and is named unless others explain nearly as much.
+is flagged if it moves the friction curve out of its interval, and is named unless others explain nearly as much.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def friction_residual_rms(
 def remaining(equations: WeakEquations, basis: Basis, friction: Array, corrections: Array) -> Array:
     """Return what coefficients of curves and corrections leave of the equations, shape (K, m)."""
     fitted = design(equations, basis) @ np.concatenate([friction, corrections])
-    return equations.residual - fitted.reshape(equations.residual.shape)
+    return np.asarray(equations.residual - fitted.reshape(equations.residual.shape))
 
 
 def coulomb_curves(normal_equations: NormalEquations, corrections: Array, joints: int) -> Array:
