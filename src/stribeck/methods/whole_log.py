@@ -64,8 +64,9 @@ LINEAR_DELAY = 1e-3
 LONGEST_DELAY = 0.1
 """Delay that is looked for at most [s]."""
 
-NOTABLE_DELAY = 2e-3
+NOTABLE_DELAY = 1.5e-3
 """Delay [s] from which a warning is given."""
+
 MUCH_SET_ASIDE = 0.1
 """Share of the log [1] that is set aside, from which a warning is given."""
 
