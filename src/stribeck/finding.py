@@ -30,5 +30,6 @@ class Finding:
     stops: bool = False
 
     def __str__(self) -> str:
-        """Return the text and the cure in one line."""
-        return f"{self.text}; {self.cure}" if self.cure else self.text
+        """Return text, cure, and where the check is explained, in one line."""
+        said = f"{self.text}; {self.cure}" if self.cure else self.text
+        return f"{said} (docs/findings.md#{self.check})"

@@ -71,7 +71,7 @@ def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
 
 def test_a_third_method_goes_through_the_spine(arm: Robot, log: RobotLog, all_samples: str) -> None:
     result = identify(log, arm.path, method=all_samples, law="stribeck")
-    assert (result.method, result.warnings) == (all_samples, ["all samples"])
+    assert (result.method, result.warnings) == (all_samples, [str(SAID)])
     assert result.corrections is None
     for joint in result.joints.values():
         assert joint.validation is None

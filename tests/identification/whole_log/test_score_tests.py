@@ -108,14 +108,14 @@ def scored(kind: str, chi_square: float = 400.0, shift: float = 5.0) -> ScoreTes
 
 
 def test_joints_of_one_kind_share_a_finding() -> None:
-    (finding,) = misfit_findings([(Misfit((scored("load"),)),), (), (Misfit((scored("load"),)),)], ["a", "b", "c"])
+    (finding,) = misfit_findings([Misfit((scored("load"),)), None, Misfit((scored("load"),))], ["a", "b", "c"])
     assert (finding.check, finding.joints) == ("friction-load", ("a", "c"))
     assert "a (25 % of its friction), c (25 % of its friction)" in finding.text
 
 
 def test_kinds_that_explain_as_much_are_named_together() -> None:
     together = Misfit((scored("ripple"), scored("play", 300.0), scored("presliding", 250.0)), 18)
-    (finding,) = misfit_findings([(together,)], ["knee"])
+    (finding,) = misfit_findings([together], ["knee"])
     assert finding.check == UNCLEAR
     assert "not explained by friction of velocity: knee (ripple over position or play or presliding)" in finding.text
 

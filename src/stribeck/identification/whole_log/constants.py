@@ -293,5 +293,8 @@ FEWEST_RIPPLES = 2.0
 FASTEST_RIPPLE = 25.0
 """Ripple at a joint's usual speed [Hz] up to which it is looked for: the window (2) levels what is faster."""
 
+LEAST_RIPPLES = 6
+"""Periods of a ripple a turn, at least [1]: gravity of bodies behind has up to some, motors and gears have more."""
+
 MOST_RIPPLES = 400
 """Periods of a ripple a turn, at most [1]: a slow motion would show more, and take long. Chosen by judgement."""

@@ -79,7 +79,7 @@ class WholeLogFit:
     segments: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
-    misfits: tuple[tuple[Misfit, ...], ...]
+    misfits: tuple[Misfit | None, ...]
     heterogeneity: float
     joint_heterogeneity: Array
     undiscounted: Array
@@ -229,7 +229,9 @@ def fit_whole_log(
         terms=choice.verdicts if choice else (),
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
         mean_direction=direction,
-        misfits=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std, budget.total),
+        misfits=run_score_tests(
+            sampled, normal_equations.count, curves, model, solution, effect_std, budget.total, of_model
+        ),
     )
 
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from stribeck.identification.whole_log.constants import (
     FASTEST_RIPPLE,
     FEWEST_RIPPLES,
+    LEAST_RIPPLES,
     MOST_RIPPLES,
     PRESLIDING_TIMES,
     SIGN_CHANGE,
@@ -156,7 +157,7 @@ def _ripples(pilot: Sequence[WeakEquations], score: Array, known: Array) -> NDAr
         place = np.angle(there * np.exp(-1j * np.angle(there.mean())))
         way = max(float(np.ptp(np.quantile(place, [0.02, 0.98]))), 1e-3)
         speed = max(float(np.sqrt(np.mean(velocity[:, joint] ** 2))), 1e-3)
-        first, last = np.ceil(2 * np.pi * FEWEST_RIPPLES / way), 2 * np.pi * FASTEST_RIPPLE / speed
+        first, last = max(LEAST_RIPPLES, np.ceil(2 * np.pi * FEWEST_RIPPLES / way)), 2 * np.pi * FASTEST_RIPPLE / speed
         tried = np.arange(first, min(last, MOST_RIPPLES) + 1, max(1, int(np.pi / (2 * way))))
         if not len(tried):
             continue

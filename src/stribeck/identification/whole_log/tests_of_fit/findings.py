@@ -28,7 +28,7 @@ WORDS = {
 }
 
 CURES = {
-    "load": "use the law 'auto', which has a term for it, or a log with loads as those of its use",
+    "load": "log loads as those of its use; the law 'auto' may have a term for it",
     "drift": "warm the robot up first, or log temperature and use the law 'auto'",
     "presliding": "leave slow reversals out, or take the values for sliding alone",
     "play": "keep the torque of one sign, by a payload or a posture, or take the values for a joint without its play",
@@ -41,16 +41,15 @@ BEFORE, UNCLEAR = "friction-", "friction-unclear"
 BIASED = "the friction found is off by more than its intervals say"
 
 
-def misfit_findings(misfits: Sequence[Sequence[Misfit]], names: Sequence[str]) -> list[Finding]:
+def misfit_findings(misfits: Sequence[Misfit | None], names: Sequence[str]) -> list[Finding]:
     """Return a finding for each kind that joints have, and one for those in which several kinds explain as much."""
     alone: dict[str, dict[str, str]] = {}
     unclear: dict[str, str] = {}
-    for name, own in zip(names, misfits, strict=True):
-        for misfit in own:
-            if len(misfit.tests) == 1:
-                alone.setdefault(misfit.tests[0].kind, {})[name] = _evidence(misfit)
-            else:
-                unclear[name] = " or ".join(WORDS[test.kind] for test in misfit.tests)
+    for name, misfit in zip(names, misfits, strict=True):
+        if misfit and len(misfit.tests) == 1:
+            alone.setdefault(misfit.tests[0].kind, {})[name] = _evidence(misfit)
+        elif misfit:
+            unclear[name] = " or ".join(WORDS[test.kind] for test in misfit.tests)
     found = [
         Finding(
             check=BEFORE + kind,

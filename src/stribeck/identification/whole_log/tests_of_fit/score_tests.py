@@ -1,4 +1,4 @@
-"""Score tests of alternative terms, friction that no law of velocity describes (docs/estimator.md, equations 33 to 36).
+"""Score tests of alternative terms, friction that no law of velocity describes (docs/estimator.md, equations 33 to 37).
 
 A law that is fitted to friction that it cannot describe gives an average, and its intervals do not show it. With e the
 whitened residual of a sample of the log, T the columns of `AlternativeTerms`, J those of all that is fitted, H their
@@ -110,8 +110,9 @@ def run_score_tests(
     solution: Solution,
     effect_std: Array,
     covariance: Array,
-) -> tuple[tuple[Misfit, ...], ...]:
-    """Return what the law of each joint does not describe, and what does.
+    heterogeneity: float,
+) -> tuple[Misfit | None, ...]:
+    """Return what the law of each joint does not describe, and what does; None of a joint that it describes.
 
     Parameters
     ----------
@@ -126,6 +127,8 @@ def run_score_tests(
         (n,).
     covariance
         Of all coordinates, by the covariance budget, shape (m, m).
+    heterogeneity
+        Over folds [1]: what parts of the log do not agree on is no evidence.
     """
     own = normal_equations.alternatives
     assert own is not None
@@ -151,10 +154,10 @@ def run_score_tests(
     )
     scale = max(1.0, solution.chi_square / max(total - solution.internal.size, 1))
     level = np.maximum(_friction(curves, solution), LEAST_FRICTION * own.torque)
-    found: list[tuple[Misfit, ...]] = []
+    found: list[Misfit | None] = []
     for joint in range(layout.joints):
         if own.torque[joint] <= NO_TORQUE:
-            found.append(())
+            found.append(None)
             continue
         place = slice(joint * COLUMNS, (joint + 1) * COLUMNS)
         gradient = mixed(_curve_rows(normal_equations, curves, joint, fitted.stop))
@@ -162,12 +165,13 @@ def run_score_tests(
         scores = _Scores(
             score=score[place],
             information=information[place, place],
-            variance=scale * information[place, place] + bias[place] @ bias[place].T,
+            variance=scale * max(1.0, heterogeneity) * information[place, place] + bias[place] @ bias[place].T,
             pull=gradient @ lost[place].T / np.maximum(errors, 1e-300)[:, None],
             level=float(level[joint]),
             delay=own.delay,
         )
-        found.append(tuple(Misfit(tests, int(own.ripples[joint])) for tests in scores.explanations()))
+        tests = scores.explanation()
+        found.append(Misfit(tests, int(own.ripples[joint])) if tests else None)
     return tuple(found)
 
 
@@ -192,18 +196,20 @@ class _Scores:
     level: float
     delay: float
 
-    def explanations(self) -> list[tuple[ScoreTest, ...]]:
-        """Return the kinds that explain what the law does not, together where several explain nearly as much."""
-        found: list[tuple[ScoreTest, ...]] = []
+    def explanation(self) -> tuple[ScoreTest, ...]:
+        """Return the kind that explains what the law does not, or several that explain nearly as much; () if none.
+
+        What moves the curve by less than its interval is taken into account, and what is left is looked at again.
+        """
         beside: list[str] = []
         while True:
             tests = [self.test(kind, beside) for kind in KINDS if kind not in beside]
             clear = sorted((t for t in tests if t and t.significant), key=lambda t: t.chi_square, reverse=True)
             if not clear:
-                return found
+                return ()
             rivals = tuple(test for test in clear if test.chi_square > EQUALLY_GOOD * clear[0].chi_square)
             if any(test.matters for test in rivals):
-                found.append(rivals)
+                return rivals
             beside.append(clear[0].kind)
 
     def test(self, kind: str, beside: Sequence[str] = ()) -> ScoreTest | None:
