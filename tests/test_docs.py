@@ -445,7 +445,7 @@ def test_every_check_has_a_paragraph_on_findings() -> None:
     source = "\n".join(path.read_text() for path in (ROOT / "src/stribeck").rglob("*.py"))
     named = set(re.findall(r'check="([\w-]+)"', source)) | {f"{BEFORE}{kind}" for kind in SENTENCES} | {UNCLEAR}
     named |= {"torque-delay", "base-orientation-delay"}
-    parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", page("findings.md"), re.MULTILINE | re.DOTALL))
+    parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", PAGES["docs/findings.md"], re.MULTILINE | re.DOTALL))
     assert named <= set(parts)
     assert [name for name in named - {"base-orientation-delay"} if "Cure:" not in parts[name]] == []
 
@@ -453,4 +453,4 @@ def test_every_check_has_a_paragraph_on_findings() -> None:
 def test_how_often_findings_are_right_is_the_studys() -> None:
     told = json.loads((ROOT / "studies/what_is_told.json").read_text())["told"]
     for row in what_is_told.table(told):
-        assert row in page("findings.md")
+        assert row in PAGES["docs/findings.md"]

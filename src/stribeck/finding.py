@@ -30,6 +30,10 @@ class Finding:
     stops: bool = False
 
     def __str__(self) -> str:
-        """Return text, cure, and where the check is explained, in one line."""
-        said = f"{self.text}; {self.cure}" if self.cure else self.text
-        return f"{said} (docs/findings.md#{self.check})"
+        """Return the text and the cure in one line."""
+        return f"{self.text}; {self.cure}" if self.cure else self.text
+
+    @property
+    def line(self) -> str:
+        """That line, with the place where the check is explained."""
+        return f"{self} (docs/findings.md#{self.check})"

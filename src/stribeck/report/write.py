@@ -90,7 +90,7 @@ def warnings(result: Result) -> Section | None:
     """Return the section with a sentence a warning, or None without any."""
     if not result.warnings:
         return None
-    return Section(anchor="warnings", title="Warnings", body=render("warnings.html.j2", warnings=result.warnings))
+    return Section(anchor="warnings", title="Warnings", body=render("warnings.html.j2", warnings=result.warning_lines))
 
 
 def power(result: Result) -> Section | None:

@@ -88,6 +88,12 @@ class Result:
         """Joints, and couplings behind them."""
         return {**self.joints, **self.couplings}
 
+    @property
+    def warning_lines(self) -> list[str]:
+        """The warnings, those of findings with the place where their check is explained."""
+        explained = {str(finding): finding.line for finding in self.findings}
+        return [explained.get(warning, warning) for warning in self.warnings]
+
     def __repr__(self) -> str:
         return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
 
