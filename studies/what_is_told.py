@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from stribeck import identify
+from stribeck.identification.whole_log.tests_of_fit.findings import UNCLEAR
 from stribeck.outputs import whole_or_not_at_all
 from studies.told_cases import ENTIRE, IN_SOME, ON_THE_ARM, of_the_arm, of_walks
 
@@ -32,8 +33,8 @@ CAUSES: dict[str, tuple[str, ...]] = {
     "friction-play": ("play",),
     "friction-delay": ("delay",),
     "friction-ripple": ("ripple", "several"),
-    "friction-unclear": ("load", "drift", "presliding", "play", "delay", "ripple", "several"),
-    "much-set-aside": ("pushed", "spikes", "presliding"),
+    UNCLEAR: ("load", "drift", "presliding", "play", "delay", "ripple", "several"),
+    "much-set-aside": ("pushed", "presliding"),
     "heterogeneity": ("pushed", "several"),
 }
 """Which causes each check is right about."""
@@ -86,7 +87,8 @@ def table(told: Collection[Told]) -> list[str]:
         cells = []
         for robots in (CHOSEN_ON, SHOWN_ON):
             hit, having, false, others = rates([one for one in told if one["robot"] in robots], check)
-            cells += [f"{hit} of {having}" if having else "–", f"{false} of {others}"]
+            shown = having and check != UNCLEAR  # where a kind alone is named, that is better
+            cells += [f"{hit} of {having}" if shown else "–", f"{false} of {others}"]
         rows.append(f"| `{check}` | {' | '.join(cells)} |")
     return rows
 

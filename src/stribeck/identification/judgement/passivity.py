@@ -13,7 +13,7 @@ from stribeck.samples import Samples
 LEAST_NEGATIVE = 4.0
 """Power that friction adds on average, in its standard errors over the blocks [1], from which passivity is violated.
 
-In `studies.what_is_told` it is at least 4.7 in a joint of every log with torques of the wrong sign, and at most 2.4 in
+In `studies.what_is_told` it is at least 4.5 in a joint of every log with torques of the wrong sign, and at most 2.4 in
 any joint of all other logs.
 """
 
