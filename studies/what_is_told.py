@@ -40,7 +40,7 @@ CAUSES: dict[str, tuple[str, ...]] = {
 """Which causes each check is right about."""
 
 MISSES = {"torque-delay": ("one torque 5 ms late",), "friction-delay": ("torques 2 ms late", "all torques 4 ms late")}
-"""Cases that have a cause but are another check's."""
+"""Cases that have a cause but are another check's: they count neither way."""
 
 
 class Told(TypedDict):
@@ -74,7 +74,9 @@ def rates(told: Collection[Told], check: str) -> tuple[int, int, int, int]:
     """Return on how many logs with its cause a check says something, of how many, and the same without."""
     hit = having = false = others = 0
     for one in told:
-        there = one["cause"] in CAUSES[check] and one["case"] not in MISSES.get(check, ())
+        if one["case"] in MISSES.get(check, ()):
+            continue
+        there = one["cause"] in CAUSES[check]
         having, hit = having + there, hit + (there and check in one["said"])
         others, false = others + (not there), false + (not there and check in one["said"])
     return hit, having, false, others
