@@ -92,16 +92,13 @@ class AlternativeTerms:
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
         late = -self.delay * _slope(equations)
         of_velocity = [time * s, time * speed, *lagging]
-        others = [*_blows(equations, self.unexplained), late, *self._rippling(equations, period)]
+        others = [*_blows(equations, self.unexplained), late, *self._rippling(equations)]
         return np.stack([load * s, self.gain * equations.torque, *of_velocity, *others], axis=2)
 
-    def _rippling(self, equations: WeakEquations, period: float) -> list[Array]:
+    def _rippling(self, equations: WeakEquations) -> list[Array]:
         """Return cosine and sine of so many times the position, through the window, shape (K, n) each."""
-        travel = np.cumsum(equations.velocity, axis=0) * period
-        away = np.nan_to_num(equations.direction[:, :, 0] + 1j * equations.direction[:, :, 1])
-        start = np.angle((away * np.exp(-1j * equations.windows(travel))).sum(axis=0))
-        angle = self.ripples * (start + travel)
-        return [equations.windows(np.where(self.ripples, each, 0.0)) for each in (np.cos(angle), np.sin(angle))]
+        found = equations.direction(self.ripples.astype(float))
+        return [np.where(self.ripples > 0, each, 0.0) for each in np.moveaxis(found, 2, 0)]
 
 
 def find_alternatives(
@@ -145,7 +142,7 @@ def _ripples(pilot: Sequence[WeakEquations], score: Array, known: Array) -> NDAr
     the window begins to level them, as it passes the middle of its motion at one speed. What is left, times its
     `known` information, has shape (K, n).
     """
-    direction = np.concatenate([part.direction[:, :, 0] + 1j * part.direction[:, :, 1] for part in pilot])
+    direction = np.concatenate([part.direction() @ np.array([1.0, 1j]) for part in pilot])
     velocity = np.concatenate([part.windows(part.velocity) for part in pilot])
     period = (pilot[0].time[1] - pilot[0].time[0]) / pilot[0].step if len(pilot[0].time) > 1 else 0.0
     taps = pilot[0].taps
