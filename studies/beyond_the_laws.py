@@ -25,7 +25,7 @@ import numpy as np
 
 from stribeck import Settings, identify
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.tests_of_fit.score_tests import SENTENCES
+from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, SENTENCES
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import JointResult, Result
 from stribeck_simulation.run import Simulated
@@ -73,10 +73,8 @@ def tell(case: str, method: str, seed: int, simulated: Simulated) -> Told:
 
 def kinds_told(result: Result, joints: Iterable[str]) -> dict[str, int]:
     """Return how many of some joints a warning says something of, by what it says."""
-    said = {
-        kind: [text for text in result.warnings if text.startswith(sentence)] for kind, sentence in SENTENCES.items()
-    }
-    return {kind: sum(f"{joint} (" in texts[0] for joint in joints) for kind, texts in said.items() if texts}
+    told = {finding.check.removeprefix(BEFORE): finding.joints for finding in result.findings}
+    return {kind: len(set(told[kind]) & set(joints)) for kind in SENTENCES if kind in told}
 
 
 def missed(simulated: Simulated, found: dict[str, JointResult]) -> float:

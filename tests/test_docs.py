@@ -17,7 +17,16 @@ import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
-from studies import accuracy_cases, accuracy_table, beyond_cases, beyond_the_laws, least_error, step_coverage, verdicts
+from studies import (
+    accuracy_cases,
+    accuracy_table,
+    beyond_cases,
+    beyond_the_laws,
+    least_error,
+    step_coverage,
+    verdicts,
+    what_is_told,
+)
 from tests.arm import arm_log, save_npz, write_arm
 from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
@@ -28,6 +37,7 @@ from stribeck.errors import StribeckError
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import WIDEST
+from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, SENTENCES, UNCLEAR
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.motion.filters import TAKES
 from stribeck.result import (
@@ -431,3 +441,19 @@ def test_the_readme_has_the_figures_of_the_study_and_no_gaps() -> None:
         errors = " | ".join(f"{100 * rows[name]['mean_error']:.2f} %" for name in order)
         assert f"| {label} | {errors} | {min(shares):.1f} to {max(shares):.1f} % |" in readme
     assert not re.search(r"@[A-Z]+@", readme)
+
+
+def test_every_check_has_a_paragraph_on_findings() -> None:
+    """Checks are the names in the code; each has a heading, an example and a cure."""
+    source = "\n".join(path.read_text() for path in (ROOT / "src/stribeck").rglob("*.py"))
+    named = set(re.findall(r'check="([\w-]+)"', source)) | {f"{BEFORE}{kind}" for kind in SENTENCES} | {UNCLEAR}
+    named |= {"torque-delay", "base-orientation-delay"}
+    parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", PAGES["docs/findings.md"], re.MULTILINE | re.DOTALL))
+    assert named <= set(parts)
+    assert [name for name in named - {"base-orientation-delay"} if "Cure:" not in parts[name]] == []
+
+
+def test_how_often_findings_are_right_is_the_studys() -> None:
+    told = json.loads((ROOT / "studies/what_is_told.json").read_text())["told"]
+    for row in what_is_told.table(told):
+        assert row in PAGES["docs/findings.md"]

@@ -13,10 +13,11 @@ from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.own_friction import own_friction
+from stribeck.identification.judgement.passivity import passivity_violated
 from stribeck.identification.judgement.torque_r2 import torque_r2
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
-from stribeck.methods import Finding, Method
+from stribeck.methods import Fitted, Method
 from stribeck.preparation import PreparedLog
 from stribeck.result import CouplingResult, Evidence, JointResult, Result, TorqueR2
 from stribeck.result.provenance import log_summary, provenance
@@ -25,12 +26,9 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.version import __version__
 
-MOST_ADDED = 0.4
-"""Share of samples with positive friction power above which a joint's signals or model must be wrong."""
-
 
 def compose(
-    finding: Finding,
+    fitted: Fitted,
     friction: FrictionSamples,
     prepared: Sequence[PreparedLog],
     robot: Robot,
@@ -42,7 +40,7 @@ def compose(
 
     Parameters
     ----------
-    finding, friction
+    fitted, friction
         Of the method, and the friction torque of its robot and logs.
     prepared, robot
         As they were given.
@@ -54,15 +52,15 @@ def compose(
     NothingIdentifiedError
         If no joint moves enough for any number.
     """
-    couplings = {name: robot.couplings[name] for name in finding.couplings}
+    couplings = {name: robot.couplings[name] for name in fitted.couplings}
     samples, close_up = (
-        own_friction(part, finding.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)
+        own_friction(part, fitted.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)
     )
-    fits = {name: _with_model_armature(fit, name, robot) for name, fit in finding.fits.items()}
-    found = _joints(finding, fits, samples, law, settings)
-    correction = None if finding.robot is robot else _before_and_after(friction, prepared, robot)
+    fits = {name: _with_model_armature(fit, name, robot) for name, fit in fitted.fits.items()}
+    found = _joints(fitted, fits, samples, law, settings)
+    correction = None if fitted.robot is robot else _before_and_after(friction, prepared, robot)
     shown = correction or (_swinging(friction.samples, robot),)
-    r2 = [torque_r2(own_friction(part, finding.fits, law, couplings), finding.fits, law) for part in shown]
+    r2 = [torque_r2(own_friction(part, fitted.fits, law, couplings), fitted.fits, law) for part in shown]
     found |= {
         name: replace(
             found[name], torque_r2=TorqueR2(nominal=r2[0][name], corrected=r2[-1].get(name) if correction else None)
@@ -71,6 +69,11 @@ def compose(
         if found[name].curve
     }
     joints = {name: found[name] for name in friction.samples.joint_names}
+    findings = [
+        *(each for part in friction.logs for each in part.findings),
+        *passivity_violated(found, samples),
+        *fitted.findings,
+    ]
     return Result(
         robot=robot.name,
         log=log_summary(
@@ -84,17 +87,16 @@ def compose(
         method=method.name,
         joints=joints,
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
+        findings=findings,
         warnings=[
             *robot.warnings,
             *(warning for part in prepared for warning in part.warnings),
-            *(warning for part in friction.logs for warning in part.warnings),
-            *_passivity_violated(found),
-            *finding.warnings,
+            *map(str, findings),
         ],
-        corrections=finding.corrections,
+        corrections=fitted.corrections,
         stribeck=__version__,
         evidence=_evidence(
-            finding,
+            fitted,
             friction,
             (samples, close_up),
             prepared,
@@ -105,14 +107,14 @@ def compose(
 
 
 def _joints(
-    finding: Finding, fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
+    fitted: Fitted, fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
 ) -> dict[str, JointResult]:
     """Return what is said of every joint and coupling, with the terms of the law "auto"."""
-    joints = judge(fits, samples, law, settings, finding.validations, finding.criteria)
+    joints = judge(fits, samples, law, settings, fitted.validations, fitted.criteria)
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
-    for name, (terms, load, direction, per_turn) in finding.terms.items():
+    for name, (terms, load, direction, per_turn) in fitted.terms.items():
         if joints[name].parameters:
             joints[name] = with_terms(joints[name], terms, load, direction, per_turn)
     return joints
@@ -126,7 +128,7 @@ def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list
 
 
 def _evidence(
-    finding: Finding,
+    fitted: Fitted,
     friction: FrictionSamples,
     shown: tuple[Samples, Samples],
     prepared: Sequence[PreparedLog],
@@ -137,14 +139,14 @@ def _evidence(
     samples, close_up = shown
     return Evidence(
         samples=samples,
-        covariance={joint: fit.covariance for joint, fit in finding.fits.items()},
+        covariance={joint: fit.covariance for joint, fit in fitted.fits.items()},
         phases=[phase for part in friction.logs for phase in part.phases],
         close_up=close_up,
         provenance=origin,
         prismatic=frozenset(name for column, name in enumerate(samples.joint_names) if samples.slides(column)),
         notes=[
             *(note for part in prepared for note in part.notes),
-            *finding.notes,
+            *fitted.notes,
             *friction.notes,
             *(note for part in friction.logs for note in part.notes),
         ],
@@ -170,21 +172,6 @@ def _swinging(samples: Samples, robot: Robot) -> Samples:
     standing = np.array([robot.standing(standing) for standing in feet])
     swinging = ~standing[:, robot.torque_controlled][samples.support]
     return replace(samples, usable=samples.usable & swinging)
-
-
-def _passivity_violated(joints: dict[str, JointResult]) -> list[str]:
-    """Return a warning about joints whose friction adds power nearly as often as it takes it (7.9).
-
-    In noise and at rest a joint does so too: where the curve is known to resist, or to be next to nothing, all is well.
-    """
-    weak = {name: joint for name, joint in joints.items() if joint.verdict == "weak"}
-    names = [name for name, joint in weak.items() if (joint.positive_power_fraction or 0.0) > MOST_ADDED]
-    if not names:
-        return []
-    return [
-        f"passivity violated, friction adds power in over {100 * MOST_ADDED:.0f} % of the samples: {', '.join(names)}; "
-        "they have hardly any friction, or signs, delays ('stribeck inspect') or inertias are wrong"
-    ]
 
 
 def _with_model_armature(fit: JointFit, name: str, robot: Robot) -> JointFit:

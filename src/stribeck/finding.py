@@ -32,3 +32,8 @@ class Finding:
     def __str__(self) -> str:
         """Return the text and the cure in one line."""
         return f"{self.text}; {self.cure}" if self.cure else self.text
+
+    @property
+    def line(self) -> str:
+        """That line, with the place where the check is explained."""
+        return f"{self} (docs/findings.md#{self.check})"

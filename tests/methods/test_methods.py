@@ -14,12 +14,13 @@ from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, preparation
 from stribeck.errors import SettingsError
+from stribeck.finding import Finding
 from stribeck.friction import LAWS, get_law
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.identification.curve_fit.fit import fit_joint
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.log import RobotLog
-from stribeck.methods import METHODS, Finding, Method
+from stribeck.methods import METHODS, Fitted, Method
 from stribeck.methods.contract import SHARED
 from stribeck.result import read_result
 from stribeck.settings import FilterSettings, flat
@@ -51,6 +52,9 @@ def log(arm: Robot) -> RobotLog:
     return arm_log(arm, duration=12)
 
 
+SAID = Finding(check="said", text="all samples")
+
+
 @pytest.fixture
 def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
     """A third method: it holds nothing out."""
@@ -58,7 +62,7 @@ def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
     def find(prepared, robot, law, settings, friction_torque, progress):  # type: ignore[no-untyped-def] # noqa: ARG001
         samples = friction_torque(prepared, robot, settings).samples
         fits = {joint: fit_joint(joint_problem(samples, joint, law, settings)) for joint in samples.joint_names}
-        return Finding(fits=fits, validations=dict.fromkeys(fits), robot=robot, logs=prepared, warnings=["all samples"])
+        return Fitted(fits=fits, validations=dict.fromkeys(fits), robot=robot, logs=prepared, findings=[SAID])
 
     method = Method(defaults=lambda _: {"law": "stribeck"}, name="all-samples", uses=SHARED, laws=LAWS, find=find)
     monkeypatch.setitem(METHODS, method.name, method)
@@ -86,7 +90,7 @@ def test_a_third_method_goes_through_the_command_line(
     result = read_result(tmp_path / "out/result.json")
     assert result.method == all_samples
     assert pq.read_table(tmp_path / "out/friction_torque.parquet").num_rows == result.log.samples_used
-    assert "all samples" in capsys.readouterr().out
+    assert "all samples (docs/findings.md#said)" in capsys.readouterr().out
     assert run(*command, "--overwrite", "--set", "holdout=3") == 2
     said = capsys.readouterr().err
     assert "holdout is 3, which the method 'all-samples' does not use; leave it out, or --set holdout=5" in said

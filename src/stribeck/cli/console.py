@@ -79,7 +79,7 @@ def print_result(result: Result) -> None:
     for joint, found in result.all_friction.items():
         if found.verdict in ("weak", "not excited"):
             console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
-    for warning in result.warnings:
+    for warning in result.warning_lines:
         console.print(f"warning: {warning}", markup=False)
 
 

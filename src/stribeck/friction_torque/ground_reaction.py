@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stribeck.finding import Finding
 from stribeck.friction_torque.stream import Chunk
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
@@ -36,8 +37,8 @@ class GroundReaction:
                 self._sum += difference.sum(axis=0)
                 self._squares += (difference**2).sum(axis=0)
 
-    def texts(self, robot: Robot) -> tuple[list[str], list[str]]:
-        """Return a note, and a warning where model and foot sensor are far apart."""
+    def said(self, robot: Robot) -> tuple[list[str], list[Finding]]:
+        """Return a note, and a finding where model and foot sensor are far apart."""
         if not self.samples:
             return [], []
         weight = robot.mass * float(np.linalg.norm(robot.gravity))
@@ -49,4 +50,12 @@ class GroundReaction:
             f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
         )
         far = vertical > GROUND_TOLERANCE * weight
-        return [text], [f"the model and the foot sensors disagree: {text}"] if far else []
+        return [text], [_far_apart(text)] if far else []
+
+
+def _far_apart(text: str) -> Finding:
+    return Finding(
+        check="ground-reaction",
+        text=f"the model and the foot sensors disagree: {text}",
+        cure="weigh the robot as it stood, and zero the sensors in the air",
+    )

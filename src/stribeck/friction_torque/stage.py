@@ -11,6 +11,7 @@ import numpy as np
 
 from stribeck.contact import SupportPhase
 from stribeck.errors import errors_about
+from stribeck.finding import Finding
 from stribeck.friction_torque.auto_filter import cutoff_from_log
 from stribeck.friction_torque.ground_reaction import GroundReaction
 from stribeck.friction_torque.stream import Chunk, friction_torque, support_name
@@ -40,7 +41,7 @@ class LogFriction:
         A few seconds at the full rate.
     phases
         Contact modes over time, as in `Evidence`.
-    notes, warnings
+    notes, findings
         A sentence each.
     filter_name
         Of the filter, with its numbers.
@@ -51,7 +52,7 @@ class LogFriction:
     close_up: Samples
     phases: list[tuple[float, float, str, bool]]
     notes: list[str]
-    warnings: list[str]
+    findings: list[Finding]
     filter_name: str
 
 
@@ -189,7 +190,7 @@ def log_friction(
             ground.compare(log, chunk)
             progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
         samples = join(kept)
-    notes, warnings = ground.texts(robot)
+    notes, findings = ground.said(robot)
     return LogFriction(
         used=used,
         samples=samples,
@@ -204,7 +205,7 @@ def log_friction(
             for phase in phases
         ],
         notes=notes,
-        warnings=warnings,
+        findings=findings,
         filter_name=make_filter(settings.filter, prepared.sampling.period).name,
     )
 

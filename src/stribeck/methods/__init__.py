@@ -6,7 +6,7 @@ import json
 
 from stribeck.errors import SettingsError
 from stribeck.friction import FrictionLaw, get_law
-from stribeck.methods.contract import Finding as Finding
+from stribeck.methods.contract import Fitted as Fitted
 from stribeck.methods.contract import Method as Method
 from stribeck.methods.curve_fit import CURVE_FIT
 from stribeck.methods.whole_log import WHOLE_LOG

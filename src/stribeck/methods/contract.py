@@ -2,7 +2,7 @@
 
 To add a method:
 
-1. Write `methods/<name>.py` with a function `find` that is called as `Find` says and returns a `Finding`. A method that
+1. Write `methods/<name>.py` with a function `find` that is called as `Find` says and returns a `Fitted`. A method that
    fits the friction torque asks `friction_torque(prepared, robot, settings)` for it: that is worked out once, for the
    fit, the table and the report. A method that corrects the robot or the logs returns the corrected ones.
 2. Make a `Method` of it. `uses` is `SHARED` and the settings of its own, dotted as they are typed after `--set`; leave
@@ -10,7 +10,7 @@ To add a method:
    it can fit; `defaults` names the one that it fits by default.
 3. Settings of its own go into `Settings` in `settings.py`, with a line in docs/robot-file.md.
 4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance know it then,
-   and nothing else asks which method ran: what is particular to a method is data in its `Finding`.
+   and nothing else asks which method ran: what is particular to a method is data in its `Fitted`.
 5. Let it recover a known truth in tests/methods/test_methods.py, and describe it in docs/.
 """
 
@@ -20,6 +20,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from stribeck.finding import Finding
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples
 from stribeck.identification.joint_fit import JointFit
@@ -38,7 +39,7 @@ SHARED = frozenset(
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Finding:
+class Fitted:
     """What a method found.
 
     Attributes
@@ -60,8 +61,8 @@ class Finding:
         and sine of its position, None of a prismatic joint, and the periods of its torque ripple a turn.
     couplings
         Names of the robot's that were looked for.
-    warnings, notes
-        A sentence each.
+    findings, notes
+        What a user should act on, and a sentence each on what was done.
     """
 
     fits: Mapping[str, JointFit]
@@ -75,7 +76,7 @@ class Finding:
         default_factory=dict
     )
     couplings: Sequence[str] = ()
-    warnings: Sequence[str] = ()
+    findings: Sequence[Finding] = ()
     notes: Sequence[str] = ()
 
 
@@ -94,7 +95,7 @@ class Find(Protocol):
         settings: Settings,
         friction_torque: FrictionTorque,
         progress: Progress,
-    ) -> Finding:
+    ) -> Fitted:
         """Return what logs of a robot say about its friction.
 
         Raises

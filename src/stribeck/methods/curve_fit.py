@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stribeck.finding import Finding
 from stribeck.friction import LAWS, FrictionLaw
 from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.identification.curve_fit.validation import validate
-from stribeck.methods.contract import SHARED, Finding, FrictionTorque, Method
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-
-LEFT_OUT = "the curve fit takes the friction of couplings for that of their joints (the method whole-log does not)"
 
 
 def find(
@@ -22,17 +21,26 @@ def find(
     settings: Settings,
     friction_torque: FrictionTorque,
     progress: Progress,
-) -> Finding:
+) -> Fitted:
     """Fit the law to every joint that moves enough; every n-th block is held out."""
     samples = friction_torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
-    return Finding(
+    return Fitted(
         fits=fits,
         validations=validate(fits, samples, law, settings),
         robot=robot,
         logs=prepared,
-        warnings=[f"{LEFT_OUT}: {', '.join(robot.couplings)}"] if robot.couplings else [],
+        findings=[_left_out(robot)] if robot.couplings else [],
+    )
+
+
+def _left_out(robot: Robot) -> Finding:
+    return Finding(
+        check="couplings-left-out",
+        text=f"the curve fit takes the friction of couplings for that of their joints: {', '.join(robot.couplings)}",
+        cure="use the method whole-log, which does not",
+        joints=tuple(dict.fromkeys(joint for own in robot.couplings.values() for joint in own)),
     )
 
 

@@ -17,6 +17,7 @@ from stribeck.equations.constants import POSITION_FLOOR, TORQUE_FLOOR
 from stribeck.equations.equation_sequence import equation_sequence
 from stribeck.equations.spikes import without_spikes
 from stribeck.errors import NothingIdentifiedError
+from stribeck.finding import Finding
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.assembled import Assembled
 from stribeck.identification.joint_fit import JointFit
@@ -24,14 +25,14 @@ from stribeck.identification.judgement.excitation import NOISE_FACTOR
 from stribeck.identification.judgement.weakness import Criteria
 from stribeck.identification.whole_log.describe import describe_corrections
 from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
-from stribeck.identification.whole_log.tests_of_fit.score_tests import score_test_warnings
+from stribeck.identification.whole_log.tests_of_fit.findings import misfit_findings
 from stribeck.identification.whole_log.uncertainty.intervals import joint_fits
 from stribeck.log import RobotLog
-from stribeck.methods.contract import SHARED, Finding, FrictionTorque, Method
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
 from stribeck.preparation import PreparedLog, Progress
-from stribeck.result import Corrections, TermVerdict, Validation
+from stribeck.result import BodyCorrection, Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import ChannelTable, Priors, Settings
 
@@ -47,6 +48,13 @@ HETEROGENEOUS = 4.0
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no model is as wrong as that."""
 
+MOVED = 3.0
+"""Correction of a body's mass or centre of mass [1], in prior standard deviations, from which a warning is given.
+
+In `studies.what_is_told` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
+2.6: second moments are corrected by more, as friction that the law lacks is taken for them.
+"""
+
 DELAY_ROUNDS = 6
 """Fits at most [1], each to torques shifted by the delay that those before have found."""
 
@@ -56,8 +64,9 @@ LINEAR_DELAY = 1e-3
 LONGEST_DELAY = 0.1
 """Delay that is looked for at most [s]."""
 
-NOTABLE_DELAY = 2e-3
+NOTABLE_DELAY = 1.5e-3
 """Delay [s] from which a warning is given."""
+
 MUCH_SET_ASIDE = 0.1
 """Share of the log [1] that is set aside, from which a warning is given."""
 
@@ -133,44 +142,107 @@ class WholeLog:
         return [f"{100 * share:.2g} % of the log is set aside: torques far from all that the rest of it explains."]
 
     @property
-    def warnings(self) -> list[str]:
-        """Sentences on errors larger than their covariance, corrections that are implausible, and score tests."""
-        texts = []
-        if self.fit.set_aside > MUCH_SET_ASIDE:
-            texts.append(
-                f"{100 * self.fit.set_aside:.0f} % of the log is set aside, as its torques are far from all that the "
-                "rest of it explains: the robot was pushed or touched something, or model or contacts err at times"
+    def findings(self) -> list[Finding]:
+        """What a user should act on: errors larger than their covariance, a model far off, and the score tests."""
+        return [
+            *(about for about in (self._set_aside, self._chi_square, self._heterogeneity, self._wrenches) if about),
+            *self._bodies,
+            *self._late,
+            *misfit_findings(self.fit.misfits, self.joints),
+        ]
+
+    @property
+    def _set_aside(self) -> Finding | None:
+        if self.fit.set_aside <= MUCH_SET_ASIDE:
+            return None
+        return Finding(
+            check="much-set-aside",
+            text=f"{100 * self.fit.set_aside:.0f} % of the log is set aside, as its torques are far from all that the "
+            "rest of it explains: the robot was pushed or touched something, or model or contacts err at times",
+            cure="cut these parts out of the log",
+        )
+
+    @property
+    def _chi_square(self) -> Finding | None:
+        if self.fit.chi_square < SUSPICIOUS:
+            return None
+        return Finding(
+            check="chi-square",
+            text=f"chi^2 per degree of freedom is {self.fit.chi_square:.2g}: residuals are larger than the estimated "
+            "variance components explain; intervals are widened by the overdispersion",
+            cure="check delays, calibration and contacts ('stribeck inspect')",
+        )
+
+    @property
+    def _heterogeneity(self) -> Finding | None:
+        if self.fit.heterogeneity < HETEROGENEOUS:
+            return None
+        return Finding(
+            check="heterogeneity",
+            text="heterogeneity over folds: parts of the log differ about the model "
+            f"{np.sqrt(self.fit.heterogeneity):.0f} times as much as noise explains, e.g. by friction beyond the law, "
+            "cables, or motors that log no torque; corrections are kept small accordingly",
+            cure="leave out of the log what was done differently",
+        )
+
+    @property
+    def _wrenches(self) -> Finding | None:
+        if not np.any(self.fit.wrenches_off > FAR):
+            return None
+        return Finding(
+            check="wrench-sensors",
+            text=f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations",
+            cure="check that foot_wrench is that of the ground on the foot, in the frame of the contact, in N and N m",
+        )
+
+    @property
+    def _bodies(self) -> list[Finding]:
+        """Return findings on bodies that are heavier, lighter or elsewhere than in the model, or impossible."""
+        moved = {name: self.corrections.bodies[name] for name, far in self.fit.bodies_moved.items() if far > MOVED}
+        found = []
+        if moved:
+            found.append(
+                Finding(
+                    check="bodies-differ",
+                    text=f"{', '.join(f'{name} appears {_how(body)}' for name, body in moved.items())} than in the "
+                    "model, and may be more so, as priors hold bodies near the model: is something mounted there or "
+                    "next to it, or missing?",
+                    cure="put it into the model, or raise [identify.priors] mass and centre_of_mass",
+                    joints=tuple(moved),
+                )
             )
-        if self.fit.chi_square >= SUSPICIOUS:
-            texts.append(
-                f"chi^2 per degree of freedom is {self.fit.chi_square:.2g}: residuals are larger than the estimated "
-                "variance components explain; check delays, calibration and contacts, or set corrections to "
-                "'calibration'; intervals are widened by the overdispersion"
+        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR and name not in moved]:
+            found.append(
+                Finding(
+                    check="bodies-implausible",
+                    text=f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: "
+                    "something else than inertias is wrong, and the friction may be wrong with it",
+                    cure="check signs and units of the torques, and for motors that log none",
+                    joints=tuple(bodies),
+                )
             )
-        if self.fit.heterogeneity >= HETEROGENEOUS:
-            texts.append(
-                "heterogeneity over folds: parts of the log differ about the model "
-                f"{np.sqrt(self.fit.heterogeneity):.0f} times as much as noise explains, e.g. by friction beyond the "
-                "law, cables, or motors that log no torque; corrections are kept small accordingly"
+        return found
+
+    @property
+    def _late(self) -> list[Finding]:
+        return [
+            Finding(
+                check=f"{channel.replace('_', '-')}-delay",
+                text=f"{what} {1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'} against the encoders, "
+                "which the fit heeds",
+                cure=f"[log.{channel}] delay = {already.delay + late[0]:.4f} in the robot file takes it out",
             )
-        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR]:
-            texts.append(
-                f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: something else "
-                "than inertias is wrong, and the friction may be wrong with it; check signs and units of the torques "
-                "and motors that log none, or set corrections to 'none'"
-            )
-        if np.any(self.fit.wrenches_off > FAR):
-            texts.append(
-                f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations: "
-                "foot_wrench is not that of the ground on the foot, in the frame of the contact, or not in N and N m"
-            )
-        texts += [
-            f"{what} {1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'} against the encoders, which the "
-            f"fit heeds; [log.{channel}] delay = {already.delay + late[0]:.4f} in the robot file takes it out"
             for what, channel, late, already in self._delays
             if late and abs(late[0]) > max(NOTABLE_DELAY, 3 * late[1])
         ]
-        return texts + score_test_warnings(self.fit.score_tests, self.joints)
+
+
+def _how(body: BodyCorrection) -> str:
+    """Return how a body differs from the model, in words."""
+    before, after = body.mass
+    away = 1e3 * float(np.linalg.norm(np.subtract(*body.centre_of_mass)))
+    heavier = f"{abs(after - before):.2g} kg {'heavier' if after > before else 'lighter'}"
+    return f"{heavier} and its centre of mass {away:.0f} mm elsewhere"
 
 
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
@@ -248,7 +320,7 @@ def find(
     settings: Settings,
     friction_torque: FrictionTorque,  # noqa: ARG001 - it uses the weak form
     progress: Progress,
-) -> Finding:
+) -> Fitted:
     """Run `identify_whole_log`, and correct robot and logs by it.
 
     Standing legs are shown, as they are fitted, without the minimum-norm guess where they were fitted without it.
@@ -258,7 +330,7 @@ def find(
     prepared = [part for part, _ in cleaned]
     found = identify_whole_log(prepared, robot, law, settings)
     guess = "skip" if settings.double_support == "fit" else settings.double_support
-    return Finding(
+    return Fitted(
         fits=found.fits,
         validations=found.validations,
         robot=found.robot,
@@ -268,7 +340,7 @@ def find(
         corrections=found.corrections,
         terms=found.terms,
         couplings=tuple(robot.couplings),
-        warnings=found.warnings,
+        findings=found.findings,
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )
 

@@ -88,6 +88,12 @@ class Result:
         """Joints, and couplings behind them."""
         return {**self.joints, **self.couplings}
 
+    @property
+    def warning_lines(self) -> list[str]:
+        """The warnings, those of findings with the place where their check is explained."""
+        explained = {str(finding): finding.line for finding in self.findings}
+        return [explained.get(warning, warning) for warning in self.warnings]
+
     def __repr__(self) -> str:
         return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
 
@@ -131,6 +137,7 @@ class Result:
             **({"couplings": {k: _joint_to_plain(v) for k, v in self.couplings.items()}} if self.couplings else {}),
             **({"corrections": asdict(self.corrections)} if self.corrections else {}),
             "warnings": self.warnings,
+            **({"findings": [asdict(finding) for finding in self.findings]} if self.findings else {}),
         }
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
@@ -177,6 +184,7 @@ class _Document(TypedDict):
     couplings: NotRequired[dict[str, CouplingResult]]
     corrections: NotRequired[Corrections]
     warnings: list[str]
+    findings: NotRequired[list[Finding]]
 
 
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:

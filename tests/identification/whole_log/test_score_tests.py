@@ -1,4 +1,4 @@
-"""Friction that is no law of velocity is told of, by its kind; friction that is one, never."""
+"""What the law does not describe is flagged, by its kind; what it does describe, never."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 
 from stribeck import Robot, identify
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.tests_of_fit.score_tests import SENTENCES, ScoreTest, score_test_warnings
+from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, UNCLEAR, misfit_findings
+from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit, ScoreTest
 from stribeck.log import RobotLog
 from stribeck.settings import Settings
 from stribeck.typing import Array
@@ -58,15 +59,40 @@ def play(log: RobotLog) -> Array:
     return np.asarray(crossing * log.torque)
 
 
-@pytest.mark.parametrize("kind", [load, drift, presliding, play])
-def test_each_kind_is_flagged_in_the_joint_that_has_it(kind, arm: Robot, exact: RobotLog) -> None:
+def delay(log: RobotLog) -> Array:
+    """A torque that comes 6 ms later than the others."""
+    return np.asarray(np.roll(log.torque, 6, axis=0) - log.torque)
+
+
+def ripple(log: RobotLog) -> Array:
+    return np.asarray(0.4 * np.sin(RIPPLES * log.position))
+
+
+RIPPLES = 18
+
+
+@pytest.mark.parametrize("kind", [load, drift, presliding, play, delay, ripple])
+def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(kind, arm: Robot, exact: RobotLog) -> None:
     torque = exact.torque.copy()
     torque[:, 1] += kind(exact)[:, 1]
     log = with_noise(replace(exact, torque=torque), position=1e-5, torque=0.05, seed=2)
-    (warning,) = (text for text in identify(log, arm, SETTINGS).warnings if "average over this log" in text)
-    assert warning.startswith(SENTENCES[kind.__name__])
-    assert arm.joint_names[1] in warning
-    assert not any(name in warning for k, name in enumerate(arm.joint_names) if k != 1)
+    result = identify(log, arm, SETTINGS)
+    (finding,) = (each for each in result.findings if each.check.startswith(BEFORE))
+    assert (finding.check, finding.joints) == (BEFORE + kind.__name__, (arm.joint_names[1],))
+    assert str(finding) in result.warnings
+    assert finding.cure
+    said = {"delay": "(6", "ripple": f"{RIPPLES} periods a turn"}.get(kind.__name__, "% of its friction")
+    assert said in finding.text
+
+
+def test_what_does_not_move_the_friction_curve_is_not_flagged(arm: Robot, exact: RobotLog) -> None:
+    """A ripple of 40 periods a turn is beyond chance by far, and averages out."""
+    torque = exact.torque.copy()
+    torque[:, 1] += 0.2 * np.sin(40 * exact.position[:, 1])
+    result = identify(with_noise(replace(exact, torque=torque), position=1e-5, torque=0.05, seed=3), arm, SETTINGS)
+    low, high = result.joints[arm.joint_names[1]].parameters["coulomb"].interval_95
+    assert low < TRUTH["coulomb"] < high
+    assert result.findings == []
 
 
 @pytest.mark.parametrize("corrections", ["none", "inertia"])
@@ -74,12 +100,37 @@ def test_a_law_of_velocity_is_never_flagged(corrections: str, arm: Robot, exact:
     for seed in range(2):
         log = with_noise(exact, position=5e-5, torque=0.2, seed=seed)
         result = identify(log, arm, SETTINGS.model_copy(update={"corrections": corrections}))
-        assert not any("average" in warning for warning in result.warnings)
+        assert result.findings == []
 
 
-def test_a_warning_names_the_least_probable_kind_of_each_joint() -> None:
-    flagged = ScoreTest("load", size=0.3, share=0.25, minus_log10_p=90.0, flagged=True)
-    shadow, quiet = ScoreTest("drift", 0.2, 0.16, 40.0, True), ScoreTest("play", 0.1, 0.08, 20.0, False)
-    (text,) = score_test_warnings([(flagged, shadow), (quiet,), (flagged,)], ["knee", "hip", "ankle"])
-    assert text.startswith(f"{SENTENCES['load']}: knee (25 %), ankle (25 %)")
-    assert "hip" not in text
+def scored(kind: str, chi_square: float = 400.0, shift: float = 5.0) -> ScoreTest:
+    return ScoreTest(kind=kind, size=0.3, share=0.25, chi_square=chi_square, minus_log10_p=90.0, shift=shift)
+
+
+def test_joints_of_one_kind_share_a_finding() -> None:
+    (finding,) = misfit_findings([Misfit((scored("load"),)), None, Misfit((scored("load"),))], ["a", "b", "c"])
+    assert (finding.check, finding.joints) == ("friction-load", ("a", "c"))
+    assert "a (25 % of its friction), c (25 % of its friction)" in finding.text
+
+
+def test_kinds_that_explain_as_much_are_named_together() -> None:
+    together = Misfit((scored("ripple"), scored("play", 300.0), scored("presliding", 250.0)), 18)
+    (finding,) = misfit_findings([together], ["knee"])
+    assert finding.check == UNCLEAR
+    assert "not explained by friction of velocity: knee (ripple over position or play or presliding)" in finding.text
+
+
+@pytest.mark.parametrize(
+    ("test", "matters"),
+    [
+        (scored("load"), True),
+        (scored("load", shift=1.0), False),
+        (replace(scored("load"), share=0.01), False),
+        (replace(scored("presliding"), share=30.0), False),  # friction cannot lag behind by more than itself
+        (replace(scored("play"), share=30.0), True),
+        (replace(scored("delay"), size=5e-3, share=0.0), True),
+        (replace(scored("delay"), size=5e-5, share=0.0), False),
+    ],
+)
+def test_what_matters_is_large_possible_and_moves_the_curve(test: ScoreTest, matters: bool) -> None:
+    assert test.matters is matters

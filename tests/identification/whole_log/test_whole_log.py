@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.signal import lfilter
 from tests.arm import arm_log, write_arm
 
 from stribeck import Robot, identify
@@ -229,12 +230,31 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
         column = [parameter.name for parameter in law.parameters].index("offset")
         error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
         deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
-        flagged[name] = any("wrench sensors" in text for text in found.warnings)
+        flagged[name] = any("wrench sensors" in text for text in map(str, found.findings))
     assert np.mean(deviation["right"]) < 0.75 * np.mean(deviation["none"])
     assert np.mean(np.abs(error["right"])) < 0.75 * np.mean(np.abs(error["none"]))
     for name in error:
         assert np.sqrt(np.mean((error[name] / deviation[name]) ** 2)) < 2, name
     assert flagged == {"none": False, "right": False, "wrong sign": True}
+
+
+def test_a_body_far_from_the_model_is_named_and_friction_that_lags_is_no_body(
+    arm: Robot, exact_arm_log: RobotLog
+) -> None:
+    """Of a hand that has a third of its mass in the model; and with friction that builds up after a reversal."""
+    model = pin.Model(arm.tree.model)
+    hand = model.inertias[model.njoints - 1]
+    model.inertias[model.njoints - 1] = pin.Inertia(hand.mass / 3, hand.lever, hand.inertia / 3)
+    lighter = replace(arm, tree=replace(arm.tree, model=model))
+    log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5).take(slice(0, 10_000))
+    settings = Settings(law="stribeck", corrections="inertia")
+    said = {finding.check: finding for finding in whole_log(log, lighter, settings).findings}
+    assert arm.joint_names[-1] in said["bodies-differ"].joints
+    assert "kg heavier" in said["bodies-differ"].text
+    assert "corrections" not in said["bodies-differ"].cure
+    lagging = lfilter([0.05], [1.0, -0.95], np.sign(exact_arm_log.velocity), axis=0)
+    late = replace(log, torque=log.torque + (lagging - np.sign(exact_arm_log.velocity))[:10_000])
+    assert "bodies-differ" not in {finding.check for finding in whole_log(late, arm, settings).findings}
 
 
 def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -270,7 +290,8 @@ def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_a
         assert fit.values[1] == pytest.approx(TRUTH["coulomb"], rel=0.01)
     true = np.roll(log.torque, -late, axis=0)[100:-100]
     np.testing.assert_allclose(found.corrected(log).torque[100:-100], true, atol=0.05)
-    assert [f"delay = {1e-3 * late:.4f} in the robot file" in text for text in found.warnings] == [True] * (late != 0)
+    said = [f"delay = {1e-3 * late:.4f} in the robot file" in finding.cure for finding in found.findings]
+    assert said == [True] * (late != 0)
 
 
 def test_a_late_base_orientation_is_found() -> None:

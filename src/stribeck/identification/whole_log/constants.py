@@ -263,6 +263,27 @@ LEAST_MINUS_LOG10_P = 8.0
 LEAST_SHARE = 0.05
 """Size over a joint's friction from which a term is flagged [1]: less does not matter to a user."""
 
+MOST_SHARE = 2.0
+"""Size over a joint's friction above which no change of friction explains it [1]: a torque of the wrong sign, say."""
+
+LEAST_DELAY = 1e-3
+"""Delay of one joint's torque from which it is flagged [s]: a cycle of a 1 kHz bus."""
+
+LEAST_SHIFT = 2.0
+"""Shift of the friction curve that a term makes, in standard errors, from which it is flagged [1]: out of its interval.
+
+On a walk of `studies.what_is_told`, coloured torque noise, taken for drift, shifts it by 1.4.
+"""
+
+CURVE_SPEEDS = (0.1, 0.5, 1.0)
+"""Shares of the top speed at which that shift is looked at [1]: those of the verdicts."""
+
+EQUALLY_GOOD = 0.5
+"""Share of the best term's decrease of chi^2 from which another term explains as much [1].
+
+On the arm of `studies.what_is_told`, terms that shadow the one that is there reach a third.
+"""
+
 LEAST_FRICTION = 0.01
 """Friction over the torque that a joint carries, at least, in that share [1], chosen by judgement."""
 
@@ -274,3 +295,18 @@ PRESLIDING_TIMES = (1e-3, 4e-3)
 
 SIGN_CHANGE = 6.0
 """Change of a torque from window to window, in standard deviations of its noise, that surely crosses zero [1]."""
+
+UNEXPLAINED_CHANGE = 2.0
+"""The same, in what the pilot fit leaves of the torque, root mean square [1]: coloured noise changes signs as well."""
+
+FEWEST_RIPPLES = 2.0
+"""Periods of a ripple over the way that a joint moves, at least [1]: less is gravity that the model gets wrong."""
+
+FASTEST_RIPPLE = 25.0
+"""Ripple at a joint's usual speed [Hz] up to which it is looked for: the window (2) levels what is faster."""
+
+LEAST_RIPPLES = 4
+"""Periods of a ripple a turn, at least [1]: torque sensors of a Kinova Gen3 have as many, gravity has fewer."""
+
+MOST_RIPPLES = 400
+"""Periods of a ripple a turn, at most [1]: a slow motion would show more, and take long. Chosen by judgement."""

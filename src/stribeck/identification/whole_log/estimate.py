@@ -25,8 +25,8 @@ from stribeck.identification.whole_log.solver.pilot_fit import PilotFit, fit_pil
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.identification.whole_log.terms.term_selection import Choice, select_terms
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import find_alternatives
-from stribeck.identification.whole_log.tests_of_fit.score_tests import ScoreTest, run_score_tests
-from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, validate
+from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit, run_score_tests
+from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, remaining, validate
 from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
 from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
 from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
@@ -66,8 +66,8 @@ class WholeLogFit:
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
         Coordinates of the corrections by a fit without overdispersion (27), shape (c,).
-    score_tests
-        Of each joint's alternative terms.
+    misfits
+        What the law of each joint does not describe, by the score tests.
     """
 
     curves: Curves
@@ -79,7 +79,7 @@ class WholeLogFit:
     segments: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
-    score_tests: tuple[tuple[ScoreTest, ...], ...]
+    misfits: tuple[Misfit | None, ...]
     heterogeneity: float
     joint_heterogeneity: Array
     undiscounted: Array
@@ -114,6 +114,13 @@ class WholeLogFit:
         coordinates = self.undiscounted[self.model.layout.part("bodies")].reshape(-1, SIZE)
         furthest = np.abs(coordinates).max(axis=1, initial=0.0)
         return dict(zip(self.model.corrections.bodies, furthest.tolist(), strict=True))
+
+    @property
+    def bodies_moved(self) -> dict[str, float]:
+        """Correction of each body's mass or centre of mass, in units of its prior standard deviation [1]."""
+        coordinates = np.abs(self.solution.corrections[self.model.layout.part("bodies")].reshape(-1, SIZE))
+        moved = np.maximum(coordinates[:, 0], np.linalg.norm(coordinates[:, 1:4], axis=1))
+        return dict(zip(self.model.corrections.bodies, moved.tolist(), strict=True))
 
     @property
     def chi_square(self) -> float:
@@ -172,7 +179,14 @@ def fit_whole_log(
         equations = modulated
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
-    alternatives = find_alternatives(pilot_equations, pilot.curves.top_speed, priors.torque_gain)
+    alternatives = find_alternatives(
+        pilot_equations,
+        [remaining(part, pilot.curves.basis, *pilot.known) for part in pilot_equations],
+        [pilot.components.marginal(part) for part in pilot_equations],
+        pilot.curves.top_speed,
+        priors.torque_gain,
+        priors.torque_delay,
+    )
     folds, sampled = accumulate_folds(
         equations,
         _folds(training, gaits),
@@ -218,7 +232,9 @@ def fit_whole_log(
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
         mean_direction=modulated.direction if modulated else None,
         per_turn=per_turn,
-        score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std),
+        misfits=run_score_tests(
+            sampled, normal_equations.count, curves, model, solution, effect_std, budget.total, of_model
+        ),
     )
 
 

@@ -9,6 +9,8 @@ began, and z Dahl's deflection, which follows s(v) within a distance d of travel
 | drift | (2 t / T - 1) s(v), (2 t / T - 1) v / top speed |
 | presliding | z - s(v), of a short and of a long distance |
 | play | blows when tau changes its sign, and 10 ms later: what a bar takes away while it crosses its play |
+| delay | -dtau/dt of this torque alone |
+| ripple | cos and sin of k q, so many periods k a turn as the pilot fit's residual shows |
 """
 
 from __future__ import annotations
@@ -17,15 +19,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stribeck.identification.whole_log.constants import PRESLIDING_TIMES, SIGN_CHANGE, SMOOTH_SIGN
+from stribeck.identification.whole_log.constants import (
+    FASTEST_RIPPLE,
+    FEWEST_RIPPLES,
+    LEAST_RIPPLES,
+    MOST_RIPPLES,
+    PRESLIDING_TIMES,
+    SIGN_CHANGE,
+    SMOOTH_SIGN,
+    UNEXPLAINED_CHANGE,
+)
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
-KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7)}
+DELAY, RIPPLE = "delay", "ripple"
+KINDS = {"load": (0,), "drift": (2, 3), "presliding": (4, 5), "play": (6, 7), DELAY: (8,), RIPPLE: (9, 10)}
 """Kinds of alternative terms, and their columns."""
 
-GAIN_COLUMN, COLUMNS = 1, 8
+GAIN_COLUMN, COLUMNS = 1, 11
 
 NO_TORQUE = 1e-9
 """Mean torque [N m] of a joint that logs none: it has no friction to be tested."""
@@ -35,13 +48,27 @@ NO_TORQUE = 1e-9
 class AlternativeTerms:
     """Scales of the columns of n joints.
 
-    Top speeds [rad/s] and mean torques [N m], shape (n,); T [s]; and the unit of gains of torque sensors [1].
+    Attributes
+    ----------
+    top_speed, torque
+        Of the joints, the mean one [rad/s], [N m], shape (n,).
+    duration
+        T [s].
+    gain, delay
+        Units of gains [1] and of delays [s] of torque sensors.
+    unexplained
+        What the pilot fit leaves of a joint's torque, root mean square [N m], shape (n,).
+    ripples
+        Periods of a ripple a turn [1], shape (n,); 0 of a joint where none is looked for.
     """
 
     top_speed: Array
     torque: Array
     duration: float
     gain: float
+    delay: float
+    unexplained: Array
+    ripples: NDArray[np.int64]
 
     @property
     def size(self) -> int:
@@ -63,15 +90,86 @@ class AlternativeTerms:
         s, speed, *lagging = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed, *lags))
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
-        columns = [load * s, self.gain * equations.torque, time * s, time * speed, *lagging, *_blows(equations)]
-        return np.stack(columns, axis=2)
+        late = -self.delay * _slope(equations)
+        of_velocity = [time * s, time * speed, *lagging]
+        others = [*_blows(equations, self.unexplained), late, *self._rippling(equations)]
+        return np.stack([load * s, self.gain * equations.torque, *of_velocity, *others], axis=2)
+
+    def _rippling(self, equations: WeakEquations) -> list[Array]:
+        """Return cosine and sine of so many times the position, through the window, shape (K, n) each."""
+        found = equations.direction(self.ripples.astype(float))
+        return [np.where(self.ripples > 0, each, 0.0) for each in np.moveaxis(found, 2, 0)]
 
 
-def find_alternatives(pilot: Sequence[WeakEquations], top_speed: Array, gain: float) -> AlternativeTerms:
-    """Return the alternative terms of a log, scaled by `pilot` equations that reach to its end."""
+def find_alternatives(
+    pilot: Sequence[WeakEquations],
+    residuals: Sequence[Array],
+    variances: Sequence[Array],
+    top_speed: Array,
+    gain: float,
+    delay: float,
+) -> AlternativeTerms:
+    """Return the alternative terms of a log, scaled by `pilot` equations that reach to its end.
+
+    Residuals of the pilot fit, and their variances, have shape (K, m) each.
+    """
     torque = np.abs(np.concatenate([part.torque for part in pilot])).mean(axis=0)
     last = max(float(part.elapsed[-1]) for part in pilot)
-    return AlternativeTerms(top_speed, np.maximum(torque, NO_TORQUE), max(last, 1e-9), gain)
+    parts = [_by_joint(*each) for each in zip(pilot, residuals, variances, strict=True)]
+    score, known = (np.concatenate(each) for each in zip(*parts, strict=True))
+    squares = (score**2 / np.maximum(known, 1e-300)).sum(axis=0)
+    return AlternativeTerms(
+        top_speed,
+        np.maximum(torque, NO_TORQUE),
+        max(last, 1e-9),
+        gain,
+        delay,
+        np.sqrt(squares / np.maximum(known.sum(axis=0), 1e-300)),
+        _ripples(pilot, score, known),
+    )
+
+
+def _by_joint(equations: WeakEquations, residual: Array, variance: Array) -> tuple[Array, Array]:
+    """Return what a residual says of each joint's torque by itself, times information, and that, shape (K, n) each."""
+    shares = equations.weights / variance[:, :, None] * equations.used[:, None, None]
+    return np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, equations.weights)
+
+
+def _ripples(pilot: Sequence[WeakEquations], score: Array, known: Array) -> NDArray[np.int64]:
+    """Return how many periods a turn explain most of what is left of each joint's torque, shape (n,).
+
+    As many are tried as the motion tells apart: from `FEWEST_RIPPLES` over the way that the joint moves, up to where
+    the window begins to level them, as it passes the middle of its motion at one speed. What is left, times its
+    `known` information, has shape (K, n).
+    """
+    direction = np.concatenate([part.direction() @ np.array([1.0, 1j]) for part in pilot])
+    velocity = np.concatenate([part.windows(part.velocity) for part in pilot])
+    period = (pilot[0].time[1] - pilot[0].time[0]) / pilot[0].step if len(pilot[0].time) > 1 else 0.0
+    taps = pilot[0].taps
+    width = float(np.sqrt(taps @ (np.arange(len(taps)) - (len(taps) - 1) / 2) ** 2 / taps.sum())) * period  # [s]
+    found = np.zeros(score.shape[1], dtype=np.int64)
+    for joint, there in enumerate(direction.T):
+        if not np.isfinite(there).all():
+            continue  # it slides
+        place = np.angle(there * np.exp(-1j * np.angle(there.mean())))
+        way = max(float(np.ptp(np.quantile(place, [0.02, 0.98]))), 1e-3)
+        speed = max(float(np.sqrt(np.mean(velocity[:, joint] ** 2))), 1e-3)
+        first, last = max(LEAST_RIPPLES, np.ceil(2 * np.pi * FEWEST_RIPPLES / way)), 2 * np.pi * FASTEST_RIPPLE / speed
+        tried = np.arange(first, min(last, MOST_RIPPLES) + 1, max(1, int(np.pi / (2 * way))))
+        if not len(tried):
+            continue
+        passed = np.exp(-0.5 * (width * np.outer(velocity[:, joint], tried)) ** 2)
+        waves = passed * np.exp(1j * np.outer(place, tried))
+        explained = np.abs(score[:, joint] @ waves) ** 2 / np.maximum(known[:, joint] @ passed**2, 1e-300)
+        found[joint] = int(tried[np.argmax(explained)])
+    return found
+
+
+def _slope(equations: WeakEquations) -> Array:
+    """Return the change of each torque with time [N m/s], shape (K, n)."""
+    if len(equations.time) == 1:
+        return np.zeros_like(equations.torque)
+    return np.asarray(np.gradient(equations.torque, equations.time, axis=0))
 
 
 def _lags(sign: Array, travels: Sequence[Array]) -> list[Array]:
@@ -95,7 +193,7 @@ def _around(equations: WeakEquations) -> Array:
     return np.asarray(equations.torque[np.clip([before, after], 0, last)].mean(axis=0))
 
 
-def _blows(equations: WeakEquations) -> list[Array]:
+def _blows(equations: WeakEquations, unexplained: Array) -> list[Array]:
     """Return blows in the torque's new direction wherever it changes its sign, and one window later, shape (K, n) each.
 
     While a light bar of damping d crosses a play of width p, the torque moves nothing but the bar: d y' = tau. Whatever
@@ -104,7 +202,8 @@ def _blows(equations: WeakEquations) -> list[Array]:
     torque, taps = equations.torque, equations.taps
     change = np.diff(torque, axis=0)
     noise = equations.torque_noise * np.linalg.norm(taps)
-    turns = (torque[:-1] * torque[1:] < 0) & (np.abs(change) > SIGN_CHANGE * noise)
+    clear = np.maximum(SIGN_CHANGE * noise, UNEXPLAINED_CHANGE * unexplained)
+    turns = (torque[:-1] * torque[1:] < 0) & (np.abs(change) > clear)
     window, joint = np.nonzero(turns)
     place = window - torque[window, joint] / change[window, joint]  # in windows
     reach = len(taps) // (2 * equations.step) + 1

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import block_diag
 
+from stribeck.identification.whole_log.model.basis import Basis
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, curve_windows, design
@@ -64,7 +65,7 @@ def friction_residual_rms(
     joints = len(curves.top_speed)
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
     for part in equations:
-        residual = part.residual.ravel() - design(part, curves.basis) @ np.concatenate([friction, corrections])
+        residual = remaining(part, curves.basis, friction, corrections).ravel()
         share = _shares(part, components)
         weights += share.sum(axis=0)
         windows = curve_windows(part, curves.basis)
@@ -73,6 +74,12 @@ def friction_residual_rms(
             error = residual[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
             squares[k] += (share * error**2).sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
+
+
+def remaining(equations: WeakEquations, basis: Basis, friction: Array, corrections: Array) -> Array:
+    """Return what coefficients of curves and corrections leave of the equations, shape (K, m)."""
+    fitted = design(equations, basis) @ np.concatenate([friction, corrections])
+    return np.asarray(equations.residual - fitted.reshape(equations.residual.shape))
 
 
 def coulomb_curves(normal_equations: NormalEquations, corrections: Array, joints: int) -> Array:
