@@ -1,0 +1,256 @@
+"""The base: its orientation against the standing feet's kinematics, the IMU's axes, and contacts against heights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from stribeck.audit.evidence import Evidence
+from stribeck.contact.upright import up_in_base
+from stribeck.dynamics.state import root_quaternions
+from stribeck.finding import Finding
+from stribeck.typing import Array
+
+FEWEST = 24
+"""Steps [1] between bins that turning is compared over."""
+AGREES = 0.75
+"""Share of a turning rate that some axes must explain before they are named."""
+DISAGREES = 0.4
+"""And that they must do better than the axes as given."""
+TURNING = 0.02
+"""[rad/s] of turning that is enough to compare."""
+TILTED = np.deg2rad(25.0)
+"""[rad] between the normal of a standing sole and the vertical."""
+LIFT = 0.01
+"""[m] by which a foot that is said to stand may be higher than the lowest one."""
+WRONG = 0.15
+"""Share of the time in which it is."""
+MOST_ROWS = 4000
+
+
+def check_base(evidence: Evidence) -> list[Finding]:
+    """Return what orientation, gyroscope, accelerometer and contacts say against one another."""
+    if evidence.robot.base == "fixed" or len(evidence.rows) < FEWEST:
+        return []
+    contacts = check_contacts(evidence)
+    if contacts or evidence.prepared.log.base_orientation is None:
+        return contacts
+    return [*_orientation(evidence), *_inertial(evidence)]
+
+
+def check_contacts(evidence: Evidence) -> list[Finding]:
+    """Return a finding if feet are said to stand that are in the air."""
+    robot, support = evidence.robot, evidence.prepared.support
+    feet = tuple(robot.contacts)
+    if len(feet) < 2 or support.source not in ("flags", "forces"):
+        return []
+    standing = np.zeros((len(evidence.prepared.log.time), len(feet)), dtype=bool)
+    known = np.zeros(len(standing), dtype=bool)
+    for phase in support.phases:
+        known[phase.start : phase.stop] = phase.kind != "touching"
+        standing[phase.start : phase.stop] = [foot in phase.feet for foot in feet]
+    rows = np.flatnonzero(known)
+    rows = rows[:: max(1, len(rows) // MOST_ROWS)]
+    standing = standing[rows]
+    log = evidence.prepared.log.take(rows)
+    up = up_in_base(log, robot)
+    height = np.column_stack([np.einsum("ti,ti->t", up, robot.foot_pose(foot, log.position)[1]) for foot in feet])
+    lift = height - height.min(axis=1, keepdims=True)
+    share = standing.mean(axis=0)
+    order = _best_order(standing, lift)
+    if order is not None:
+        pairs = [f"{feet[k]} as {feet[j]}" for k, j in enumerate(order) if j != k]
+        where = "foot_names" if support.source == "flags" else "foot_names or foot_order"
+        return [
+            Finding(
+                check="contacts-swapped",
+                text="feet that are said to stand are higher than others that are not; heights fit if they are "
+                f"exchanged: {', '.join(pairs)}",
+                cure=f"exchange them in [log] {where}; if left and right joints are exchanged, in [log] joint_names",
+                stops=True,
+            )
+        ]
+    lifted = np.array([np.mean(lift[standing[:, k], k] > LIFT) if share[k] > 0 else 0.0 for k in range(len(feet))])
+    stuck = [feet[k] for k in np.flatnonzero((lifted > WRONG) & (lift.max(axis=0) > 2 * LIFT))]
+    others = np.array([np.mean(np.delete(lift, k, axis=1).min(axis=1) > LIFT) for k in range(len(feet))])
+    never = [feet[k] for k in np.flatnonzero((share < 0.02) & (others > WRONG))]
+    if not stuck and not never:
+        return []
+    parts = [f"{name} is said to stand while it is above another foot" for name in stuck]
+    parts += [f"{name} is never said to stand, though all others are above it for a time" for name in never]
+    return [
+        Finding(
+            check="contact-stuck",
+            text=f"contacts do not fit the heights of the feet: {'; '.join(parts)}",
+            cure='set [identify.support] source = "kinematics" or "forces", or mend the channel',
+            stops=True,
+        )
+    ]
+
+
+def _best_order(standing: NDArray[np.bool_], lift: Array) -> tuple[int, ...] | None:
+    """Return for each foot the one whose flag fits its height, None if its own does as well as any."""
+    some = standing.any(axis=1) & ~standing.all(axis=1)
+    if some.sum() < FEWEST:
+        return None
+    standing, lift = standing[some], lift[some]
+    identity = tuple(range(lift.shape[1]))
+
+    def cost(order: tuple[int, ...]) -> float:
+        return float(np.mean(lift[standing[:, order]]))
+
+    if lift.shape[1] > 4:
+        return None
+    best = min(permutations(identity), key=cost)
+    wrong = np.mean(lift[standing] > LIFT / 2)
+    return best if cost(identity) > 0.004 and cost(best) < 0.3 * cost(identity) and wrong > 0.5 else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Turns:
+    """Turning between neighbouring bins [rad/s], in the frame of the base, shape (S, 3) each."""
+
+    measured: Array
+    expected: Array
+
+    def explained(self, turn: Array) -> float:
+        """Return the share of the measured turning that the expected one, turned, explains."""
+        left = self.measured - self.expected @ turn.T
+        return 1 - float(np.sum(left**2) / np.sum((self.measured - self.measured.mean(axis=0)) ** 2))
+
+
+AXES = [
+    np.array([[sign * (column == place) for column in range(3)] for place, sign in zip(order, signs, strict=True)])
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+]
+"""All ways to exchange and turn round three axes."""
+
+
+def _axes_off(turns: _Turns) -> Array | None:
+    """Return the axes that explain a turning which those as given do not, None if there are none."""
+    if len(turns.measured) < FEWEST or min(_rms(turns.measured), _rms(turns.expected)) < TURNING:
+        return None
+    given = turns.explained(np.eye(3))
+    best = max(AXES, key=turns.explained)
+    return best if turns.explained(best) > max(AGREES, given + DISAGREES) else None
+
+
+def _rms(vectors: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+
+def _orientation(evidence: Evidence) -> list[Finding]:
+    """Compare the base orientation with what the joints say while a sole stands still."""
+    log, robot = evidence.prepared.log, evidence.robot
+    quaternions = root_quaternions(robot, log.position[evidence.rows], log.base_orientation[evidence.rows])  # type: ignore[index]
+    base = Rotation.from_quat(quaternions)
+    foot = _standing_sole(evidence)
+    if foot is None:
+        return []
+    known = np.flatnonzero(foot >= 0)
+    poses = np.tile(np.eye(3), (len(evidence.rows), 1, 1))
+    for k, name in enumerate(robot.contacts):
+        here = np.flatnonzero(foot == k)
+        if len(here):
+            poses[here] = robot.foot_pose(name, log.position[evidence.rows[here]])[0]
+    in_foot = Rotation.from_matrix(poses).inv()
+    pairs = known[:-1][(np.diff(known) == 1) & (np.diff(evidence.run[known]) == 0) & (np.diff(foot[known]) == 0)]
+    step = np.diff(evidence.rows)[pairs, None] * evidence.prepared.sampling.period
+    if len(pairs) < FEWEST:
+        return []
+    expected = (in_foot[pairs].inv() * in_foot[pairs + 1]).as_rotvec() / step
+    measured = (base[pairs].inv() * base[pairs + 1]).as_rotvec() / step
+    backwards = (base[pairs] * base[pairs + 1].inv()).as_rotvec() / step
+    given, inverse = _Turns(measured, expected), _Turns(backwards, expected)
+    if _rms(expected) > TURNING and inverse.explained(np.eye(3)) > max(
+        AGREES, given.explained(np.eye(3)) + DISAGREES
+    ):
+        return [
+            Finding(
+                check="quaternion-inverse",
+                text="the base turns the other way than the joints above a standing foot say: "
+                f"{100 * inverse.explained(np.eye(3)):.0f} % of its turning is explained if the quaternion is inverted",
+                cure="log the orientation of the base in the world, not of the world in the base "
+                "([log.base_orientation] has no setting for it)",
+                stops=True,
+            )
+        ]
+    axes = _axes_off(given)
+    if axes is not None:
+        return [_axes_finding(axes, "base_orientation", given, stops=True)]
+    normal = np.einsum("ti,ti->t", base.inv().apply([0.0, 0.0, 1.0])[known], poses[known, :, 2])
+    tilt = float(np.median(np.arccos(np.clip(normal, -1, 1))))
+    if tilt > TILTED:
+        return [
+            Finding(
+                check="base-orientation",
+                text=f"by the base orientation the soles stand tilted by {np.rad2deg(tilt):.0f} deg",
+                cure="see [log.base_orientation] order, [robot] base_frame, and the zeros of the legs' encoders",
+                stops=True,
+            )
+        ]
+    return []
+
+
+def _standing_sole(evidence: Evidence) -> NDArray[np.int64] | None:
+    """Return the number of a sole that stands in each bin, -1 where none does, shape (B,); None if there are none."""
+    contacts = evidence.robot.contacts
+    soles = [k for k, contact in enumerate(contacts.values()) if contact.kind == "surface"]
+    names = list(contacts)
+    of_support = [
+        next((k for k in soles if names[k] in name.split("+")), -1) for name in evidence.support_names
+    ]
+    if not soles or not of_support:
+        return None
+    return np.array(of_support, dtype=np.int64)[evidence.support]
+
+
+def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> Finding:
+    letters = [("-" if axes[row].sum() < 0 else "") + "xyz"[int(np.argmax(np.abs(axes[row])))] for row in range(3)]
+    return Finding(
+        check="imu-axes",
+        text=f"{channel} turns about other axes than the base: its x, y, z are {', '.join(letters)} of the base "
+        f"({100 * turns.explained(axes):.0f} % of its turning explained, {100 * turns.explained(np.eye(3)):.0f} % as given)",
+        cure=f"set [robot] base_frame to the IMU's frame in the model, or turn {channel} before it is logged",
+        stops=stops,
+    )
+
+
+def _inertial(evidence: Evidence) -> list[Finding]:
+    """Compare gyroscope and accelerometer with the base orientation, which is in the same frame."""
+    log, rows = evidence.prepared.log, evidence.rows
+    pairs = np.flatnonzero(np.diff(evidence.run) == 0)
+    if len(pairs) < FEWEST:
+        return []
+    base = Rotation.from_quat(log.base_orientation[rows])  # type: ignore[index]
+    found: list[Finding] = []
+    if log.angular_velocity is not None:
+        step = np.diff(rows)[pairs, None]
+        expected = (base[pairs].inv() * base[pairs + 1]).as_rotvec() / (step * evidence.prepared.sampling.period)
+        first, last = rows[pairs], rows[pairs + 1]
+        sums = np.concatenate([np.zeros((1, 3)), np.cumsum(log.angular_velocity, axis=0)])
+        turns = _Turns((sums[last] - sums[first]) / (last - first)[:, None], expected)
+        axes = _axes_off(turns)
+        if axes is not None:
+            found.append(_axes_finding(axes, "angular_velocity", turns, stops=False))
+    if log.linear_acceleration is not None and not found:
+        felt = log.linear_acceleration[rows]
+        up = base.inv().apply([0.0, 0.0, 1.0])
+        mean = felt.mean(axis=0)
+        size = float(np.linalg.norm(mean))
+        agreement = float(mean @ up.mean(axis=0)) / max(size, 1e-9)
+        if 0.5 < size / 9.81 < 2 and agreement < 0.7:
+            found.append(
+                Finding(
+                    check="imu-axes",
+                    text="linear_acceleration does not feel gravity where the base orientation has it: its mean is "
+                    f"{np.round(mean, 1).tolist()} m/s^2",
+                    cure="turn it into the axes of the base before it is logged; an IMU at rest feels +g upwards",
+                )
+            )
+    return found

@@ -1,0 +1,168 @@
+"""Channels that are dead, frozen, clipped, or held between fewer values than there are samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.audit.cures import listed
+from stribeck.audit.evidence import STILL, Evidence
+from stribeck.finding import Finding
+from stribeck.typing import Array
+
+FROZEN = 0.2
+"""[s] for which a channel that changed at every sample before does not change at all."""
+FROZEN_SAMPLES = 20
+BUSY = 0.05
+"""Share of the top speed with which a joint must come into a frozen part, or move in it if its torque is frozen."""
+CLIPPED = 5e-3
+"""Share of the samples that lie exactly at an extreme."""
+HELD = 0.95
+"""Share of the values that must be held for the same number of samples."""
+
+
+def check_channels(evidence: Evidence) -> list[Finding]:
+    """Return what the numbers of positions and torques show without a model."""
+    log, robot = evidence.prepared.log, evidence.robot
+    period = evidence.prepared.sampling.period
+    kinds: dict[str, dict[str, list[str]]] = {}
+
+    def add(check: str, channel: str, joint: str, text: str) -> None:
+        kinds.setdefault(check, {}).setdefault(channel, []).append(f"{joint}{text}")
+
+    for column in robot.torque_controlled.tolist():
+        joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
+        moves = float(np.ptp(position)) > STILL * 0.1
+        for part in _frozen_positions(position, evidence.prepared.sampling.segments, period) if moves else []:
+            add("channel-frozen", "position", joint, _between(log.time, part))
+        if moves and np.ptp(torque) == 0:
+            add("channel-dead", "torque", joint, "")
+            continue
+        for part in _frozen_torques(torque, position, evidence.prepared.sampling.segments, period):
+            add("channel-frozen", "torque", joint, _between(log.time, part))
+        share = clipped(torque)
+        if share:
+            add("channel-clipped", "torque", joint, f" ({100 * share:.2g} % of the samples)")
+        for channel, values in (("torque", torque), ("position", position)):
+            held = held_for(values[: 60_000])
+            if held:
+                add("channel-held", channel, joint, f" (for {held} samples)")
+    return [_finding(check, channel, found) for check, each in kinds.items() for channel, found in each.items()]
+
+
+TEXTS = {
+    "channel-dead": (
+        "the {0} does not change at all while the joint moves: {1}",
+        "a joint without a torque of its own belongs to [robot] position_controlled",
+    ),
+    "channel-frozen": (
+        "the {0} is frozen while the joint moves: {1}",
+        "leave that part of the log out",
+    ),
+    "channel-clipped": (
+        "the {0} stays exactly at its extreme, as if it were clipped: {1}",
+        "leave such parts out, or let the robot do less",
+    ),
+    "channel-held": (
+        "the {0} is held at one value for several samples: {1}",
+        "log it at the rate that it is measured at, or read the log at a lower one",
+    ),
+}
+
+
+def _finding(check: str, channel: str, found: list[str]) -> Finding:
+    text, cure = TEXTS[check]
+    joints = tuple(dict.fromkeys(name.split(" ")[0] for name in found))
+    return Finding(check=check, text=text.format(channel, listed(found)), cure=cure, joints=joints)
+
+
+def _between(time: Array, part: slice) -> str:
+    return f" ({time[part.start]:.2f} to {time[part.stop - 1]:.2f} s)"
+
+
+def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:
+    """Return the rows of a segment over which a channel keeps exactly one value, at least `shortest` samples long."""
+    found = []
+    for segment in segments:
+        same = np.concatenate([[False], np.diff(values[segment]) == 0, [False]])
+        edges = np.flatnonzero(same[1:] != same[:-1])
+        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            if stop - start + 1 >= shortest:
+                found.append(slice(segment.start + start, segment.start + stop + 1))
+    return found
+
+
+def _shortest(period: float) -> int:
+    return max(FROZEN_SAMPLES, round(FROZEN / period))
+
+
+def _frozen_positions(position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
+    """Return where a joint's position stops at once although the joint was moving: it was not braked."""
+    parts = constant_parts(position, segments, _shortest(period))
+    if not parts:
+        return []
+    steps = np.abs(np.diff(position))
+    top = float(np.percentile(steps, 99))
+    quantum = float(steps[steps > 0].min()) if np.any(steps > 0) else 0.0
+
+    def fast(rows: slice) -> bool:
+        return len(steps[rows]) >= 5 and float(steps[rows].min()) > max(0.1 * top, 3 * quantum)
+
+    found = []
+    for part in parts:
+        before, after = slice(max(part.start - 6, 0), max(part.start - 1, 0)), slice(part.stop, part.stop + 5)
+        jumps = part.stop <= len(steps) and steps[part.stop - 1] > 10 * max(top, quantum)
+        if fast(before) or fast(after) or jumps:
+            found.append(part)
+    return found
+
+
+def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
+    """Return where a torque that else changes at almost every sample keeps one value, while the joint moves."""
+    parts = constant_parts(torque, segments, _shortest(period))
+    if not parts:
+        return []
+    frozen = np.zeros(len(torque), dtype=bool)
+    for part in parts:
+        frozen[part] = True
+    changes = np.diff(torque) != 0
+    rest = changes[~frozen[1:]]
+    if len(rest) == 0 or rest.mean() < 0.5:
+        return []
+    reach = float(np.ptp(position))
+    extremes = {float(torque.min()), float(torque.max())}
+    return [p for p in parts if np.ptp(position[p]) > 0.02 * reach and float(torque[p.start]) not in extremes]
+
+
+def clipped(torque: Array) -> float:
+    """Return the share of the samples at an extreme if far more lie exactly there than close to it, else 0."""
+    share = 0.0
+    for values in (torque, -torque):
+        top = float(values.max())
+        there = values == top
+        count = int(there.sum())
+        if count < max(10, CLIPPED * len(values)):
+            continue
+        levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
+        near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
+        longest = int(np.diff(np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))).max())
+        if len(levels) > 4 and longest >= 4 and count > 5 * near:
+            share += count / len(values)
+    return share
+
+
+def held_for(values: NDArray[np.float64]) -> int:
+    """Return for how many samples each value of a channel is held, 0 if they differ in that or change at each."""
+    steps = np.diff(values)
+    changes = np.flatnonzero(steps)
+    if len(changes) < 20:
+        return 0
+    lengths = np.diff(changes)
+    typical = int(np.median(lengths))
+    if typical < 2 or np.mean(np.abs(lengths - typical) <= max(1, typical // 10)) < HELD:
+        return 0
+    # Steps of a coarse encoder at constant speed are of one size; those of held values are of all sizes.
+    sizes = np.abs(steps[changes])
+    if len(np.unique(np.round(sizes / sizes.max(), 6))) < 0.3 * len(sizes) or np.mean(lengths >= 2) < HELD:
+        return 0
+    return typical
