@@ -9,7 +9,7 @@ from stribeck.audit.evidence import Evidence, gather
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.samples import check_samples
-from stribeck.audit.torque import check_torques
+from stribeck.audit.torque import check_torques, check_unsigned
 from stribeck.finding import Finding
 from stribeck.preparation import PreparedLog
 from stribeck.robot import Robot
@@ -36,10 +36,12 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     """
     samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
     base = check_base(evidence)
-    found = [*channels, *positions, *base, *samples]
+    spoken_of = {name for finding in channels for name in finding.joints if "torque" in finding.text}
+    unsigned = check_unsigned(evidence, spoken_of)
+    spoken_of |= {name for finding in unsigned for name in finding.joints}
+    found = [*channels, *positions, *base, *samples, *unsigned]
     motion_lost = any(f.check == "channel-frozen" and "position" in f.text for f in channels)
     if not motion_lost and not any(f.check in ("position-degrees", "position-jump") or f.stops for f in found):
-        spoken_of = {name for finding in channels for name in finding.joints}
         by_motion = check_motion(evidence)
         torques = [] if by_motion else check_torques(evidence, spoken_of)
         delay = [] if by_motion or any(f.stops for f in torques) else check_delay(evidence, late)

@@ -13,8 +13,14 @@ from stribeck.typing import Array
 FROZEN = 0.2
 """[s] for which a channel that changed at every sample before does not change at all."""
 FROZEN_SAMPLES = 20
-BUSY = 0.05
-"""Share of the top speed with which a joint must come into a frozen part, or move in it if its torque is frozen."""
+ABRUPT = 0.05
+"""Share of the top speed with which a joint comes into a frozen part, or out of it; one that is braked is slower."""
+ABRUPT_IF_COARSE = 0.3
+"""The same of an encoder so coarse that a joint that sticks looks as if it were frozen."""
+FROZEN_IF_COARSE = 2.0
+"""[s] of such an encoder."""
+COARSE = 0.02
+"""Resolution of a position, in steps between samples at top speed."""
 CLIPPED = 5e-3
 """Share of the samples that lie exactly at an extreme."""
 HELD = 0.95
@@ -40,7 +46,7 @@ def check_channels(evidence: Evidence) -> list[Finding]:
             continue
         for part in _frozen_torques(torque, position, evidence.prepared.sampling.segments, period):
             add("channel-frozen", "torque", joint, _between(log.time, part))
-        share = clipped(torque)
+        share = clipped(torque, moving(position))
         if share:
             add("channel-clipped", "torque", joint, f" ({100 * share:.2g} % of the samples)")
         for channel, values in (("torque", torque), ("position", position)):
@@ -102,16 +108,21 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
     if not parts:
         return []
     steps = np.abs(np.diff(position))
-    top = float(np.percentile(steps, 99))
-    quantum = float(steps[steps > 0].min()) if np.any(steps > 0) else 0.0
+    changes = steps[steps > 0]
+    top = float(np.percentile(changes, 99)) if len(changes) else 0.0
+    quantum = float(np.percentile(changes, 1)) if len(changes) else 0.0
+    coarse = quantum > COARSE * top
+    least = max(ABRUPT_IF_COARSE * top, 5 * quantum) if coarse else ABRUPT * top
 
     def fast(rows: slice) -> bool:
-        return len(steps[rows]) >= 5 and float(steps[rows].min()) > max(0.1 * top, 3 * quantum)
+        return len(steps[rows]) >= 5 and float(steps[rows].min()) > least
 
     found = []
     for part in parts:
+        if coarse and (part.stop - part.start) * period < FROZEN_IF_COARSE:
+            continue
         before, after = slice(max(part.start - 6, 0), max(part.start - 1, 0)), slice(part.stop, part.stop + 5)
-        jumps = part.stop <= len(steps) and steps[part.stop - 1] > 10 * max(top, quantum)
+        jumps = part.stop <= len(steps) and steps[part.stop - 1] > 10 * top
         if fast(before) or fast(after) or jumps:
             found.append(part)
     return found
@@ -134,8 +145,17 @@ def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...],
     return [p for p in parts if np.ptp(position[p]) > 0.02 * reach and float(torque[p.start]) not in extremes]
 
 
-def clipped(torque: Array) -> float:
-    """Return the share of the samples at an extreme if far more lie exactly there than close to it, else 0."""
+def moving(position: Array) -> NDArray[np.bool_]:
+    """Return where a joint is not at rest."""
+    steps = np.abs(np.gradient(position))
+    return np.asarray(steps > 0.01 * np.percentile(steps, 99))
+
+
+def clipped(torque: Array, moves: NDArray[np.bool_]) -> float:
+    """Return the share of the samples at an extreme if far more lie exactly there than close to it, else 0.
+
+    At rest a torque may well stay as it is.
+    """
     share = 0.0
     for values in (torque, -torque):
         top = float(values.max())
@@ -146,7 +166,7 @@ def clipped(torque: Array) -> float:
         levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
         longest = int(np.diff(np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))).max())
-        if len(levels) > 4 and longest >= 4 and count > 5 * near:
+        if len(levels) > 4 and longest >= 4 and count > 5 * near and moves[there].mean() > 0.5:
             share += count / len(values)
     return share
 

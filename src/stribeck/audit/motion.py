@@ -23,6 +23,8 @@ WORSE = 0.5
 """What it leaves, over what gravity as given leaves where each joint has a gain of its own."""
 SURE = 5.0
 """Standard errors."""
+BINS_FOR_CLOCK = 125
+"""In less the inertial parts are too small a part of too few motions to be told from the model's errors."""
 TURNED = np.deg2rad(45.0)
 """[rad] between gravity as given and as found."""
 CLOCK = (1.6, 2.5)
@@ -74,7 +76,7 @@ def check_motion(evidence: Evidence) -> list[Finding]:
     )
     if turned > TURNED:
         return _turned(evidence, pooled, turned) if forward and pooled.left < WORSE else []
-    if turned > TURNED / 2:
+    if turned > TURNED / 2 or len(evidence.rows) < BINS_FOR_CLOCK:
         return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size

@@ -10,7 +10,7 @@ from stribeck.finding import Finding
 
 STOP_MARGIN = 1e-3
 """[rad] or [m]"""
-OUTSIDE = 0.05
+OUTSIDE = 0.25
 """[rad] or [m]: further outside of the range there is no stop any more."""
 TURN = 2 * np.pi
 JUMP_ROWS = 4

@@ -16,6 +16,10 @@ from stribeck.typing import Array
 EXPLAINED = 0.8
 """Share of what friction leaves of a torque that the model must explain before anything is said of the joint."""
 LEAST_BINS = 24
+BINS_FOR_GAIN = 75
+"""In less a motion may be one that the model's errors have a large part in."""
+SMALLEST = 2e-3
+"""Variation of a joint's model torque over that of the joint with most, from which anything is said of it."""
 SURE = 4.0
 """Standard errors by which a gain is not what it should be."""
 NEAR = 1.6
@@ -34,28 +38,28 @@ LEVEL = (0.125, 100.0)
 large."""
 
 
-def judged(evidence: Evidence, found: Fit | None) -> bool:
-    """Return whether the model's variation is large against friction and noise."""
-    if found is None or len(evidence.rows) < LEAST_BINS or found.share < EXPLAINED or found.leverage < 0.2:
+def judged(found: Fit, largest: float) -> bool:
+    """Return whether the model's variation is large against friction and noise, and not tiny against other joints'."""
+    if found.share < EXPLAINED or found.leverage < 0.2 or found.swing < SMALLEST * largest:
         return False
     return abs(found.gain) * found.swing > found.friction_and_error
 
 
 def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
     """Return what is wrong with torques; joints that are left out have been spoken of."""
+    if len(evidence.rows) < LEAST_BINS:
+        return []
     joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
-    unsigned = _unsigned(evidence, joints)
-    if unsigned:
-        names = {name for finding in unsigned for name in finding.joints}
-        joints = [k for k in joints if evidence.joints[k] not in names]
     swapped = _swapped(evidence, joints)
     names = {name for finding in swapped for name in finding.joints}
     joints = [k for k in joints if evidence.joints[k] not in names]
-    fits = {k: found for k in joints if (found := fit(evidence, k)) is not None and judged(evidence, found)}
+    every = {k: found for k in joints if (found := fit(evidence, k)) is not None}
+    largest = max((found.swing for found in every.values()), default=0.0)
+    fits = {k: found for k, found in every.items() if judged(found, largest)}
     opposite = {k: found for k, found in fits.items() if _opposite(found)}
     agreeing = {k: found for k, found in fits.items() if found.gain > 0}
     scaled = _scales(evidence, agreeing | opposite, joints)
-    return [*unsigned, *swapped, *_signs(evidence, opposite, fits), *scaled]
+    return [*swapped, *_signs(evidence, opposite, fits), *scaled]
 
 
 def _opposite(found: Fit) -> bool:
@@ -94,9 +98,9 @@ def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list
     if len(fits) >= 2 and len(off) >= MOST * len(fits):
         return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
     levels = _levels(evidence, joints)
-    if len(fits) < 2 and len(levels) >= 2 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
+    if len(fits) < 2 and len(levels) >= 3 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
-    if not off:
+    if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return []
     gains = ", ".join(f"{evidence.joints[k]} {found.gain:.3g} +- {2 * found.error:.1g}" for k, found in off.items())
     gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
@@ -154,8 +158,9 @@ def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
     )
 
 
-def _unsigned(evidence: Evidence, joints: list[int]) -> list[Finding]:
+def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
     """Return a finding on torques that never change their sign although the motion asks for it."""
+    joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
     one_sided = [k for k in joints if _touches_zero(evidence, k)]
     sure = [k for k in one_sided if _folded(evidence, k)]
     active = [k for k in joints if evidence.moves(k)]
@@ -188,7 +193,7 @@ def _touches_zero(evidence: Evidence, k: int) -> bool:
         return False
     near = size < 0.1 * most
     visits = int(np.count_nonzero(near[1:] & ~near[:-1]))
-    return visits >= 3 and len(np.unique(torque[: 10_000])) > 3
+    return visits >= 3
 
 
 def _folded(evidence: Evidence, k: int) -> bool:
