@@ -32,10 +32,11 @@ from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.run import run_scenario
-from stribeck_simulation.scenario import StepsTable, read_scenario
+from stribeck_simulation.scenario import read_scenario
 from stribeck_simulation.sensors.measure import with_noise
-from studies.accuracy_cases import CASES, LAW, ROBOTS, exact_walks, kept_walks_of, measured, wrong_model
-from studies.walking_cases import EXAMPLES
+from studies.accuracy_cases import CASES, LAW, exact_walks, measured, wrong_model
+from studies.harder_cases import other_walks
+from studies.log_coverage import EXAMPLES
 
 SECONDS = 20.0
 """Of a log that lies are put into."""
@@ -96,14 +97,8 @@ def arm(model: str = "ur_description/urdf/ur5_robot.urdf", seed: int = 11) -> Ho
 
 def humanoid() -> Honest:
     """Return a walk that nothing was tuned on, with sensor noise and a wrong model."""
-    g1 = replace(ROBOTS["G1"], walks={"diagonal": StepsTable(**DIAGONAL)})
-    walk = kept_walks_of("G1", g1)[0]
+    walk = other_walks("G1")[0]
     return _walked(walk.robot, walk.log, walk.truth.parameters, 5)
-
-
-DIAGONAL = {
-    "count": 20, "forward": 0.15, "sideways": 0.08, "width": 0.14, "single_support": 0.7, "double_support": 0.2,
-}  # fmt: skip
 
 
 def _walked(robot: Robot, log: RobotLog, parameters: dict[str, dict[str, float]], seed: int) -> Honest:

@@ -75,7 +75,6 @@ def compose(
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         warnings=[
             *robot.warnings,
-            *(warning for part in prepared for warning in part.warnings),
             *(warning for part in friction.logs for warning in part.warnings),
             *_passivity_violated(found),
             *finding.warnings,

@@ -131,6 +131,7 @@ class Result:
             **({"couplings": {k: _joint_to_plain(v) for k, v in self.couplings.items()}} if self.couplings else {}),
             **({"corrections": asdict(self.corrections)} if self.corrections else {}),
             "warnings": self.warnings,
+            **({"findings": [asdict(finding) for finding in self.findings]} if self.findings else {}),
         }
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
@@ -177,6 +178,7 @@ class _Document(TypedDict):
     couplings: NotRequired[dict[str, CouplingResult]]
     corrections: NotRequired[Corrections]
     warnings: list[str]
+    findings: NotRequired[list[Finding]]
 
 
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
