@@ -35,13 +35,14 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     upside down the model's torques say nothing of signs and gains.
     """
     samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
-    base = check_base(evidence)
     spoken_of = {name for finding in channels for name in finding.joints if "torque" in finding.text}
     unsigned = check_unsigned(evidence, spoken_of)
     spoken_of |= {name for finding in unsigned for name in finding.joints}
+    lost = any(f.check == "channel-frozen" and "position" in f.text for f in channels)
+    lost = lost or any(f.check in ("position-degrees", "position-jump", "position-limits") for f in positions)
+    base = [] if lost else check_base(evidence)
     found = [*channels, *positions, *base, *samples, *unsigned]
-    motion_lost = any(f.check == "channel-frozen" and "position" in f.text for f in channels)
-    if not motion_lost and not any(f.check in ("position-degrees", "position-jump") or f.stops for f in found):
+    if not lost and not any(f.stops for f in found):
         by_motion = check_motion(evidence)
         torques = [] if by_motion else check_torques(evidence, spoken_of)
         delay = [] if by_motion or any(f.stops for f in torques) else check_delay(evidence, late)

@@ -16,11 +16,13 @@ from stribeck.finding import Finding
 from stribeck.typing import Array
 
 FEWEST = 24
-"""Steps [1] between bins that turning is compared over."""
-AGREES = 0.75
-"""Share of a turning rate that some axes must explain before they are named."""
-DISAGREES = 0.4
-"""And that they must do better than the axes as given."""
+"""Pairs of bins [1] between which turning is compared."""
+LAG = 0.2
+"""[s] between the two: soles roll a little, and quickly, where they stand."""
+AGREES = 0.5
+"""Share of a turning that some axes must explain before they are named."""
+BETTER = 0.35
+"""And what they leave of it, over what the axes as given leave."""
 TURNING = 0.02
 """[rad/s] of turning that is enough to compare."""
 TILTED = np.deg2rad(25.0)
@@ -29,6 +31,8 @@ LIFT = 0.01
 """[m] by which a foot that is said to stand may be higher than the lowest one."""
 WRONG = 0.15
 """Share of the time in which it is."""
+LONG = 0.25
+"""Share of a log in which a foot that the robot walks on stands at some time."""
 MOST_ROWS = 4000
 
 
@@ -36,10 +40,9 @@ def check_base(evidence: Evidence) -> list[Finding]:
     """Return what orientation, gyroscope, accelerometer and contacts say against one another."""
     if evidence.robot.base == "fixed" or len(evidence.rows) < FEWEST:
         return []
-    contacts = check_contacts(evidence)
-    if contacts or evidence.prepared.log.base_orientation is None:
-        return contacts
-    return [*_orientation(evidence), *_inertial(evidence)]
+    if evidence.prepared.log.base_orientation is None:
+        return check_contacts(evidence)
+    return _orientation(evidence) or check_contacts(evidence) or _inertial(evidence)
 
 
 def check_contacts(evidence: Evidence) -> list[Finding]:
@@ -76,12 +79,11 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
         ]
     lifted = np.array([np.mean(lift[standing[:, k], k] > LIFT) if share[k] > 0 else 0.0 for k in range(len(feet))])
     stuck = [feet[k] for k in np.flatnonzero((lifted > WRONG) & (lift.max(axis=0) > 2 * LIFT))]
-    others = np.array([np.mean(np.delete(lift, k, axis=1).min(axis=1) > LIFT) for k in range(len(feet))])
-    never = [feet[k] for k in np.flatnonzero((share < 0.02) & (others > WRONG))]
+    never = [feet[k] for k in range(len(feet)) if _left_out(standing[:, k], lift, k)]
     if not stuck and not never:
         return []
     parts = [f"{name} is said to stand while it is above another foot" for name in stuck]
-    parts += [f"{name} is never said to stand, though all others are above it for a time" for name in never]
+    parts += [f"{name} is not said to stand for long, though all others are above it" for name in never]
     return [
         Finding(
             check="contact-stuck",
@@ -90,6 +92,18 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
             stops=True,
         )
     ]
+
+
+def _left_out(standing: NDArray[np.bool_], lift: Array, k: int) -> bool:
+    """Return whether a foot is the only low one now and then, in a long time in which it is not said to stand."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], standing, [True]]).astype(np.int8)))
+    if len(edges) == 0:
+        return False
+    longest = int(np.argmax(edges[1::2] - edges[::2]))
+    rows = slice(edges[2 * longest], edges[2 * longest + 1])
+    if rows.stop - rows.start < LONG * len(standing):
+        return False
+    return bool(np.mean(np.delete(lift, k, axis=1).min(axis=1)[rows] > LIFT) > WRONG)
 
 
 def _best_order(standing: NDArray[np.bool_], lift: Array) -> tuple[int, ...] | None:
@@ -112,7 +126,7 @@ def _best_order(standing: NDArray[np.bool_], lift: Array) -> tuple[int, ...] | N
 
 @dataclass(frozen=True, eq=False)
 class _Turns:
-    """Turning between neighbouring bins [rad/s], in the frame of the base, shape (S, 3) each."""
+    """Turning between two bins [rad/s], in the frame of the base, shape (S, 3) each."""
 
     measured: Array
     expected: Array
@@ -137,7 +151,8 @@ def _axes_off(turns: _Turns) -> Array | None:
         return None
     given = turns.explained(np.eye(3))
     best = max(AXES, key=turns.explained)
-    return best if turns.explained(best) > max(AGREES, given + DISAGREES) else None
+    explained = turns.explained(best)
+    return best if explained > AGREES and 1 - explained < BETTER * (1 - given) else None
 
 
 def _rms(vectors: Array) -> float:
@@ -159,30 +174,25 @@ def _orientation(evidence: Evidence) -> list[Finding]:
         if len(here):
             poses[here] = robot.foot_pose(name, log.position[evidence.rows[here]])[0]
     in_foot = Rotation.from_matrix(poses).inv()
-    pairs = known[:-1][(np.diff(known) == 1) & (np.diff(evidence.run[known]) == 0) & (np.diff(foot[known]) == 0)]
-    step = np.diff(evidence.rows)[pairs, None] * evidence.prepared.sampling.period
-    if len(pairs) < FEWEST:
-        return []
-    expected = (in_foot[pairs].inv() * in_foot[pairs + 1]).as_rotvec() / step
-    measured = (base[pairs].inv() * base[pairs + 1]).as_rotvec() / step
-    backwards = (base[pairs] * base[pairs + 1].inv()).as_rotvec() / step
-    given, inverse = _Turns(measured, expected), _Turns(backwards, expected)
-    if _rms(expected) > TURNING and inverse.explained(np.eye(3)) > max(
-        AGREES, given.explained(np.eye(3)) + DISAGREES
-    ):
+    first, last, step = _pairs(evidence, foot)
+    turns = _Turns(
+        measured=(base[first].inv() * base[last]).as_rotvec() / step,
+        expected=(in_foot[first].inv() * in_foot[last]).as_rotvec() / step,
+    )
+    axes = _axes_off(turns)
+    if axes is not None and np.allclose(axes, -np.eye(3)):
         return [
             Finding(
                 check="quaternion-inverse",
                 text="the base turns the other way than the joints above a standing foot say: "
-                f"{100 * inverse.explained(np.eye(3)):.0f} % of its turning is explained if the quaternion is inverted",
+                f"{100 * turns.explained(axes):.0f} % of its turning is explained if the quaternion is inverted",
                 cure="log the orientation of the base in the world, not of the world in the base "
                 "([log.base_orientation] has no setting for it)",
                 stops=True,
             )
         ]
-    axes = _axes_off(given)
     if axes is not None:
-        return [_axes_finding(axes, "base_orientation", given, stops=True)]
+        return [_axes_finding(axes, "base_orientation", turns, stops=True)]
     normal = np.einsum("ti,ti->t", base.inv().apply([0.0, 0.0, 1.0])[known], poses[known, :, 2])
     tilt = float(np.median(np.arccos(np.clip(normal, -1, 1))))
     if tilt > TILTED:
@@ -195,6 +205,19 @@ def _orientation(evidence: Evidence) -> list[Finding]:
             )
         ]
     return []
+
+
+def _pairs(evidence: Evidence, foot: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Return pairs of bins that are `LAG` apart in one run, on one foot, and the time between them [s], (P, 1)."""
+    if len(evidence.rows) < 2:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 1))
+    period = evidence.prepared.sampling.period
+    apart = max(1, round(LAG / (period * float(np.median(np.diff(evidence.rows))))))
+    first = np.arange(max(0, len(evidence.rows) - apart))
+    last = first + apart
+    together = (evidence.run[first] == evidence.run[last]) & (foot[first] == foot[last]) & (foot[first] >= 0)
+    first, last = first[together], last[together]
+    return first, last, (evidence.rows[last] - evidence.rows[first])[:, None] * period
 
 
 def _standing_sole(evidence: Evidence) -> NDArray[np.int64] | None:
@@ -224,17 +247,15 @@ def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> F
 def _inertial(evidence: Evidence) -> list[Finding]:
     """Compare gyroscope and accelerometer with the base orientation, which is in the same frame."""
     log, rows = evidence.prepared.log, evidence.rows
-    pairs = np.flatnonzero(np.diff(evidence.run) == 0)
-    if len(pairs) < FEWEST:
+    first, last, step = _pairs(evidence, np.zeros(len(rows), dtype=np.int64))
+    if len(first) < FEWEST:
         return []
     base = Rotation.from_quat(log.base_orientation[rows])  # type: ignore[index]
     found: list[Finding] = []
     if log.angular_velocity is not None:
-        step = np.diff(rows)[pairs, None]
-        expected = (base[pairs].inv() * base[pairs + 1]).as_rotvec() / (step * evidence.prepared.sampling.period)
-        first, last = rows[pairs], rows[pairs + 1]
         sums = np.concatenate([np.zeros((1, 3)), np.cumsum(log.angular_velocity, axis=0)])
-        turns = _Turns((sums[last] - sums[first]) / (last - first)[:, None], expected)
+        mean = (sums[rows[last]] - sums[rows[first]]) / (rows[last] - rows[first])[:, None]
+        turns = _Turns(measured=mean, expected=(base[first].inv() * base[last]).as_rotvec() / step)
         axes = _axes_off(turns)
         if axes is not None:
             found.append(_axes_finding(axes, "angular_velocity", turns, stops=False))

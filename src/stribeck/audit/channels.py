@@ -115,7 +115,9 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
     least = max(ABRUPT_IF_COARSE * top, 5 * quantum) if coarse else ABRUPT * top
 
     def fast(rows: slice) -> bool:
-        return len(steps[rows]) >= 5 and float(steps[rows].min()) > least
+        whole = slice(rows.start, min(rows.stop + 1, len(position)))
+        count = whole.stop - whole.start - 1
+        return count >= 4 and abs(float(position[whole.stop - 1] - position[whole.start])) / count > least
 
     found = []
     for part in parts:
@@ -175,6 +177,7 @@ def held_for(values: NDArray[np.float64]) -> int:
     """Return for how many samples each value of a channel is held, 0 if they differ in that or change at each."""
     steps = np.diff(values)
     changes = np.flatnonzero(steps)
+    changes = changes[np.diff(changes, prepend=-2) > 1]  # an even clock smears a change over two samples
     if len(changes) < 20:
         return 0
     lengths = np.diff(changes)
