@@ -16,10 +16,11 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
@@ -46,6 +47,7 @@ WRONG = 0.25
 """Relative error of a Coulomb friction from which a value is wrong."""
 SMALL = 0.1
 """[N m] of error that is small whatever the friction."""
+Flags = NDArray[np.bool_]
 HEAD = "| lie | log | found | named |\n|---|---|---|---|"
 CLEAN_HEAD = "| clean log | whole | 10 s | 2 s | 1 s |\n|---|---:|---:|---:|---:|"
 
@@ -144,7 +146,8 @@ def _position(change: Callable[[Array, Robot], Array]) -> Callable[[RobotLog, Ro
 
 def _imu(**changes: Callable[[Array], Array]) -> Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]:
     def applied(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
-        return replace(log, **{name: change(getattr(log, name)) for name, change in changes.items()}), robot
+        changed: dict[str, Any] = {name: change(getattr(log, name)) for name, change in changes.items()}
+        return replace(log, **changed), robot
 
     return applied
 
@@ -165,7 +168,7 @@ def _other(name: str) -> str:
     return name.replace("left", "#").replace("right", "left").replace("#", "right")
 
 
-def _amperes(torque: Array, robot: Robot) -> Array:
+def _amperes(torque: Array, _: Robot) -> Array:
     return torque * np.random.default_rng(4).uniform(0.03, 0.15, torque.shape[1])
 
 
@@ -234,7 +237,7 @@ def _lost(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
     return replace(log, torque=torque), robot
 
 
-def _contact(change: Callable[[Array], Array]) -> Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]:
+def _contact(change: Callable[[Flags], Flags]) -> Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]:
     def applied(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
         assert log.contact is not None
         return replace(log, contact=change(log.contact.copy())), robot
@@ -242,8 +245,8 @@ def _contact(change: Callable[[Array], Array]) -> Callable[[RobotLog, Robot], tu
     return applied
 
 
-def _set_first(value: bool) -> Callable[[Array], Array]:
-    def applied(contact: Array) -> Array:
+def _set_first(value: bool) -> Callable[[Flags], Flags]:
+    def applied(contact: Flags) -> Flags:
         contact[len(contact) // 8 :, 0] = value
         return contact
 
@@ -323,9 +326,10 @@ def wrong_unwarned(log: RobotLog, robot: Robot, coulomb: dict[str, float]) -> li
     wrong = []
     for name, joint in result.joints.items():
         value, true = joint.parameters.get("coulomb"), coulomb.get(name)
-        if value is not None and true is not None and joint.verdict == value.verdict == "identified":
-            if abs(value.value - true) > max(WRONG * true, SMALL):
-                wrong.append(name)
+        if value is None or true is None or not joint.verdict == value.verdict == "identified":
+            continue
+        if abs(value.value - true) > max(WRONG * true, SMALL):
+            wrong.append(name)
     return [] if result.warnings else wrong
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -84,7 +84,7 @@ class Inspection:
     joints: dict[str, JointInspection]
     findings: list[str]
     notes: list[str]
-    audit: list[Finding]
+    audit: list[Finding] = field(default_factory=list)
 
     def to_json(self) -> str:
         """Return the inspection as JSON text."""

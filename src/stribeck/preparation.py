@@ -62,4 +62,3 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is taken to be level")
     return PreparedLog(log=log, sampling=sampling, support=support, notes=tuple(notes))
-

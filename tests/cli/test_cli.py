@@ -130,7 +130,7 @@ def test_what_was_found_is_told_when_nothing_is_identified(
     position = np.rad2deg(log.position)
     position[100:110] = np.nan
     path = save_npz(log, tmp_path / "log.npz", position=position, velocity=None, acceleration=None)
-    arguments = ("-r", arm / "robot.toml", "-o", tmp_path / "out", "--method", method, "--json")
+    arguments = ("-r", arm / "robot.toml", "-o", tmp_path / "out", "--method", method, "--json", "--force")
     assert run("identify", path, *arguments) == 3
     printed = capsys.readouterr()
     assert printed.out == ""

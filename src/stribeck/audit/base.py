@@ -225,9 +225,7 @@ def _standing_sole(evidence: Evidence) -> NDArray[np.int64] | None:
     contacts = evidence.robot.contacts
     soles = [k for k, contact in enumerate(contacts.values()) if contact.kind == "surface"]
     names = list(contacts)
-    of_support = [
-        next((k for k in soles if names[k] in name.split("+")), -1) for name in evidence.support_names
-    ]
+    of_support = [next((k for k in soles if names[k] in name.split("+")), -1) for name in evidence.support_names]
     if not soles or not of_support:
         return None
     return np.array(of_support, dtype=np.int64)[evidence.support]
@@ -235,10 +233,11 @@ def _standing_sole(evidence: Evidence) -> NDArray[np.int64] | None:
 
 def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> Finding:
     letters = [("-" if axes[row].sum() < 0 else "") + "xyz"[int(np.argmax(np.abs(axes[row])))] for row in range(3)]
+    explained, as_given = 100 * turns.explained(axes), 100 * turns.explained(np.eye(3))
     return Finding(
         check="imu-axes",
-        text=f"{channel} turns about other axes than the base: its x, y, z are {', '.join(letters)} of the base "
-        f"({100 * turns.explained(axes):.0f} % of its turning explained, {100 * turns.explained(np.eye(3)):.0f} % as given)",
+        text=f"{channel} turns about other axes than the base: its x, y, z are {', '.join(letters)} of the base, which "
+        f"explains {explained:.0f} % of its turning ({as_given:.0f} % as given)",
         cure=f"set [robot] base_frame to the IMU's frame in the model, or turn {channel} before it is logged",
         stops=stops,
     )

@@ -50,7 +50,7 @@ def check_channels(evidence: Evidence) -> list[Finding]:
         if share:
             add("channel-clipped", "torque", joint, f" ({100 * share:.2g} % of the samples)")
         for channel, values in (("torque", torque), ("position", position)):
-            held = held_for(values[: 60_000])
+            held = held_for(values[:60_000])
             if held:
                 add("channel-held", channel, joint, f" (for {held} samples)")
     return [_finding(check, channel, found) for check, each in kinds.items() for channel, found in each.items()]
@@ -117,7 +117,7 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
     def fast(rows: slice) -> bool:
         whole = slice(rows.start, min(rows.stop + 1, len(position)))
         count = whole.stop - whole.start - 1
-        return count >= 4 and abs(float(position[whole.stop - 1] - position[whole.start])) / count > least
+        return bool(count >= 4 and abs(position[whole.stop - 1] - position[whole.start]) > count * least)
 
     found = []
     for part in parts:

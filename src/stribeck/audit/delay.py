@@ -14,8 +14,9 @@ FEWEST_STEPS = 5
 """Samples [1] searched on either side at least."""
 SHORTEST_RUN = 0.3
 """[s]; shorter runs say little about a delay."""
-MOST_SAMPLES = 12_000
-"""Of each joint, at the log's rate."""
+FEWEST_SAMPLES = 16
+MOST_SAMPLES = 8000
+"""Of each joint that are compared; the shifts between them are those of the log's rate."""
 EXPLAINED = 0.5
 """Share of a torque's variance that the model must explain before a delay is given."""
 FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
@@ -64,21 +65,20 @@ def _delay(evidence: Evidence, k: int) -> float | None:
         return None
     period = evidence.prepared.sampling.period
     reach = max(FEWEST_STEPS, round(LONGEST / period))
-    runs: list[Run] = []
-    for run in sorted(_known(evidence, k), key=lambda run: -len(run.model)):
-        if len(run.model) > 2 * reach + max(16, SHORTEST_RUN / period) and sum(len(r.model) for r in runs) < MOST_SAMPLES:
-            runs.append(Run(run.torque[:MOST_SAMPLES], run.model[:MOST_SAMPLES], run.velocity[:MOST_SAMPLES]))
+    shortest = 2 * reach + max(FEWEST_SAMPLES, SHORTEST_RUN / period)
+    runs = [run for run in _known(evidence, k) if len(run.model) > shortest]
     if not runs:
         return None
-    speed = np.concatenate([run.velocity[reach:-reach] for run in runs])
-    model = np.concatenate([run.model[reach:-reach] for run in runs])
+    every = -(-sum(len(run.model) for run in runs) // MOST_SAMPLES)
+    speed = np.concatenate([run.velocity[reach:-reach:every] for run in runs])
+    model = np.concatenate([run.model[reach:-reach:every] for run in runs])
     top = max(float(np.abs(speed).max()), 1e-9)
     signs = [np.tanh(speed / (share * top)) for share in FRICTION_SHAPES]
     without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
     with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
 
     def shifted(shift: int) -> Array:
-        return np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift] for run in runs])
+        return np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift : every] for run in runs])
 
     shifts = np.arange(-reach, reach + 1)
     left = [_unexplained(with_model, shifted(int(shift))) for shift in shifts]

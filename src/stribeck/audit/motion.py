@@ -194,7 +194,7 @@ def _pooled(evidence: Evidence) -> _Pooled | None:
         if one is not None and one.friction > one.residual:
             power, size = power + one.dissipation, size + 1
     return _Pooled(
-        gravity=found[:3],
+        gravity=np.asarray(found[:3]),
         gravity_error=float(errors[:3].max()),
         inertial=float(found[3]),
         inertial_error=float(errors[3]),

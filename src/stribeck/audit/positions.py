@@ -64,7 +64,9 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     as_degrees = np.deg2rad(1.0)
     fits = (lowest * as_degrees > low - 0.1) & (highest * as_degrees < high + 0.1)
     far = int(np.count_nonzero(wide & fits))
-    speeds = np.percentile(np.abs(np.diff(log.position[:60_000], axis=0)), 99, axis=0) / evidence.prepared.sampling.period
+    speeds = (
+        np.percentile(np.abs(np.diff(log.position[:60_000], axis=0)), 99, axis=0) / evidence.prepared.sampling.period
+    )
     fast = turning & (speeds > TOO_FAST)
     moving = turning & (highest - lowest > 0.02)
     of_limits = far >= max(1, 0.5 * np.count_nonzero(limited & moving)) and bool(np.all(fits[limited]))
@@ -107,7 +109,7 @@ def _limits(evidence: Evidence) -> list[Finding]:
             Finding(
                 check="position-limits",
                 text=f"positions lie outside of the model's limits: {spans(outside)}",
-                cure="see zero, sign, unit and order: [log.position] offset, scale, unit; [log] joint_names, joint_order",
+                cure="see zero, sign, unit and order: [log.position] offset, scale, unit; [log] joint_names",
                 joints=tuple(robot.joint_names[k] for k in np.flatnonzero(outside)),
             )
         )

@@ -65,7 +65,9 @@ def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Fi
 def _opposite(found: Fit) -> bool:
     """Return whether both the model and friction speak of a torque of the other sign, or the model overwhelmingly."""
     return found.gain < -SURE * found.error and (
-        found.dissipation < -0.5 or found.friction < found.residual or abs(found.gain) * found.swing > 3 * found.friction
+        found.dissipation < -0.5
+        or found.friction < found.residual
+        or abs(found.gain) * found.swing > 3 * found.friction
     )
 
 
@@ -74,7 +76,9 @@ def _signs(evidence: Evidence, opposite: dict[int, Fit], fits: dict[int, Fit]) -
         return []
     names = [evidence.joints[k] for k in opposite]
     most = len(opposite) >= max(2, MOST * len(fits))
-    gains = ", ".join(f"{evidence.joints[k]} {found.gain:.2f} +- {2 * found.error:.1g}" for k, found in opposite.items())
+    gains = ", ".join(
+        f"{evidence.joints[k]} {found.gain:.2f} +- {2 * found.error:.1g}" for k, found in opposite.items()
+    )
     everyone = most and len(opposite) == len(fits)
     mended = list(evidence.joints) if everyone else names
     return [

@@ -47,7 +47,7 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int
         if place == 0 and fallen[0] == 0:
             if robot.gravity[2] > 0:
                 raise LogError(
-                    f"{log.path or 'log'}: [robot] gravity points up, {robot.gravity.tolist()} m/s^2, so that the robot "
+                    f"{log.path or 'log'}: [robot] gravity points up, {robot.gravity.tolist()} m/s^2, and the robot "
                     "stands on its head; expected gravity of the world, z down, as a rule [0, 0, -9.81]"
                 )
             raise LogError(
