@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.audit.cures import listed
-from stribeck.audit.evidence import STILL, Evidence
+from stribeck.audit.evidence import Evidence
 from stribeck.finding import Finding
 from stribeck.typing import Array
 
@@ -23,6 +23,9 @@ COARSE = 0.02
 """Resolution of a position, in steps between samples at top speed."""
 CLIPPED = 5e-3
 """Share of the samples that lie exactly at an extreme."""
+LEAST_REACH = 1e-4
+"""[rad] or [m] that a joint moves over."""
+HELD_ROWS = 20_000
 HELD = 0.95
 """Share of the values that must be held for the same number of samples."""
 
@@ -36,21 +39,23 @@ def check_channels(evidence: Evidence) -> list[Finding]:
     def add(check: str, channel: str, joint: str, text: str) -> None:
         kinds.setdefault(check, {}).setdefault(channel, []).append(f"{joint}{text}")
 
+    lowest, highest = evidence.position_range
+    least, most = log.torque.min(axis=0), log.torque.max(axis=0)
     for column in robot.torque_controlled.tolist():
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
-        moves = float(np.ptp(position)) > STILL * 0.1
+        moves = highest[column] - lowest[column] > LEAST_REACH
         for part in _frozen_positions(position, evidence.prepared.sampling.segments, period) if moves else []:
             add("channel-frozen", "position", joint, _between(log.time, part))
-        if moves and np.ptp(torque) == 0:
+        if moves and least[column] == most[column]:
             add("channel-dead", "torque", joint, "")
             continue
         for part in _frozen_torques(torque, position, evidence.prepared.sampling.segments, period):
             add("channel-frozen", "torque", joint, _between(log.time, part))
-        share = clipped(torque, moving(position))
+        share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
         if share:
             add("channel-clipped", "torque", joint, f" ({100 * share:.2g} % of the samples)")
         for channel, values in (("torque", torque), ("position", position)):
-            held = held_for(values[:60_000])
+            held = held_for(values[:HELD_ROWS])
             if held:
                 add("channel-held", channel, joint, f" (for {held} samples)")
     return [_finding(check, channel, found) for check, each in kinds.items() for channel, found in each.items()]
@@ -88,7 +93,10 @@ def _between(time: Array, part: slice) -> str:
 
 def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:
     """Return the rows of a segment over which a channel keeps exactly one value, at least `shortest` samples long."""
-    found = []
+    found: list[slice] = []
+    thin = values[:: max(1, shortest // 2)]
+    if not np.any(thin[1:] == thin[:-1]):
+        return found
     for segment in segments:
         same = np.concatenate([[False], np.diff(values[segment]) == 0, [False]])
         edges = np.flatnonzero(same[1:] != same[:-1])
@@ -153,22 +161,24 @@ def moving(position: Array) -> NDArray[np.bool_]:
     return np.asarray(steps > 0.01 * np.percentile(steps, 99))
 
 
-def clipped(torque: Array, moves: NDArray[np.bool_]) -> float:
+def clipped(torque: Array, position: Array, least: float, most: float) -> float:
     """Return the share of the samples at an extreme if far more lie exactly there than close to it, else 0.
 
     At rest a torque may well stay as it is.
     """
     share = 0.0
-    for values in (torque, -torque):
-        top = float(values.max())
-        there = values == top
-        count = int(there.sum())
-        if count < max(10, CLIPPED * len(values)):
+    for sign, top in ((1.0, most), (-1.0, -least)):
+        if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < CLIPPED / 2:
             continue
+        there = torque == sign * top
+        count = int(np.count_nonzero(there))
+        if count < max(10, CLIPPED * len(torque)):
+            continue
+        values = sign * torque
         levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
         longest = int(np.diff(np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))).max())
-        if len(levels) > 4 and longest >= 4 and count > 5 * near and moves[there].mean() > 0.5:
+        if len(levels) > 4 and longest >= 4 and count > 5 * near and moving(position)[there].mean() > 0.5:
             share += count / len(values)
     return share
 

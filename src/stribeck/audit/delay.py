@@ -15,7 +15,7 @@ FEWEST_STEPS = 5
 SHORTEST_RUN = 0.3
 """[s]; shorter runs say little about a delay."""
 FEWEST_SAMPLES = 16
-MOST_SAMPLES = 8000
+MOST_SAMPLES = 6000
 """Of each joint that are compared; the shifts between them are those of the log's rate."""
 EXPLAINED = 0.5
 """Share of a torque's variance that the model must explain before a delay is given."""

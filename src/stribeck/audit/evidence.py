@@ -15,7 +15,7 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.typing import Array
 
-MOST_SAMPLES = 60_000
+MOST_SAMPLES = 30_000
 """Samples that are looked at; of a longer log, `PARTS` that lie evenly over it."""
 PARTS = 8
 BIN = 0.04
@@ -78,6 +78,12 @@ class Evidence:
         if len(self.rows) == 0:
             return np.zeros(len(self.joints))
         return np.asarray(np.percentile(np.abs(self.velocity), 99, axis=0))
+
+    @cached_property
+    def position_range(self) -> tuple[Array, Array]:
+        """Lowest and highest position of all joints of the robot in the whole log, shape (n,) each."""
+        position = self.prepared.log.position
+        return position.min(axis=0), position.max(axis=0)
 
     def moves(self, k: int) -> bool:
         """Whether a joint moves at all."""

@@ -15,6 +15,8 @@ OUTSIDE = 0.25
 TURN = 2 * np.pi
 JUMP_ROWS = 4
 """Samples over which a jump may be smeared by an even clock."""
+SPEED_ROWS = 6000
+"""That speeds are looked at over."""
 TOO_FAST = 60.0
 """[rad/s]: the top speed of a joint whose position may be in degrees."""
 
@@ -28,11 +30,13 @@ def check_positions(evidence: Evidence) -> list[Finding]:
 def _jumps(evidence: Evidence) -> list[Finding]:
     """Return a finding on revolute joints whose position jumps by a turn."""
     log, robot = evidence.prepared.log, evidence.robot
+    lowest, highest = evidence.position_range
+    span = highest - lowest
     found = []
     for column, name in enumerate(robot.joint_names):
-        position = log.position[:, column]
-        if robot.prismatic[column] or np.ptp(position) < 0.9 * TURN:
+        if robot.prismatic[column] or span[column] < 0.9 * TURN:
             continue
+        position = log.position[:, column]
         count = 0
         for segment in evidence.prepared.sampling.segments:
             steps = np.abs(position[segment][JUMP_ROWS:] - position[segment][:-JUMP_ROWS])
@@ -58,14 +62,15 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     log, robot = evidence.prepared.log, evidence.robot
     low, high = robot.position_limits
     turning = ~np.array(robot.prismatic)
-    lowest, highest = log.position.min(axis=0), log.position.max(axis=0)
+    lowest, highest = evidence.position_range
     limited = turning & np.isfinite(low) & np.isfinite(high)
     wide = limited & ((lowest < low - 1) | (highest > high + 1))
     as_degrees = np.deg2rad(1.0)
     fits = (lowest * as_degrees > low - 0.1) & (highest * as_degrees < high + 0.1)
     far = int(np.count_nonzero(wide & fits))
     speeds = (
-        np.percentile(np.abs(np.diff(log.position[:60_000], axis=0)), 99, axis=0) / evidence.prepared.sampling.period
+        np.percentile(np.abs(np.diff(log.position[:SPEED_ROWS], axis=0)), 99, axis=0)
+        / evidence.prepared.sampling.period
     )
     fast = turning & (speeds > TOO_FAST)
     moving = turning & (highest - lowest > 0.02)
@@ -74,7 +79,7 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     if not of_limits and not of_speed:
         return []
     names = [robot.joint_names[k] for k in np.flatnonzero(wide if of_limits else fast)]
-    reach = float(np.abs(log.position[:, turning]).max())
+    reach = float(np.maximum(-lowest, highest)[turning].max())
     return [
         Finding(
             check="position-degrees",
@@ -89,9 +94,9 @@ def _degrees(evidence: Evidence) -> list[Finding]:
 
 def _limits(evidence: Evidence) -> list[Finding]:
     """Return findings on joints that leave their range, or reach its end, where a stop takes part of the torque."""
-    log, robot = evidence.prepared.log, evidence.robot
+    robot = evidence.robot
     low, high = robot.position_limits
-    lowest, highest = log.position.min(axis=0), log.position.max(axis=0)
+    lowest, highest = evidence.position_range
     reached = (lowest < low + STOP_MARGIN) | (highest > high - STOP_MARGIN)
     outside = (lowest < low - OUTSIDE) | (highest > high + OUTSIDE)
 
