@@ -42,7 +42,10 @@ def check_base(evidence: Evidence) -> list[Finding]:
         return []
     if evidence.prepared.log.base_orientation is None:
         return check_contacts(evidence)
-    return _orientation(evidence) or check_contacts(evidence) or _inertial(evidence)
+    contacts = check_contacts(evidence)
+    if any(finding.check == "contacts-swapped" for finding in contacts):
+        return contacts
+    return _orientation(evidence) or contacts or _inertial(evidence)
 
 
 def check_contacts(evidence: Evidence) -> list[Finding]:
@@ -179,13 +182,15 @@ def _orientation(evidence: Evidence) -> list[Finding]:
         measured=(base[first].inv() * base[last]).as_rotvec() / step,
         expected=(in_foot[first].inv() * in_foot[last]).as_rotvec() / step,
     )
+    backwards = _Turns(measured=(base[first] * base[last].inv()).as_rotvec() / step, expected=turns.expected)
     axes = _axes_off(turns)
-    if axes is not None and np.allclose(axes, -np.eye(3)):
+    inverse = backwards.explained(np.eye(3)) if axes is not None else 0.0
+    if axes is not None and (np.allclose(axes, -np.eye(3)) or inverse > turns.explained(axes) - 0.05):
         return [
             Finding(
                 check="quaternion-inverse",
                 text="the base turns the other way than the joints above a standing foot say: "
-                f"{100 * turns.explained(axes):.0f} % of its turning is explained if the quaternion is inverted",
+                f"{100 * max(inverse, turns.explained(axes)):.0f} % of its turning is explained by the inverse quaternion",
                 cure="log the orientation of the base in the world, not of the world in the base "
                 "([log.base_orientation] has no setting for it)",
                 stops=True,

@@ -23,6 +23,8 @@ COARSE = 0.02
 """Resolution of a position, in steps between samples at top speed."""
 CLIPPED = 5e-3
 """Share of the samples that lie exactly at an extreme."""
+ROUNDING = 1e-6
+"""Relative change [1] that the interpolation onto an even clock may make of a constant; encoders resolve more."""
 LEAST_REACH = 1e-4
 """[rad] or [m] that a joint moves over."""
 HELD_ROWS = 20_000
@@ -95,10 +97,11 @@ def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) ->
     """Return the rows of a segment over which a channel keeps exactly one value, at least `shortest` samples long."""
     found: list[slice] = []
     thin = values[:: max(1, shortest // 2)]
-    if not np.any(thin[1:] == thin[:-1]):
+    rounding = ROUNDING * float(np.abs(thin).max())
+    if not np.any(np.abs(np.diff(thin)) <= rounding):
         return found
     for segment in segments:
-        same = np.concatenate([[False], np.diff(values[segment]) == 0, [False]])
+        same = np.concatenate([[False], np.abs(np.diff(values[segment])) <= rounding, [False]])
         edges = np.flatnonzero(same[1:] != same[:-1])
         for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             if stop - start + 1 >= shortest:
@@ -116,7 +119,7 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
     if not parts:
         return []
     steps = np.abs(np.diff(position))
-    changes = steps[steps > 0]
+    changes = steps[steps > ROUNDING * float(np.abs(position).max())]
     top = float(np.percentile(changes, 99)) if len(changes) else 0.0
     quantum = float(np.percentile(changes, 1)) if len(changes) else 0.0
     coarse = quantum > COARSE * top
@@ -127,6 +130,8 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
         count = whole.stop - whole.start - 1
         return bool(count >= 4 and abs(position[whole.stop - 1] - position[whole.start]) > count * least)
 
+    if _flickers(position, parts):
+        return parts
     found = []
     for part in parts:
         if coarse and (part.stop - part.start) * period < FROZEN_IF_COARSE:
@@ -136,6 +141,19 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
         if fast(before) or fast(after) or jumps:
             found.append(part)
     return found
+
+
+def _flickers(position: Array, parts: list[slice]) -> bool:
+    """Return whether a position has noise at almost every sample, but for some parts, so that these are no rest."""
+    steps = np.diff(position)
+    rest = np.ones(len(steps), dtype=bool)
+    for part in parts:
+        rest[part.start : part.stop] = False
+    steps = steps[rest]
+    if len(steps) < FROZEN_SAMPLES:
+        return False
+    unchanged = np.mean(np.abs(steps) <= ROUNDING * float(np.abs(position).max()))
+    return bool(unchanged < 0.05 and np.mean(steps[1:] * steps[:-1] < 0) > 0.1)
 
 
 def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
@@ -186,7 +204,7 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
 def held_for(values: NDArray[np.float64]) -> int:
     """Return for how many samples each value of a channel is held, 0 if they differ in that or change at each."""
     steps = np.diff(values)
-    changes = np.flatnonzero(steps)
+    changes = np.flatnonzero(np.abs(steps) > ROUNDING * float(np.abs(values).max()))
     changes = changes[np.diff(changes, prepend=-2) > 1]  # an even clock smears a change over two samples
     if len(changes) < 20:
         return 0

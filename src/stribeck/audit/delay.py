@@ -21,9 +21,13 @@ EXPLAINED = 0.5
 """Share of a torque's variance that the model must explain before a delay is given."""
 FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
 """Widths of the smoothed signs that stand for friction, in shares of the top speed."""
+FEWEST_JOINTS = 3
+"""That must have a delay, of a robot that has as many."""
+SURE = 4.0
+"""Standard errors of the median over joints that a delay must be beyond."""
 LEAST = 1.5
 """Samples [1] of delay that are worth a finding."""
-AGREE = 0.75
+AGREE = 0.6
 """Share of the joints that must agree on a delay."""
 
 
@@ -37,11 +41,12 @@ def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
     """Return a finding if the joints' delays agree on more than a sample or two."""
     period = evidence.prepared.sampling.period
     values = np.array(list(found.values()))
-    if len(values) < 2:
+    if len(values) < max(2, min(FEWEST_JOINTS, len(evidence.joints))):
         return []
     middle = float(np.median(values))
-    agreeing = np.abs(values - middle) < max(0.3 * abs(middle), 0.5 * period)
-    if abs(middle) < LEAST * period or agreeing.sum() < max(2.0, AGREE * len(values)):
+    agreeing = np.abs(values - middle) < max(0.35 * abs(middle), 0.5 * period)
+    error = 1.25 * 1.48 * float(np.median(np.abs(values - middle))) / np.sqrt(len(values))  # of a median
+    if abs(middle) < max(LEAST * period, SURE * error) or agreeing.sum() < max(2.0, AGREE * len(values)):
         return []
     present = evidence.robot.log_table.torque.delay
     return [
