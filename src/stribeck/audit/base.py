@@ -185,12 +185,13 @@ def _orientation(evidence: Evidence) -> list[Finding]:
     backwards = _Turns(measured=(base[first] * base[last].inv()).as_rotvec() / step, expected=turns.expected)
     axes = _axes_off(turns)
     inverse = backwards.explained(np.eye(3)) if axes is not None else 0.0
-    if axes is not None and (np.allclose(axes, -np.eye(3)) or inverse > turns.explained(axes) - 0.05):
+    explained = max(inverse, turns.explained(axes)) if axes is not None else 0.0
+    if axes is not None and (np.allclose(axes, -np.eye(3)) or inverse > explained - 0.05):
         return [
             Finding(
                 check="quaternion-inverse",
                 text="the base turns the other way than the joints above a standing foot say: "
-                f"{100 * max(inverse, turns.explained(axes)):.0f} % of its turning is explained by the inverse quaternion",
+                f"{100 * explained:.0f} % of its turning is explained by the inverse quaternion",
                 cure="log the orientation of the base in the world, not of the world in the base "
                 "([log.base_orientation] has no setting for it)",
                 stops=True,

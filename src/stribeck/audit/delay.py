@@ -27,8 +27,8 @@ SURE = 4.0
 """Standard errors of the median over joints that a delay must be beyond."""
 LEAST = 1.5
 """Samples [1] of delay that are worth a finding."""
-AGREE = 0.6
-"""Share of the joints that must agree on a delay."""
+AGREE, AGREE_OF_FEW, FEW = 0.6, 0.75, 8
+"""Share of the joints that must agree on a delay, and of fewer than so many."""
 
 
 def delays(evidence: Evidence) -> dict[str, float]:
@@ -46,7 +46,8 @@ def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
     middle = float(np.median(values))
     agreeing = np.abs(values - middle) < max(0.35 * abs(middle), 0.5 * period)
     error = 1.25 * 1.48 * float(np.median(np.abs(values - middle))) / np.sqrt(len(values))  # of a median
-    if abs(middle) < max(LEAST * period, SURE * error) or agreeing.sum() < max(2.0, AGREE * len(values)):
+    needed = (AGREE if len(values) >= FEW else AGREE_OF_FEW) * len(values)
+    if abs(middle) < max(LEAST * period, SURE * error) or agreeing.sum() < max(2.0, needed):
         return []
     present = evidence.robot.log_table.torque.delay
     return [
