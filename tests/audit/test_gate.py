@@ -21,7 +21,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_identify_stops(folder: Path) -> None:
-    with pytest.raises(LogError, match="N mm or mN m.*scale = 0.001.*--force"):
+    with pytest.raises(LogError, match=r"N mm or mN m.*scale = 0\.001.*--force"):
         identify(folder / "log.npz", folder / "robot.toml", Settings(method="curve-fit"))
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stribeck.audit.evidence import Evidence
+from stribeck.contact.hysteresis import switch
 from stribeck.contact.upright import up_in_base
 from stribeck.dynamics.state import root_quaternions
 from stribeck.finding import Finding
@@ -29,10 +30,10 @@ TILTED = np.deg2rad(25.0)
 """[rad] between the normal of a standing sole and the vertical."""
 LIFT = 0.01
 """[m] by which a foot that is said to stand may be higher than the lowest one."""
-WRONG = 0.15
-"""Share of the time in which it is."""
-LONG = 0.25
-"""Share of a log in which a foot that the robot walks on stands at some time."""
+FITS = 0.4
+"""Height of the standing feet if they are exchanged, over that as given [1]."""
+WRONG = 0.4
+"""Share of the time in which feet are higher by half of that if they are said to stand in place of others."""
 MOST_ROWS = 4000
 
 
@@ -66,7 +67,6 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     up = up_in_base(log, robot)
     height = np.column_stack([np.einsum("ti,ti->t", up, robot.foot_pose(foot, log.position)[1]) for foot in feet])
     lift = height - height.min(axis=1, keepdims=True)
-    share = standing.mean(axis=0)
     order = _best_order(standing, lift)
     if order is not None:
         pairs = [f"{feet[k]} as {feet[j]}" for k, j in enumerate(order) if j != k]
@@ -80,9 +80,9 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
                 stops=True,
             )
         ]
-    lifted = np.array([np.mean(lift[standing[:, k], k] > LIFT) if share[k] > 0 else 0.0 for k in range(len(feet))])
-    stuck = [feet[k] for k in np.flatnonzero((lifted > WRONG) & (lift.max(axis=0) > 2 * LIFT))]
-    never = [feet[k] for k in range(len(feet)) if _left_out(standing[:, k], lift, k)]
+    others = np.column_stack([np.delete(lift, k, axis=1).min(axis=1) for k in range(len(feet))])
+    stuck = [foot for k, foot in enumerate(feet) if _repeats(standing[:, k], lift[:, k])]
+    never = [foot for k, foot in enumerate(feet) if _repeats(~standing[:, k], others[:, k])]
     if not stuck and not never:
         return []
     parts = [f"{name} is said to stand while it is above another foot" for name in stuck]
@@ -97,16 +97,17 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     ]
 
 
-def _left_out(standing: NDArray[np.bool_], lift: Array, k: int) -> bool:
-    """Return whether a foot is the only low one now and then, in a long time in which it is not said to stand."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], standing, [True]]).astype(np.int8)))
-    if len(edges) == 0:
-        return False
-    longest = int(np.argmax(edges[1::2] - edges[::2]))
-    rows = slice(edges[2 * longest], edges[2 * longest + 1])
-    if rows.stop - rows.start < LONG * len(standing):
-        return False
-    return bool(np.mean(np.delete(lift, k, axis=1).min(axis=1)[rows] > LIFT) > WRONG)
+def _repeats(said: NDArray[np.bool_], lift: Array) -> bool:
+    """Return whether something rises and comes down again, twice or more, while contacts say the same throughout.
+
+    On stairs a foot that stands is above one that swings once a step.
+    """
+    high = switch(lift[:, None], LIFT, LIFT / 2)[:, 0]
+    parts = np.cumsum(np.diff(said.astype(np.int8), prepend=0) != 0)
+    rises = np.flatnonzero(high[1:] & ~high[:-1] & said[1:] & said[:-1])
+    falls = np.flatnonzero(~high[1:] & high[:-1] & said[1:] & said[:-1])
+    both = np.minimum(*(np.bincount(parts[rows], minlength=parts[-1] + 1) for rows in (rises, falls)))
+    return bool(both.max() >= 2)
 
 
 def _best_order(standing: NDArray[np.bool_], lift: Array) -> tuple[int, ...] | None:
@@ -124,7 +125,7 @@ def _best_order(standing: NDArray[np.bool_], lift: Array) -> tuple[int, ...] | N
         return None
     best = min(permutations(identity), key=cost)
     wrong = np.mean(lift[standing] > LIFT / 2)
-    return best if cost(identity) > 0.004 and cost(best) < 0.3 * cost(identity) and wrong > 0.5 else None
+    return best if cost(identity) > 0.004 and cost(best) < FITS * cost(identity) and wrong > WRONG else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,8 @@ FROZEN_IF_COARSE = 2.0
 """[s] of such an encoder."""
 COARSE = 0.02
 """Resolution of a position, in steps between samples at top speed."""
+CLIPS, SHORTEST_CLIP = 2, 4
+"""How often a clipped torque stays at an extreme, and for how many samples, at least."""
 CLIPPED = 5e-3
 """Share of the samples that lie exactly at an extreme."""
 ROUNDING = 1e-6
@@ -51,7 +53,8 @@ def check_channels(evidence: Evidence) -> list[Finding]:
         if moves and least[column] == most[column]:
             add("channel-dead", "torque", joint, "")
             continue
-        for part in _frozen_torques(torque, position, evidence.prepared.sampling.segments, period):
+        frozen = _frozen_torques(torque, position, evidence.prepared.sampling.segments, period)
+        for part in frozen:
             add("channel-frozen", "torque", joint, _between(log.time, part))
         share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
         if share:
@@ -169,8 +172,14 @@ def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...],
     if len(rest) == 0 or rest.mean() < 0.5:
         return []
     reach = float(np.ptp(position))
-    extremes = {float(torque.min()), float(torque.max())}
-    return [p for p in parts if np.ptp(position[p]) > 0.02 * reach and float(torque[p.start]) not in extremes]
+    least, most = float(torque.min()), float(torque.max())
+    at_extremes = sum(float(torque[part.start]) in (least, most) for part in parts)
+    return [
+        part
+        for part in parts
+        if np.ptp(position[part]) > 0.02 * reach
+        and (at_extremes < CLIPS or float(torque[part.start]) not in (least, most))
+    ]
 
 
 def moving(position: Array) -> NDArray[np.bool_]:
@@ -195,8 +204,9 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
         values = sign * torque
         levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
-        longest = int(np.diff(np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))).max())
-        if len(levels) > 4 and longest >= 4 and count > 5 * near and moving(position)[there].mean() > 0.5:
+        edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))
+        long = np.count_nonzero(edges[1::2] - edges[::2] >= SHORTEST_CLIP)
+        if len(levels) > 4 and long >= CLIPS and count > 5 * near and moving(position)[there].mean() > 0.5:
             share += count / len(values)
     return share
 
