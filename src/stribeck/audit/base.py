@@ -32,7 +32,7 @@ LIFT = 0.01
 """[m] by which a foot that is said to stand may be higher than the lowest one."""
 FITS = 0.4
 """Height of the standing feet if they are exchanged, over that as given [1]."""
-WRONG = 0.4
+WRONG = 0.25
 """Share of the time in which feet are higher by half of that if they are said to stand in place of others."""
 MOST_ROWS = 4000
 
