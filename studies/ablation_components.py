@@ -126,7 +126,7 @@ COMPONENTS: dict[str, Sequence[Substitute]] = {
     "standing leg": ((VarianceComponents, "at", swinging_only),),
     "variance components": ((pilot_fit, "update_components", as_before),),
     "learned prior of the model": ((empirical_bayes, "_learn_prior_std", usual_prior),),
-    "group prior": ((empirical_bayes, "_learn_group_prior", not_alike),),
+    "group prior": ((empirical_bayes, "learn_group_prior", not_alike),),
     "joint acceleration windows": ((build, "joint_acceleration", plain_acceleration),),
     "overdispersion": ((estimate, "heterogeneity", no_overdispersion),),
     "heterogeneity of a joint": ((estimate, "heterogeneity", joints_agree),),

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stribeck.dynamics.rooted import RootMotion
+from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.errors import LogError
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import PointMotion, direction_in_root, point_motion
-from stribeck.robot.rooting import BASE_FRAME
+from stribeck.robot.rooting import BASE_FRAME, RootedModel
 from stribeck.typing import Array
 
 ENOUGH_POINTS = 3
@@ -73,6 +73,23 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
         velocity=np.hstack([velocity, omega]),
         acceleration=np.hstack([linear - np.cross(omega, velocity), alpha]),
     )
+
+
+def flying_root(rooted: RootedModel, state: State) -> RootMotion:
+    """Return the motion of the root link of a robot that nothing touches: no wrench acts on it.
+
+    It turns as the base orientation says, and accelerates so that inverse dynamics needs no wrench. Its linear velocity
+    is free to choose, and zero.
+    """
+    turn = state.orientation
+    assert turn is not None
+    velocity = np.hstack([np.zeros_like(turn.angular_velocity), turn.angular_velocity])
+    gravity = np.zeros_like(turn.angular_velocity)  # it falls freely: acceleration is counted from there
+    motion = state.position, state.velocity, state.acceleration
+    wrench = rooted_inverse_dynamics(rooted, *motion, RootMotion(gravity, velocity))[0]
+    inertia = inertia_matrix(rooted, state.position)[:, :6, :6]
+    acceleration = np.asarray(np.linalg.solve(inertia, -wrench[:, :, None])[:, :, 0], dtype=np.float64)
+    return RootMotion(gravity, velocity, acceleration)
 
 
 def _point(robot: Robot, foot: str, state: State) -> PointMotion:

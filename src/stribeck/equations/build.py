@@ -87,17 +87,17 @@ class WeakForm:
         columns = None
         if self.corrections.size:
             acceleration = self.acceleration_kernels.windows(self.log.position, segment.first, segment.last)
-            columns = self._columns(segment.feet, mode, state, acceleration, torque[:, self.joints], wrench)
+            columns = self._columns(mode, state, acceleration, torque[:, self.joints], wrench)
         centres = window.apply(state.position)
         jacobian = mode.jacobian(centres) if mode.feet else None
         encoder, root = mode.responses(centres, jacobian)
         projection, half = None, len(window.taps) // 2
         if wrench is not None:  # all rows are used, but friction acts on the joints' alone
             projection = np.broadcast_to(np.eye(len(mode.rows)), (len(centres), *2 * [len(mode.rows)]))
-        if jacobian is not None:
-            forces = jacobian[:, :, mode.rows]
-            projection = null_projection(forces)
-            left = without_contact_forces(left, at_every_row(forces, half, window.step, len(left)))
+        unknowns = mode.unknowns(centres, jacobian)
+        if unknowns is not None:
+            projection = null_projection(unknowns)
+            left = without_contact_forces(left, at_every_row(unknowns, half, window.step, len(left)))
         of_acceleration, of_torque = window.overlaps(self.filter.sharp[2], np.ones(1))
         time = self.log.time[segment.first + half :: window.step][: len(centres)]
         plain = WeakEquations(
@@ -157,7 +157,6 @@ class WeakForm:
 
     def _columns(
         self,
-        feet: tuple[str, ...],
         mode: ContactMode,
         state: State,
         acceleration: Array,
@@ -181,7 +180,7 @@ class WeakForm:
             found.append(inertia_regressors(self.robot, mode.rooted, mode.rows, smoothed, root))
         if self.corrections.gains:
             found.append(smooth(torque)[:, None] * own)
-            found.append(zero_regressors(self.robot, mode.rooted, mode.rows, feet, smoothed))
+            found.append(zero_regressors(mode.rooted, mode.rows, smoothed, mode.root))
         if self.corrections.delays:
             found.append(-(own @ smooth(np.gradient(torque, self.period, axis=0))[:, :, None]))
         if self.corrections.delays > 1:
@@ -287,7 +286,12 @@ def weak_form(
     contact_modes = {
         feet: find_contact_mode(robot, feet, columns, sensed) for feet in dict.fromkeys(s.feet for s in segments)
     }
-    used = [feet for feet, mode in contact_modes.items() if _used(mode, corrections, settings)]
+    tilted = robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
+    used = [
+        feet
+        for feet, mode in contact_modes.items()
+        if (tilted or not mode.flies) and _used(mode, corrections, settings)
+    ]
     return WeakForm(
         robot=robot,
         log=log,
@@ -298,7 +302,7 @@ def weak_form(
         filter=kernels,
         acceleration_kernels=acceleration_kernels,
         noise=noise,
-        tilted=robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None,
+        tilted=tilted,
         corrections=corrections,
         couplings=robot.coefficients(names, couplings),
         period=period,

@@ -38,6 +38,9 @@ Doubled, a log of 14 s has too few of them for a fit.
 SEGMENTS_OF_A_LOG = 12
 """Segments that a short log is cut into at least [1]: more than there are folds."""
 
+LONGEST_FLIGHT = 1.0
+"""Flight that is used at most [s]: who falls for a second falls five metres, and the contacts must be wrong."""
+
 LEAST_LONGEST_SEGMENT = 0.4
 """Length of a segment [s] that even a short log is not cut below: ten windows' reach."""
 

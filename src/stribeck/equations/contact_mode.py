@@ -2,8 +2,9 @@
 
 On one standing surface the tree is rooted there, and every joint has an equation of its own. With more feet, or on
 points, unknown contact forces act through their Jacobian J on the rows that are used, and only the sums P^T with J P =
-0 are free of them: P = null(J) (Aghili 2005; Mistry, Buchli and Schaal 2010). Joints without a measured torque are left
-out of the rows, so that no sum needs them.
+0 are free of them: P = null(J) (Aghili 2005; Mistry, Buchli and Schaal 2010). In flight no force acts, but the root's
+acceleration is unknown: it takes the place of the forces, and the inertia matrix's columns of the root that of J^T.
+Joints without a measured torque are left out of the rows, so that no sum needs them.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, standing_root
+from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
@@ -53,6 +54,11 @@ class ContactMode:
     sensed: bool = False
 
     @property
+    def flies(self) -> bool:
+        """Whether nothing stands, so that the root's acceleration follows from the joints'."""
+        return self.rooted.floating and not self.foot and not self.feet
+
+    @property
     def rows(self) -> NDArray[np.int64]:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
         own = np.arange(self.rooted.root_size) if self.sensed or not self.foot else np.arange(0)
@@ -62,6 +68,8 @@ class ContactMode:
         """Return how the root moves."""
         if not self.rooted.floating:
             return None
+        if self.flies:
+            return flying_root(self.rooted, state)
         return standing_root(self.robot, self.foot, state) if self.foot else base_root(self.robot, self.feet, state)
 
     def left_side(self, state: State, torque: Array, measured: Array | None) -> Array:
@@ -89,6 +97,12 @@ class ContactMode:
             parts = [pin.getFrameJacobian(model, data, frame, pin.LOCAL)[:size] for frame, size in frames]
             found[k] = np.vstack(parts)
         return found[:, :, order]
+
+    def unknowns(self, position: Array, jacobian: Array | None) -> Array | None:
+        """Return what unknown forces, or accelerations of a flying root, do to the rows, shape (K, u, rows), if any."""
+        if self.flies:
+            return inertia_matrix(self.rooted, position)[:, :6, self.rows]
+        return None if jacobian is None else jacobian[:, :, self.rows]
 
     def responses(self, position: Array, jacobian: Array | None) -> tuple[Array, Array]:
         """Return the response of the rows to errors of joint and root accelerations, (K, rows, n), (K, rows, 6 or 0).

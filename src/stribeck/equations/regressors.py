@@ -5,13 +5,13 @@ All are taken at the windows' centres, of the smoothed motion: corrections are s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State
 from stribeck.inertial_parameters import SIZE, carried
@@ -76,7 +76,7 @@ def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64
 
 
 def zero_regressors(
-    robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], feet: tuple[str, ...], state: State
+    rooted: RootedModel, rows: NDArray[np.int64], state: State, root_of: Callable[[State], RootMotion | None]
 ) -> Array:
     """Return minus the rows' derivatives by joint positions, then by the tilt, shape (K, rows, all joints + 3).
 
@@ -87,8 +87,8 @@ def zero_regressors(
     """
     count, windows = state.position.shape[1], len(state.position)
     moved = _moved(state)
-    root = standing_root(robot, feet[0], moved) if robot.base == "floating" else None
-    effort = np.hstack(rooted_inverse_dynamics(rooted, moved.position, moved.velocity, moved.acceleration, root))
+    motion = moved.position, moved.velocity, moved.acceleration
+    effort = np.hstack(rooted_inverse_dynamics(rooted, *motion, root_of(moved)))
     torque = effort[:, rows].reshape(-1, windows, len(rows))
     columns = np.zeros((windows, len(rows), count + 3))
     columns[:, :, : len(torque) - 1] = (torque[:1] - torque[1:]).transpose(1, 2, 0) / TURN

@@ -9,6 +9,7 @@ from itertools import pairwise
 from stribeck.contact import SupportPhase
 from stribeck.equations.constants import (
     LEAST_LONGEST_SEGMENT,
+    LONGEST_FLIGHT,
     LONGEST_SEGMENT,
     SEGMENTS_OF_A_LOG,
     TRIM_END,
@@ -36,7 +37,7 @@ def cut_segments(
     shortest: int,
     surfaces: Collection[str] = (),
 ) -> tuple[Segment, ...]:
-    """Return the segments of all phases in which something stands.
+    """Return the segments of all phases in which feet stand or all swing.
 
     Parameters
     ----------
@@ -66,7 +67,8 @@ def cut_segments(
             last = min(last, ends - round(TRIM_END / period))
         feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
         before = phase.feet
-        if phase.kind == "flight" or last - first < shortest:
+        flies_too_long = phase.kind == "flight" and (phase.stop - phase.start) * period > LONGEST_FLIGHT
+        if flies_too_long or last - first < shortest:
             continue
         parts = -(-(last - first) // max(shortest, round(longest / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]

@@ -209,3 +209,17 @@ def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> 
     report = (tmp_path / "out/report.html").read_text()
     assert "Terms of the law" in report
     assert "s; 20 s are needed" in report
+
+
+def test_a_joint_that_shows_too_little_has_the_term_that_most_others_have(arm: Robot) -> None:
+    shape = {"stribeck_gain": 0.3, "stribeck_velocity": 0.15, "slope": 50.0}
+    truth = dict.fromkeys(arm.joint_names, COULOMB | shape)
+    light = arm.joint_names[4]
+    truth[light] = {"viscous": 0.05, "coulomb": 0.1, "offset": 0.0} | shape
+    log, _ = exact_log(arm, get_law("stribeck"), truth, duration=15.0, seed=4)
+    log = with_noise(log, position=5e-5, torque=0.15, seed=5)
+    together = identify(log, arm, AUTO).joints[light]
+    assert together.terms["stribeck"].kept
+    assert together.terms["stribeck"].reason.startswith("most joints with friction have it")
+    low, high = together.parameters["coulomb"].interval_95
+    assert low < 0.1 < high

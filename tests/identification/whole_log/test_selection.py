@@ -45,6 +45,19 @@ def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() ->
     assert verdicts["load"].gain == pytest.approx(200.0)
 
 
+@pytest.mark.parametrize(("gain", "has_it"), [(-0.3, True), (-5.0, False), (50.0, True)])
+def test_a_usual_term_stays_unless_the_log_speaks_against_it(gain: float, has_it: bool) -> None:
+    verdicts = select_stepwise(world(stribeck=gain), {}, BASE | {"stribeck"})
+    assert kept(verdicts) == ({"stribeck"} if has_it else set())
+    said = "most joints with friction have it, and held-out chi^2 rises by 1.2 ± 0.1 here"
+    assert (verdicts["stribeck"].reason == said) == (gain == -0.3)
+    assert kept(select_stepwise(world(stribeck=-0.3), {})) == set()
+
+
+def test_a_usual_term_that_is_out_of_the_question_is_not_tried() -> None:
+    assert not kept(select_stepwise(world(), {"stribeck": "no"}, BASE | {"stribeck"}))
+
+
 @pytest.mark.parametrize("gain", [0.9 * LEAST_GAIN, 1.1 * LEAST_GAIN])
 def test_what_two_standard_errors_could_do_is_not_enough(gain: float) -> None:
     assert kept(select_stepwise(world(load=gain / 4), {})) == ({"load"} if gain > LEAST_GAIN else set())

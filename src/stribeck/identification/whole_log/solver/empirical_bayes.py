@@ -42,7 +42,7 @@ def solve_with_empirical_bayes(
     solution = solve(normal_equations, curves, model, before)
     for _ in range(EMPIRICAL_BAYES_ROUNDS):
         first = curves.group_prior is None
-        curves, model = _learn_group_prior(curves, solution), _learn_prior_std(model, solution)
+        curves, model = learn_group_prior(curves, solution), _learn_prior_std(model, solution)
         solution = solve(normal_equations, curves, model, solution)
         if first:
             solution = with_other_starts(normal_equations, curves, model, solution)
@@ -73,7 +73,7 @@ def _determined(curves: Curves, solution: Solution, parameter: int) -> tuple[NDA
     return own, (1 - solution.variance[own, parameter] / curves.prior()[1][own, parameter] ** 2).clip(0, 1)
 
 
-def _learn_group_prior(curves: Curves, solution: Solution) -> Curves:
+def learn_group_prior(curves: Curves, solution: Solution) -> Curves:
     """Return curves with the group prior of equations (24) and (25)."""
     mean, group_prior = curves.prior()[0], np.full((2, solution.internal.shape[1]), np.nan)
     for k in curves.shared:

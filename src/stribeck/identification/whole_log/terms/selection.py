@@ -32,13 +32,15 @@ class Candidate:
     objection: Objection | None = None
 
 
-def select_stepwise(try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str]) -> dict[str, TermVerdict]:
+def select_stepwise(
+    try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str], usual: Kept = BASE
+) -> dict[str, TermVerdict]:
     """Return the verdict on each term of the ladder.
 
-    From the terms that every joint has, one term more or less is tried at a time. Of all sets of terms that were tried
+    From the terms that are usual, one term more or less is tried at a time. Of all sets of terms that were tried
     and are objected to nowhere, those stay whose held-out chi^2 no other lowers by more than the standard error of that
-    over the folds, and by more than `LEAST_GAIN`; the simplest of these is chosen, until its neighbours have all been
-    tried.
+    over the folds, and by more than `LEAST_GAIN`; of these the one that differs least from what is usual is chosen,
+    until its neighbours have all been tried.
 
     Parameters
     ----------
@@ -46,13 +48,15 @@ def select_stepwise(try_terms: Callable[[Kept], Candidate], refused: Mapping[str
         Fits a joint with some terms, by name, to the training folds, and scores it on the held-out one.
     refused
         Terms that are out of the question, and why.
+    usual
+        Terms that a joint has unless the log speaks against them.
     """
     tried: dict[Kept, Candidate] = {}
-    kept = BASE - set(refused)
+    kept = usual - set(refused)
     while new := [own for own in (kept, *_neighbours(kept, refused)) if own not in tried]:
         tried |= {own: try_terms(own) for own in new}
-        kept = _simplest_unbeaten({own: one for own, one in tried.items() if not one.objection} or tried)
-    return {term.name: _verdict(term, kept, tried, refused) for term in LADDER}
+        kept = _simplest_unbeaten({own: one for own, one in tried.items() if not one.objection} or tried, usual)
+    return {term.name: _verdict(term, kept, tried, refused, usual) for term in LADDER}
 
 
 def _neighbours(kept: Kept, refused: Mapping[str, str]) -> list[Kept]:
@@ -76,17 +80,19 @@ def _parts(term: Term) -> Kept:
     return frozenset(part.name for part in LADDER if part.part_of == term.name)
 
 
-def _simplest_unbeaten(tried: Mapping[Kept, Candidate]) -> Kept:
-    """Return the terms with the fewest parameters beyond those of every joint that no others clearly better."""
+def _simplest_unbeaten(tried: Mapping[Kept, Candidate], usual: Kept) -> Kept:
+    """Return the terms with the fewest parameters more or less than usual that no others clearly better."""
     scores = np.stack([one.scores for one in tried.values()])
     falls = scores[:, None] - scores
     beaten = np.any(_pays(falls.sum(axis=2), _errors(falls)), axis=1)
-    costs = [sum(len(term.parameters) for term in LADDER if term.name in own ^ BASE) for own in tried]
+    costs = [sum(len(term.parameters) for term in LADDER if term.name in own ^ usual) for own in tried]
     order = np.lexsort((scores.sum(axis=1), costs, beaten))
     return list(tried)[int(order[0])]
 
 
-def _verdict(term: Term, kept: Kept, tried: Mapping[Kept, Candidate], refused: Mapping[str, str]) -> TermVerdict:
+def _verdict(
+    term: Term, kept: Kept, tried: Mapping[Kept, Candidate], refused: Mapping[str, str], usual: Kept
+) -> TermVerdict:
     """Return whether a joint that was given these terms has this one, and what it would be with or without it."""
     if term.name in refused:
         return TermVerdict(verdict="refused", reason=refused[term.name])
@@ -105,6 +111,8 @@ def _verdict(term: Term, kept: Kept, tried: Mapping[Kept, Candidate], refused: M
     reason = _in_words(gain, error)
     if term.name not in kept and objection:
         verdict, reason = objection[0], f"{reason}, but {objection[1]}"
+    if term.name in kept & usual and not _pays(gain, error):
+        reason = f"most joints with friction have it, and {reason} here"
     return TermVerdict(verdict=verdict, reason=reason, gain=gain, gain_error=error)
 
 

@@ -15,6 +15,7 @@ from stribeck.identification.whole_log.constants import BEST_STARTS, FEWEST_FOLD
 from stribeck.identification.whole_log.model.friction_curves import neutral_value
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
+from stribeck.identification.whole_log.solver.empirical_bayes import learn_group_prior
 from stribeck.identification.whole_log.solver.joint_descent import descend_joints
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
 from stribeck.identification.whole_log.solver.solve import Solution, solve
@@ -26,6 +27,9 @@ from stribeck.typing import Array
 
 PARAMETERS = {term.name: term.parameters for term in LADDER}
 """Term -> its parameters, first the one that is zero without the term."""
+
+SHARED_TERMS = ("rounding", "stribeck")
+"""Terms whose parameters have a group prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,21 +74,42 @@ def select_terms(
         verdicts = [said for _ in trials]
     else:
         verdicts = [select_stepwise(tried, own) for tried, own in zip(tries, refused, strict=True)]
+    choice = _chosen(verdicts, curves, trials, solution)
+    found = solve(total, choice.curves, model, choice.start)
+    if usual := _shared_by_most(choice, found):
+        group_prior = learn_group_prior(choice.curves, found).group_prior
+        for joint, own in enumerate(verdicts):
+            if any(not own[name].kept for name in usual - refused[joint].keys()):
+                trial = replace(trials[joint], curves=replace(trials[joint].curves, group_prior=group_prior))
+                trials[joint], tries[joint] = trial, cache(trial.candidate)
+                verdicts[joint] = select_stepwise(tries[joint], refused[joint], BASE | usual)
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, curves, trials, solution)
         found = solve(total, choice.curves, model, choice.start)
         _, effect_covariance = random_effect_covariance(sampled, total.count, choice.curves, model, found, root_turns)
-        if not any(dropped := unproven(choice, found, found.covariance + effect_covariance)):
+        if not any(dropped := unproven(choice, found, found.covariance + effect_covariance, BASE | usual)):
             break
         for joint, own in enumerate(dropped):
             if own:  # what the joint is refused now may let another term in
                 out = dict(refused[joint]) | {name: verdict.reason for name, verdict in own.items()}
-                verdicts[joint] = select_stepwise(tries[joint], out) | own
+                verdicts[joint] = select_stepwise(tries[joint], out, BASE | usual) | own
                 refused = [*refused[:joint], out, *refused[joint + 1 :]]
     return _chosen(verdicts, curves, trials, solution)
 
 
-def unproven(choice: Choice, solution: Solution, covariance: Array) -> list[dict[str, TermVerdict]]:
+def _shared_by_most(choice: Choice, solution: Solution) -> Kept:
+    """Return the terms that most joints with Coulomb friction have and whose parameters have a group prior.
+
+    A joint that shows too little of such a term to decide is then taken to be like the others, as its parameters are.
+    """
+    column = [parameter.name for parameter in choice.curves.parameters].index("coulomb")
+    has_friction = solution.internal[:, column] ** 2 > LEAST_GAIN * solution.variance[:, column]
+    with_friction = [own for own, has in zip(choice.verdicts, has_friction, strict=True) if has]
+    counts = {name: sum(own[name].kept for own in with_friction) for name in SHARED_TERMS}
+    return frozenset(name for name, count in counts.items() if count > len(with_friction) / 2)
+
+
+def unproven(choice: Choice, solution: Solution, covariance: Array, usual: Kept = BASE) -> list[dict[str, TermVerdict]]:
     """Return by joint the terms that are refused after all: random effects of the gait phase may explain them.
 
     Random effects recur in held-out steps, and a term that explains them scores well there too. So its gain counts only
@@ -101,7 +126,7 @@ def unproven(choice: Choice, solution: Solution, covariance: Array) -> list[dict
             worth = (said.gain or 0.0) * float(share[joint, first])
             if not said.kept:
                 continue
-            if worth < LEAST_GAIN and name not in BASE:
+            if worth < LEAST_GAIN and name not in usual:
                 why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
             elif solution.internal[joint, first] <= low[joint, first]:
                 none = "in the log as a whole it is none"
