@@ -279,7 +279,7 @@ LIES = {
     "a clock twice too fast": Lie(_clock(2.0), ("clock",)),
     "a clock twice too slow": Lie(_clock(0.5), ("clock",)),
     "gravity upside down": Lie(_gravity, ("gravity",), "[robot] gravity"),
-    "a third of the samples lost": Lie(_lost, ("samples-lost",)),
+    "many samples lost": Lie(_lost, ("samples-lost",)),
     "quaternion wxyz": Lie(
         _imu(base_orientation=lambda q: q[:, [3, 0, 1, 2]]), ("base-orientation",), 'order = "wxyz"', of="humanoid"
     ),

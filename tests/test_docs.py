@@ -17,12 +17,22 @@ import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
-from studies import accuracy_cases, accuracy_table, beyond_cases, beyond_the_laws, least_error, step_coverage, verdicts
+from studies import (
+    accuracy_cases,
+    accuracy_table,
+    beyond_cases,
+    beyond_the_laws,
+    least_error,
+    lies,
+    step_coverage,
+    verdicts,
+)
 from tests.arm import arm_log, save_npz, write_arm
 from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
 
 from stribeck import Robot, identify
+from stribeck.audit import channels
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
 from stribeck.friction import AUTO, LAWS, get_law
@@ -301,6 +311,24 @@ def test_the_held_out_errors_shown_are_the_studys() -> None:
         for robot, joints in robots.items()
         for joint, row in joints.items()
     ]
+
+
+def test_the_lies_shown_are_the_studys() -> None:
+    study = json.loads((ROOT / "studies/lies.json").read_text())
+    assert lies.table(study["lies"]) in PAGES["docs/findings.md"]
+    assert lies.clean_table(study["clean"]) in PAGES["docs/findings.md"]
+    assert {row["lie"] for row in study["lies"]} == set(lies.LIES)
+    assert sum(row["named"] for row in study["lies"]) > 0.9 * len(study["lies"])
+    assert not any(found for each in study["clean"].values() for found, _ in each.values())
+    assert not any(row["wrong"] for row in study["lies"])
+
+
+def test_every_check_of_the_audit_is_explained() -> None:
+    files = sorted((ROOT / "src/stribeck/audit").glob("*.py"))
+    named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
+    explained = set(re.findall(r"^### ([\w-]+)$", PAGES["docs/findings.md"], re.MULTILINE))
+    assert len(named) > 15
+    assert named | set(channels.TEXTS) <= explained
 
 
 def test_the_coverage_where_steps_disagree_shown_is_the_studys() -> None:

@@ -95,6 +95,24 @@ def test_what_makes_every_number_wrong_stops(honest: dict[str, Honest]) -> None:
         assert _said(honest["arm"], lie)[1][0].stops, lie
 
 
+@pytest.mark.parametrize(("lie", "key", "factor"), [("a clock twice too fast", "[log.time] scale", 0.5)])
+def test_what_the_line_says_mends_the_log(lie: str, key: str, factor: float, honest: dict[str, Honest]) -> None:
+    for each in honest.values():
+        log, robot = LIES[lie].tell(each.log, each.robot)
+        (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
+        assert f"{key} = {factor:g}" in finding.cure
+        assert checks_of(replace(log, time=factor * log.time), robot) == ([], "")
+
+
+def test_the_clock_is_seen_from_the_logs_own_velocity(honest: dict[str, Honest]) -> None:
+    arm = honest["arm"]
+    velocity = np.gradient(arm.log.position, arm.log.time, axis=0)
+    slow = replace(arm.log, velocity=velocity, time=0.5 * arm.log.time)
+    (finding,) = audit(prepare(slow, arm.robot, arm.robot.settings), arm.robot, arm.robot.settings)
+    assert finding.check == "clock"
+    assert "[log.time] scale = 2" in finding.cure
+
+
 def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, Honest]) -> None:
     log, robot = LIES["one torque inverted"].tell(honest["arm"].log, honest["arm"].robot)
     table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})

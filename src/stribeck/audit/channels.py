@@ -81,7 +81,7 @@ TEXTS = {
     ),
     "channel-held": (
         "the {0} is held at one value for several samples: {1}",
-        "log it at the rate that it is measured at, or read the log at a lower one",
+        "log it at the rate that it is measured at",
     ),
 }
 

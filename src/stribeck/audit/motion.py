@@ -21,6 +21,8 @@ EXPLAINED = 0.7
 """Share of what friction leaves of the torques that the fit must explain."""
 WORSE = 0.5
 """What it leaves, over what gravity as given leaves where each joint has a gain of its own."""
+WORSE_IN_TIME = 0.7
+"""The same of a clock."""
 SURE = 5.0
 """Standard errors."""
 BINS_FOR_CLOCK = 125
@@ -80,28 +82,24 @@ def check_motion(evidence: Evidence) -> list[Finding]:
         return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size
-    factor = np.sqrt(max(ratio, 0.0))
-    for name, quick in (("fast", factor), ("slowly", 1 / max(factor, 1e-9))):
-        low, high = CLOCK
-        if low < quick < high and abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.left < 0.7:
-            return [_clock_finding(evidence, quick, name, "the torques' inertial parts against those of gravity")]
+    scale = 1 / np.sqrt(max(ratio, 1e-9))  # of time: accelerations go with its square
+    sure = abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.left < WORSE_IN_TIME
+    if sure and CLOCK[0] < max(scale, 1 / scale) < CLOCK[1]:
+        return [_clock_finding(evidence, scale, "the torques' inertial parts against those of gravity")]
     return []
 
 
-def _clock_finding(evidence: Evidence, factor: float, way: str, how: str) -> Finding:
-    table = evidence.robot.log_table
-    scale = 1 / factor if way == "slowly" else factor
+def _clock_finding(evidence: Evidence, scale: float, how: str) -> Finding:
+    """Return the finding that time must be multiplied by about two or a half."""
+    table, exact = evidence.robot.log_table, 2.0 if scale > 1 else 0.5
     present = table.time.scale if isinstance(table.time.scale, float | int) else 1.0
-    # Inertial parts that are too small: accelerations are too large, and stamps too close.
-    exact = 2.0 if scale > 1 else 0.5
+    cure = f"[log.time] scale = {present * exact:.4g}"
     if table.rate is not None:
-        cure = f"set [log] rate = {table.rate / exact:.6g}"
-    else:
-        cure = f"set [log.time] scale = {present * exact:.4g}"
+        cure = f"[log] rate = {table.rate / exact:.6g}"
     return Finding(
         check="clock",
-        text=f"the clock runs {factor:.2f} times too {'slowly' if exact > 1 else 'fast'}, by {how}",
-        cure=cure,
+        text=f"the clock runs {max(scale, 1 / scale):.2f} times too {'slowly' if scale > 1 else 'fast'}, by {how}",
+        cure=f"set {cure}",
         stops=True,
     )
 
@@ -124,14 +122,7 @@ def _velocity_clock(evidence: Evidence) -> list[Finding]:
     agree = np.mean(np.abs(np.array(ratios) / ratio - 1) < 0.1)
     if agree < 0.75 or not (1.8 < ratio < 2.2 or 0.45 < ratio < 0.55):
         return []
-    factor, way = (ratio, "slowly") if ratio > 1 else (1 / ratio, "fast")
-    return [_finding_of(evidence, factor, way)]
-
-
-def _finding_of(evidence: Evidence, factor: float, way: str) -> Finding:
-    return _clock_finding(
-        evidence, factor, "fast" if way == "slowly" else "slowly", "the slope of the position against the velocity"
-    )
+    return [_clock_finding(evidence, ratio, "the slope of the position against the velocity")]
 
 
 def _turned(evidence: Evidence, pooled: _Pooled, turned: float) -> list[Finding]:

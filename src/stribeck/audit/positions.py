@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from stribeck.audit.cures import listed
@@ -24,7 +26,10 @@ TOO_FAST = 60.0
 def check_positions(evidence: Evidence) -> list[Finding]:
     """Return what is wrong with positions."""
     degrees = _degrees(evidence)
-    return degrees or [*_jumps(evidence), *_limits(evidence)]
+    if degrees:
+        return degrees
+    jumps = _jumps(evidence)
+    return [*jumps, *_limits(evidence, {name for finding in jumps for name in finding.joints})]
 
 
 def _jumps(evidence: Evidence) -> list[Finding]:
@@ -92,13 +97,14 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     ]
 
 
-def _limits(evidence: Evidence) -> list[Finding]:
+def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
     """Return findings on joints that leave their range, or reach its end, where a stop takes part of the torque."""
     robot = evidence.robot
     low, high = robot.position_limits
     lowest, highest = evidence.position_range
-    reached = (lowest < low + STOP_MARGIN) | (highest > high - STOP_MARGIN)
-    outside = (lowest < low - OUTSIDE) | (highest > high + OUTSIDE)
+    other = np.array([name not in left_out for name in robot.joint_names])
+    reached = other & ((lowest < low + STOP_MARGIN) | (highest > high - STOP_MARGIN))
+    outside = reached & ((lowest < low - OUTSIDE) | (highest > high + OUTSIDE))
 
     def spans(rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> str:
         return listed(

@@ -76,9 +76,7 @@ def _signs(evidence: Evidence, opposite: dict[int, Fit], fits: dict[int, Fit]) -
         return []
     names = [evidence.joints[k] for k in opposite]
     most = len(opposite) >= max(2, MOST * len(fits))
-    gains = ", ".join(
-        f"{evidence.joints[k]} {found.gain:.2f} +- {2 * found.error:.1g}" for k, found in opposite.items()
-    )
+    gains = listed([f"{evidence.joints[k]} {found.gain:.2f} +- {2 * found.error:.1g}" for k, found in opposite.items()])
     everyone = most and len(opposite) == len(fits)
     mended = list(evidence.joints) if everyone else names
     return [
@@ -237,11 +235,11 @@ def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
     parts = []
     for group in found:
         own = ", ".join(f"{gain[index[k], index[k]]:.2f}" for k in group)
-        parts.append(" and ".join(evidence.joints[k] for k in group) + f" (gains on their own models {own})")
+        parts.append(" and ".join(evidence.joints[k] for k in group) + f" (gains on their own models: {own})")
     return [
         Finding(
             check="joints-swapped",
-            text=f"the models of each other explain the torques of these joints far better: {'; '.join(parts)}",
+            text=f"the models of each other explain the torques of these joints far better: {listed(parts)}",
             cure="exchange them in [log] joint_names or joint_order",
             joints=tuple(evidence.joints[k] for group in found for k in group),
             stops=len([k for group in found for k in group]) >= MOST * len(evidence.joints),
