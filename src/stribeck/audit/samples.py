@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stribeck.audit.evidence import Evidence
 from stribeck.finding import Finding
+from stribeck.log.sampling import SHORT
 
 MUCH_LOST = 0.2
 """Share of the samples [1] that are cut out or between gaps, from which that is a finding."""
@@ -17,9 +18,9 @@ def check_samples(evidence: Evidence) -> list[Finding]:
         found.append(
             Finding(
                 check="samples-lost",
-                text=f"{100 * sampling.lost:.0f} % of the samples are not used, as they lack values or lie between "
-                f"gaps that are close to each other ({len(sampling.gaps)} gaps)",
-                cure="[log] max_gap would bridge longer ones",
+                text=f"{100 * sampling.lost:.0f} % of the samples are not used, as they lack values or lie in parts "
+                f"shorter than {SHORT:g} s ({len(sampling.gaps)} gaps)",
+                cure="[log] max_gap would bridge longer ones" if sampling.gaps else "make longer logs",
             )
         )
     phases = evidence.prepared.support.phases
