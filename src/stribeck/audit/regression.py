@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from stribeck.audit.evidence import Evidence
 from stribeck.typing import Array
@@ -107,6 +108,24 @@ def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | 
         residual=float(np.sqrt(np.mean(error**2))),
         friction_and_error=float(np.std(y - gain * m)),
     )
+
+
+def unexplained(evidence: Evidence, k: int, sign: float) -> float:
+    """Return the share of a torque's variance that model and friction of one sign leave unexplained [1].
+
+    Where the sign is right, the model's gain is one, friction takes power, and a rotor resists; friction seems to drive
+    a joint whose torque is inverted. NaN where there is too little to say.
+    """
+    rows = np.isfinite(evidence.model[:, k])
+    torque = sign * evidence.torque[rows, k]
+    variance = float(torque.var())
+    if rows.sum() < FEWEST or variance == 0:
+        return float("nan")
+    shapes = friction_shapes(evidence, k, rows)
+    columns = np.column_stack([-shapes[:, 0], shapes])
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+    _, left = nnls(columns / size, torque - evidence.model[rows, k])
+    return float(left**2) / len(torque) / variance
 
 
 def effective_share(regressor: Array, error: Array, run: NDArray[np.int64]) -> float:

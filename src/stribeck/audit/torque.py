@@ -9,12 +9,14 @@ from scipy.optimize import linear_sum_assignment
 
 from stribeck.audit.cures import listed, scale_line
 from stribeck.audit.evidence import Evidence
-from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes
+from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, unexplained
 from stribeck.finding import Finding
 from stribeck.typing import Array
 
 EXPLAINED = 0.8
 """Share of what friction leaves of a torque that the model must explain before anything is said of the joint."""
+UNEXPLAINED, CLEARLY = 0.4, 0.2
+"""Share of a torque's variance that model and friction of its sign may leave, and of what the other sign leaves."""
 LEAST_BINS = 24
 BINS_FOR_GAIN = 75
 """In less a motion may be one that the model's errors have a large part in."""
@@ -56,10 +58,8 @@ def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Fi
     every = {k: found for k in joints if (found := fit(evidence, k)) is not None}
     largest = max((found.swing for found in every.values()), default=0.0)
     fits = {k: found for k, found in every.items() if judged(found, largest)}
-    opposite = {k: found for k, found in fits.items() if _opposite(found)}
-    agreeing = {k: found for k, found in fits.items() if found.gain > 0}
-    scaled = _scales(evidence, agreeing | opposite, joints)
-    return [*swapped, *_signs(evidence, opposite, fits), *scaled]
+    scaled = _scales(evidence, {k: found for k, found in fits.items() if found.gain > 0 or _opposite(found)}, joints)
+    return [*swapped, *_signs(evidence, fits, joints), *scaled]
 
 
 def _opposite(found: Fit) -> bool:
@@ -71,23 +71,36 @@ def _opposite(found: Fit) -> bool:
     )
 
 
-def _signs(evidence: Evidence, opposite: dict[int, Fit], fits: dict[int, Fit]) -> list[Finding]:
+def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
+    """Return a finding on torques that model and friction explain far better with the other sign."""
+    left = {k: (unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)) for k in joints}
+    agreeing = {k for k, (same, other) in left.items() if same < min(UNEXPLAINED, CLEARLY * other)}
+    opposite = {k for k, (same, other) in left.items() if other < min(UNEXPLAINED, CLEARLY * same)}
+    if len(evidence.rows) < BINS_FOR_GAIN:
+        opposite = {k for k in opposite if k in fits}  # friction alone may look like its opposite for a short time
+    opposite |= {k for k, found in fits.items() if _opposite(found)} - agreeing
     if not opposite:
         return []
-    names = [evidence.joints[k] for k in opposite]
-    most = len(opposite) >= max(2, MOST * len(fits))
-    gains = listed([f"{evidence.joints[k]} {found.gain:.2f} +- {2 * found.error:.1g}" for k, found in opposite.items()])
-    everyone = most and len(opposite) == len(fits)
-    mended = list(evidence.joints) if everyone else names
+    names = [evidence.joints[k] for k in sorted(opposite)]
+    most = len(opposite) >= max(2, MOST * len(opposite | agreeing | set(fits)))
+    everyone = most and not agreeing
+    shares = [
+        f"{evidence.joints[k]} {_percent(left[k][0])} % as it is, {_percent(left[k][1])} % inverted" for k in opposite
+    ]
     return [
         Finding(
             check="torque-sign",
-            text=f"the torque runs against the model, its sign or the position's is inverted: gain {gains}",
-            cure=scale_line(evidence.robot, dict.fromkeys(mended, -1.0)),
+            text="the torque runs against the model, its sign or the position's is inverted; unexplained by model and "
+            f"friction: {listed(shares)}",
+            cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints if everyone else names, -1.0)),
             joints=tuple(names),
             stops=most,
         )
     ]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g}" if share < 1 else f"{100 * share:.0f}"
 
 
 def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
@@ -100,7 +113,7 @@ def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list
     if len(fits) >= 2 and len(off) >= MOST * len(fits):
         return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
     levels = _levels(evidence, joints)
-    if len(fits) < 2 and len(levels) >= 3 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
+    if len(fits) < 2 and len(levels) >= 2 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return []
