@@ -84,14 +84,12 @@ def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[
     names = [evidence.joints[k] for k in sorted(opposite)]
     most = len(opposite) >= max(2, MOST * len(opposite | agreeing | set(fits)))
     everyone = most and not agreeing
-    shares = [
-        f"{evidence.joints[k]} {_percent(left[k][0])} % as it is, {_percent(left[k][1])} % inverted" for k in opposite
-    ]
+    same, other = (_percent(float(np.median([left[k][side] for k in opposite]))) for side in (0, 1))
     return [
         Finding(
             check="torque-sign",
-            text="the torque runs against the model, its sign or the position's is inverted; unexplained by model and "
-            f"friction: {listed(shares)}",
+            text=f"the torque runs against the model, its sign or the position's is inverted: {listed(names)}; model and "
+            f"friction leave {same} % of its variance unexplained as it is, {other} % inverted",
             cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints if everyone else names, -1.0)),
             joints=tuple(names),
             stops=most,
