@@ -112,8 +112,8 @@ class WeakEquations:
         Time since the log began [s], shape (K,).
     temperature
         [deg C], shape (K, n); None if the log has none.
-    direction
-        Cosine and sine of the joints' positions, shape (K, n, 2); NaN of prismatic joints.
+    position
+        Of the joints at the full rate [rad], shape (T, n); NaN of prismatic joints and couplings.
     covariates
         Of friction, shape (K, n, f); None if it is not.
     couplings
@@ -144,7 +144,7 @@ class WeakEquations:
     regressors: Array | None
     torque: Array
     elapsed: Array
-    direction: Array
+    position: Array
     temperature: Array | None = None
     covariates: Array | None = None
     couplings: Array | None = None
@@ -176,6 +176,11 @@ class WeakEquations:
     def windows(self, signal: Array) -> Array:
         """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
         return through_windows(signal, self.taps, self.step)[: len(self.time)]
+
+    def direction(self, per_turn: Array | float = 1.0) -> Array:
+        """Return cosine and sine of so many times the joints' positions, through the window, shape (K, n, 2)."""
+        angle = per_turn * self.position
+        return np.stack([self.windows(np.cos(angle)), self.windows(np.sin(angle))], axis=2)
 
     @property
     def sensors(self) -> Array:

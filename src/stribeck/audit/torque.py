@@ -88,8 +88,8 @@ def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[
     return [
         Finding(
             check="torque-sign",
-            text=f"the torque runs against the model, its sign or the position's is inverted: {listed(names)}; model and "
-            f"friction leave {same} % of its variance unexplained as it is, {other} % inverted",
+            text=f"the torque runs against the model, its sign or the position's is inverted: {listed(names)}; model "
+            f"and friction leave {same} % of its variance unexplained as it is, {other} % inverted",
             cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints if everyone else names, -1.0)),
             joints=tuple(names),
             stops=most,

@@ -120,7 +120,7 @@ class WeakForm:
             regressors=None if columns is None else _projected(projection, columns),
             torque=window.apply(torque[:, self.joints]),
             elapsed=time - self.log.time[0],
-            direction=self._direction(state.position[:, self.joints]),
+            position=np.where(np.array(self.robot.prismatic)[self.joints], np.nan, state.position[:, self.joints]),
             temperature=self._temperature(segment),
             wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(mode.foot)],
         )
@@ -133,11 +133,6 @@ class WeakForm:
         if self.delay == 0:
             return torque
         return torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0)
-
-    def _direction(self, position: Array) -> Array:
-        found = np.stack([self.window.apply(np.cos(position)), self.window.apply(np.sin(position))], axis=2)
-        found[:, np.array(self.robot.prismatic)[self.joints]] = np.nan
-        return found
 
     def _temperature(self, segment: Segment) -> Array | None:
         if self.log.temperature is None:

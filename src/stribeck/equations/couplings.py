@@ -30,7 +30,7 @@ def with_couplings(plain: WeakEquations, couplings: Array) -> WeakEquations:
         standing=np.append(plain.standing, plain.standing @ (couplings != 0)),
         torque_noise=np.append(plain.torque_noise, none[0]),
         torque=np.hstack([plain.torque, none]),
-        direction=np.concatenate([plain.direction, np.full((*none.shape, 2), np.nan)], axis=1),
+        position=np.hstack([plain.position, np.full((len(plain.position), couplings.shape[1]), np.nan)]),
         temperature=None if plain.temperature is None else np.hstack([plain.temperature, np.nan * none]),
         couplings=couplings,
     )

@@ -25,10 +25,12 @@ def beyond_velocity(
     temperature: ArrayLike,
     cosine: ArrayLike = 0.0,
     sine: ArrayLike = 0.0,
+    angle: ArrayLike | None = None,
 ) -> Array:
     """Return what load, temperature and position add to this law's friction of velocity alone [N m].
 
-    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v) + (Fc_c cosine + Fc_s sine) tanh(a v), each where a joint has it
+    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v) + (Fc_c cosine + Fc_s sine) tanh(a v)
+        + tau_c cos(angle) + tau_s sin(angle), each where a joint has it
 
     Parameters
     ----------
@@ -36,11 +38,17 @@ def beyond_velocity(
         A joint's parameters by name.
     velocity, load, temperature, cosine, sine
         [rad/s], [N m], [K] above the mean, and those of the position above their means, of shapes that broadcast.
+    angle
+        Position times the ripple's periods a turn [rad]; none if no ripple is asked for.
     """
     rise, warmer = np.tanh(values.get("slope", JUMP) * velocity), np.asarray(temperature)
     slow = values.get("coulomb_per_kelvin", 0.0) * rise + values.get("viscous_per_kelvin", 0.0) * velocity
     turned = values.get("coulomb_cosine", 0.0) * np.asarray(cosine) + values.get("coulomb_sine", 0.0) * np.asarray(sine)
-    return np.asarray((values.get("load", 0.0) * np.abs(load) + turned) * rise + warmer * slow)
+    found = (values.get("load", 0.0) * np.abs(load) + turned) * rise + warmer * slow
+    if angle is None:
+        return np.asarray(found)
+    ripple = values.get("ripple_cosine", 0.0) * np.cos(angle) + values.get("ripple_sine", 0.0) * np.sin(angle)
+    return np.asarray(found + ripple)
 
 
 class Assembled(Stribeck):

@@ -27,6 +27,7 @@ LADDER = (
     Term("asymmetry", ("viscous_asymmetry",), needs="viscous"),
     Term("load", ("load",)),
     Term("coulomb_position", ("coulomb_cosine", "coulomb_sine")),
+    Term("ripple", ("ripple_cosine", "ripple_sine")),
     Term("viscous_temperature", ("viscous_per_kelvin",), needs="viscous"),
     Term("coulomb_temperature", ("coulomb_per_kelvin",)),
     Term("viscous_drift", ("viscous_drift",), needs="viscous"),
@@ -62,5 +63,11 @@ POSITION = (
 )
 """Coulomb friction over cosine and sine of a joint's position, less their means."""
 
-BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"], *POSITION)
+RIPPLE = (
+    Parameter(name="ripple_cosine", symbol="tau_c", unit="N m", lower=float("-inf"), neutral=0.0),
+    Parameter(name="ripple_sine", symbol="tau_s", unit="N m", lower=float("-inf"), neutral=0.0),
+)
+"""Torque that comes and goes so many times a turn, whatever the velocity: of a gear, a motor or a torque sensor."""
+
+BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"], *POSITION, *RIPPLE)
 """Parameters that are no function of velocity alone."""

@@ -57,7 +57,7 @@ class Finding:
         What was found of model and calibration, if that was looked for.
     terms
         By joint, of the law "auto": which terms it has, the torque that it carries [N m], and the means of cosine
-        and sine of its position, None of a prismatic joint.
+        and sine of its position, None of a prismatic joint, and the periods of its torque ripple a turn.
     couplings
         Names of the robot's that were looked for.
     warnings, notes
@@ -71,7 +71,9 @@ class Finding:
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
-    terms: Mapping[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None]] = field(default_factory=dict)
+    terms: Mapping[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None, float]] = field(
+        default_factory=dict
+    )
     couplings: Sequence[str] = ()
     warnings: Sequence[str] = ()
     notes: Sequence[str] = ()

@@ -103,12 +103,12 @@ class WholeLog:
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
-    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None]]:
-        """Which terms each joint has, of the law "auto", the torque that it carries [N m], and its mean direction."""
-        if self.fit.mean_load is None or self.fit.mean_direction is None:
+    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None, float]]:
+        """Which terms each joint has, of the law "auto", the torque it carries [N m], mean direction and ripple."""
+        if self.fit.mean_load is None or self.fit.mean_direction is None or self.fit.per_turn is None:
             return {}
         directions = [tuple(own.tolist()) if np.isfinite(own).all() else None for own in self.fit.mean_direction]
-        own = zip(self.fit.terms, self.fit.mean_load.tolist(), directions, strict=True)
+        own = zip(self.fit.terms, self.fit.mean_load.tolist(), directions, self.fit.per_turn.tolist(), strict=True)
         return dict(zip(self.joints, own, strict=True))
 
     @property

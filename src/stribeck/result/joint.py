@@ -90,7 +90,8 @@ class JointResult:
     `curve` is its friction as a whole, at slow, middle and top speed; the verdict is the curve's. A joint without
     detectable friction has no parameters but those of other torques, an offset or a rotor inertia.
     Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], and
-    `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint.
+    `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
+    how many periods a turn its torque ripple has; None without any.
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
 
@@ -106,6 +107,7 @@ class JointResult:
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
     mean_direction: tuple[float, ...] | None = None
+    ripple_per_turn: float | None = None
     curve: tuple[CurvePoint, ...] = ()
     law: str = field(default="", repr=False, compare=False)
 
@@ -130,7 +132,7 @@ class JointResult:
         temperature
             Above the joint's mean temperature in the log [K], likewise.
         position
-            Of the joint [rad], likewise; if None, friction is that of the mean over the log's positions.
+            Of the joint [rad], likewise; if None, friction is the mean over the log's positions, without ripple.
 
         Returns
         -------
@@ -162,7 +164,10 @@ class JointResult:
         turned: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)
         if position is not None and self.mean_direction:
             turned = np.cos(position) - self.mean_direction[0], np.sin(position) - self.mean_direction[1]
-        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned))
+        angle = None
+        if position is not None and self.ripple_per_turn is not None:
+            angle = self.ripple_per_turn * np.asarray(position)
+        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
 
 
 def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:

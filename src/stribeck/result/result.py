@@ -191,5 +191,5 @@ def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     return {
         key: value
         for key, value in plain.items()
-        if value is not None or key not in ("terms", "mean_load", "mean_direction")
+        if value is not None or key not in ("terms", "mean_load", "mean_direction", "ripple_per_turn")
     }

@@ -136,14 +136,25 @@ def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
     assert others[0].terms["coulomb_drift"].reason == "the log has temperatures, which say more than time"
 
 
-def test_coulomb_friction_that_changes_over_position_is_found(arm: Robot) -> None:
+def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> None:
+    """Coulomb friction of two joints changes in the course of a turn; the torque of another ripples 12 times a turn."""
     log, _ = plain_log(arm, 20.0, 9)
     assert log.velocity is not None
     turning = np.zeros(6)
     turning[[0, 3]] = 0.3
     change = turning * np.cos(log.position - 0.5) * np.sign(log.velocity)
+    change[:, 2] = 0.15 * np.cos(12 * log.position[:, 2] - 1.0)
     noisy = with_noise(replace(log, torque=log.torque + change), position=5e-5, torque=0.1, seed=10)
     result = identify(noisy, arm, AUTO)
+    for name, joint in result.joints.items():
+        assert joint.terms is not None
+        assert joint.terms["ripple"].kept == (name == arm.joint_names[2]), joint.terms["ripple"]
+        assert (joint.ripple_per_turn is None) == (name != arm.joint_names[2])
+    rippling = result.joints[arm.joint_names[2]]
+    assert rippling.ripple_per_turn == pytest.approx(12, abs=0.1)
+    where = np.linspace(log.position[:, 2].min(), log.position[:, 2].max(), 30)
+    ripple = rippling.friction(np.ones(30), position=where) - rippling.friction(np.ones(30))
+    np.testing.assert_allclose(ripple, 0.15 * np.cos(12 * where - 1.0), atol=0.02)
     for size, joint in zip(turning, result.joints.values(), strict=True):
         assert joint.terms is not None
         assert joint.terms["coulomb_position"].kept == bool(size), joint.terms["coulomb_position"]

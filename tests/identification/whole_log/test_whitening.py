@@ -37,7 +37,7 @@ def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquation
         regressors=None,
         torque=generator.standard_normal((windows, joints)),
         elapsed=np.arange(windows) * 0.01,
-        direction=np.zeros((windows, joints, 2)),
+        position=np.zeros((3 * windows + 6, joints)),
     )
 
 

@@ -125,6 +125,18 @@ SHORTEST_DRIFT = 20.0
 LEAST_LOAD_VARIATION = 0.1
 """Standard deviation of the load over its mean below which a term of load is refused [1]: it is Coulomb friction"""
 
+FEWEST_PERIODS = 2.0
+"""Periods of a torque ripple that a joint's motion spans at least [1]: fewer would be a spring, or gravity."""
+
+MOST_PER_TURN = 300.0
+"""Periods a turn of a torque ripple at most [1]: a joint that turns at 0.25 rad/s passes one in a window's length."""
+
+RIPPLE_SEGMENTS = 60
+"""Segments that ripple is looked for in, at most [1], to save time: few as in the pilot fit show other periods."""
+
+MOST_FREQUENCIES, FINER = 4000, 21
+"""Frequencies that a torque ripple is looked for at, at most, to save time, and once more around the best [1]."""
+
 LEAST_TURN = 0.1
 """Standard deviation of a position [rad] below which friction over position is refused, chosen by judgement."""
 

@@ -59,9 +59,9 @@ class WholeLogFit:
         Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
     validation
         Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
-    terms, mean_load, mean_direction
-        Of the law "auto": which terms each joint has, the mean torque that it carries [N m], shape (n,), and the means
-        of cosine and sine of its position, shape (n, 2).
+    terms, mean_load, mean_direction, per_turn
+        Of the law "auto": which terms each joint has, the mean torque that it carries [N m], shape (n,), the means of
+        cosine and sine of its position, shape (n, 2), and the periods of its torque ripple a turn, if any, shape (n,).
     heterogeneity, joint_heterogeneity
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
@@ -86,6 +86,7 @@ class WholeLogFit:
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
     mean_direction: Array | None = None
+    per_turn: Array | None = None
 
     @property
     def values(self) -> Array:
@@ -165,10 +166,10 @@ def fit_whole_log(
     places = pilot_places(supports)
     some = [equations[k] for k in places]
     pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors)
-    direction = None
+    modulated = None
     if law.name == AUTO:
         modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot)
-        equations, direction = modulated, modulated.direction
+        equations = modulated
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
     alternatives = find_alternatives(pilot_equations, pilot.curves.top_speed, priors.torque_gain)
@@ -183,7 +184,8 @@ def fit_whole_log(
         pilot.prediction,
     )
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
-    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations)
+    per_turn = modulated.per_turn if modulated else None
+    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn)
     undiscounted = pilot.solution.corrections
     pilot, of_model, joint_heterogeneity = _with_overdispersion(pilot, normal_equations, folds)
     unseen = list(held_out.values())
@@ -214,7 +216,8 @@ def fit_whole_log(
         undiscounted=undiscounted,
         terms=choice.verdicts if choice else (),
         mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
-        mean_direction=direction,
+        mean_direction=modulated.direction if modulated else None,
+        per_turn=per_turn,
         score_tests=run_score_tests(sampled, normal_equations.count, curves, model, solution, effect_std),
     )
 
@@ -225,14 +228,15 @@ def _with_terms(
     folds: list[NormalEquations],
     steps: NormalEquations,
     pilot_equations: list[WeakEquations],
+    per_turn: Array | None,
 ) -> tuple[PilotFit, Choice | None]:
     """Return the fit to all folds, and the terms of its joints if these are to be selected."""
     curves, model = pilot.curves, pilot.model
     solution = solve(normal_equations, curves, model, pilot.solution)
     solution = with_other_starts(normal_equations, curves, model, solution)
     choice = None
-    if isinstance(curves, VaryingCurves):
-        refused = unsupported(pilot_equations, curves.slow, normal_equations.loads)
+    if isinstance(curves, VaryingCurves) and per_turn is not None:
+        refused = unsupported(pilot_equations, curves.slow, per_turn, normal_equations.loads)
         root_turns = pilot.components.root_turns
         choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)
         curves, solution = choice.curves, choice.start

@@ -39,6 +39,8 @@ class WithCovariates(Sequence[WeakEquations]):
         Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
     direction
         Mean cosine and sine of each joint's position, shape (n, 2).
+    per_turn
+        Periods of each joint's torque ripple a turn, shape (n,); NaN where none is asked for.
     refined
         Coefficients of a fit with all terms, shape (n, R), whose friction then gives the load; None before.
     """
@@ -49,6 +51,7 @@ class WithCovariates(Sequence[WeakEquations]):
     slow: str
     middle: Array
     direction: Array
+    per_turn: Array
     refined: Array | None = None
 
     def __len__(self) -> int:
@@ -59,7 +62,8 @@ class WithCovariates(Sequence[WeakEquations]):
 
     def of(self, part: WeakEquations) -> WeakEquations:
         """Return equations with their covariates."""
-        others = np.concatenate([self._slow(part)[:, :, None], np.nan_to_num(part.direction - self.direction)], axis=2)
+        turned = np.nan_to_num([part.direction() - self.direction, part.direction(self.per_turn)])
+        others = np.concatenate([self._slow(part)[:, :, None], *turned], axis=2)
         if part.projection is None:
             return replace(part, covariates=_beside(np.abs(part.torque - part.residual), others))
         windows = curve_windows(replace(part, covariates=None), self.basis)
@@ -92,18 +96,20 @@ def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
 
 
 def with_covariates(
-    equations: Sequence[WeakEquations], pilot: Sequence[WeakEquations], basis: Basis, friction: Array
+    equations: Sequence[WeakEquations], pilot: Sequence[WeakEquations], basis: Basis, friction: Array, per_turn: Array
 ) -> WithCovariates:
     """Return equations with covariates, scaled by the `pilot` equations; arguments as in `WithCovariates`."""
     temperature = [part.temperature for part in pilot if part.temperature is not None]
     logged = len(temperature) == len(pilot) and bool(np.isfinite(np.concatenate(temperature)).any())
     direction = _directions(pilot).mean(axis=0)
-    if logged:
-        return WithCovariates(equations, basis, friction, "temperature", _mean(np.concatenate(temperature)), direction)
-    return WithCovariates(equations, basis, friction, "drift", np.full(1, max(0.5 * _last(pilot), 1e-9)), direction)
+    slow = "temperature" if logged else "drift"
+    middle = _mean(np.concatenate(temperature)) if logged else np.full(1, max(0.5 * _last(pilot), 1e-9))
+    return WithCovariates(equations, basis, friction, slow, middle, direction, per_turn)
 
 
-def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array | None = None) -> list[dict[str, str]]:
+def unsupported(
+    pilot: Sequence[WeakEquations], slow: str, per_turn: Array, loads: Array | None = None
+) -> list[dict[str, str]]:
     """Return for each joint the terms that are out of the question, and why.
 
     Parameters
@@ -112,6 +118,8 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array | None =
         Equations from the beginning to the end of a log.
     slow
         What friction changes slowly with: "temperature" or "drift".
+    per_turn
+        Periods of each joint's torque ripple a turn, shape (n,); NaN where none can be told.
     loads
         Number of windows, sums of loads and of their squares, shape (3, n); not looked at if they are not known yet.
     """
@@ -125,6 +133,8 @@ def unsupported(pilot: Sequence[WeakEquations], slow: str, loads: Array | None =
         if not turned >= LEAST_TURN:
             said = "it is prismatic" if np.isnan(turned) else f"+- {turned:.2g} rad"
             reasons[-1]["coulomb_position"] = f"its position hardly turns: {said}"
+        if np.isnan(per_turn[column]):
+            reasons[-1]["ripple"] = "its motion spans too little of a turn, or is none"
     return reasons
 
 
@@ -139,7 +149,7 @@ def _load_reasons(count: float, total: float, square: float) -> dict[str, str]:
 
 def _directions(pilot: Sequence[WeakEquations]) -> Array:
     """Return cosine and sine of the joints' positions, shape (K, n, 2)."""
-    return np.concatenate([part.direction for part in pilot])
+    return np.concatenate([part.direction() for part in pilot])
 
 
 def _last(pilot: Sequence[WeakEquations]) -> float:

@@ -2,9 +2,11 @@
 
     R = Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
         + mu |load| tanh(a v) + slow (Fc' tanh(a v) + Fv' v) + (Fc_c cosine + Fc_s sine) tanh(a v)
+        + tau_c cos(k q) + tau_s sin(k q)
 
 with load the torque that the joint carries, slow its temperature above the mean, or else the time, from -1/2 at the
-beginning of a log to 1/2 at its end, and cosine and sine of its position less their means. All are known beforehand, so
+beginning of a log to 1/2 at its end, cosine and sine of its position q less their means, and k the periods of a torque
+ripple a turn. All are known beforehand, so
 that these curves too are sums of functions of velocity, some of them times a covariate (docs/estimator.md, "Friction
 curves").
 """
@@ -18,7 +20,7 @@ from numpy.typing import NDArray
 
 from stribeck.friction import Parameter
 from stribeck.friction.assembled import JUMP, Assembled
-from stribeck.friction.terms import LADDER, LOAD, POSITION, SLOW
+from stribeck.friction.terms import LADDER, LOAD, POSITION, RIPPLE, SLOW
 from stribeck.identification.whole_log.constants import COARSE_BASIS_TOLERANCE, VARYING_BASIS_TOLERANCE
 from stribeck.identification.whole_log.model.basis import Basis, grid_of, spanning
 from stribeck.identification.whole_log.model.friction_curves import Curves
@@ -39,32 +41,34 @@ class VaryingCurves(Curves):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The law's, then those of load, slow change and position."""
-        return (*self.law.parameters, LOAD, *SLOW[self.slow], *POSITION)
+        """The law's, then those of load, slow change, position and ripple."""
+        return (*self.law.parameters, LOAD, *SLOW[self.slow], *POSITION, *RIPPLE)
 
     def coefficients(self, internal: Array) -> Array:
         """Return the coefficients of all joints' curves [N m], shape (n R,)."""
         blocks = []
         for v, p in zip(self.basis.velocity, self.external(internal), strict=True):
-            (*law, load, coulomb, viscous, cosine, sine), rise = p, np.tanh(p[5] * v)
-            torque, slow = self.law.torque(v, np.array(law)), coulomb * rise + viscous * v
-            blocks.append(self.basis.coefficients(torque, load * rise, slow, cosine * rise, sine * rise))
+            (*law, load, coulomb, viscous, cosine, sine, of_cosine, of_sine), rise = p, np.tanh(p[5] * v)
+            torque, slow, same = self.law.torque(v, np.array(law)), coulomb * rise + viscous * v, np.ones_like(v)
+            changed = load * rise, slow, cosine * rise, sine * rise, of_cosine * same, of_sine * same
+            blocks.append(self.basis.coefficients(torque, *changed))
         return np.concatenate(blocks)
 
     def jacobians(self, internal: Array) -> Array:
         """Return their derivatives by each joint's own internal coordinates, shape (n, R, p)."""
         found = []
         for v, p in zip(self.basis.velocity, self.external(internal), strict=True):
-            (*law, load, coulomb, _, cosine, sine), count = p, len(self.law.parameters)
+            (*law, load, coulomb, _, cosine, sine, _, _), count = p, len(self.law.parameters)
             rise = np.tanh(p[5] * v)
             slope = v * (1 - rise**2)
-            base, loaded, slow, of_cosine, of_sine = np.zeros((5, len(v), len(p)))
+            base, loaded, slow, of_cosine, of_sine, *ripple = np.zeros((7, len(v), len(p)))
             base[:, :count] = self.law.jacobian(v, np.array(law))
             loaded[:, 5], loaded[:, count] = load * slope, rise
             slow[:, 5], slow[:, count + 1], slow[:, count + 2] = coulomb * slope, rise, v
             of_cosine[:, 5], of_cosine[:, count + 3] = cosine * slope, rise
             of_sine[:, 5], of_sine[:, count + 4] = sine * slope, rise
-            curves = self.basis.coefficients(base, loaded, slow, of_cosine, of_sine)
+            ripple[0][:, count + 5] = ripple[1][:, count + 6] = 1.0
+            curves = self.basis.coefficients(base, loaded, slow, of_cosine, of_sine, *ripple)
             found.append(curves * np.where(self.logarithmic, p, 1.0))
         return np.stack(found)
 
@@ -82,15 +86,15 @@ class VaryingCurves(Curves):
 
 def varying_curves(plain: Curves, basis: Basis, slow: str) -> VaryingCurves:
     """Return the curves with all terms for joints whose scales are known."""
-    beyond = 1 + len(SLOW[slow]) + len(POSITION)
+    beyond = 1 + len(SLOW[slow]) + len(POSITION) + len(RIPPLE)
     free = np.hstack([plain.having, np.ones((len(plain.top_speed), beyond), dtype=bool)])
     return VaryingCurves(plain.law, basis, plain.top_speed, plain.torque, plain.priors, slow, free=free)
 
 
-def rising(basis: Basis, slow: bool = True, position: bool = True) -> Basis:
-    """Return the basis of curves that may also have v and tanh(a v) times load, slow change and position.
+def rising(basis: Basis, slow: bool = True, position: bool = True, ripple: bool = True) -> Basis:
+    """Return the basis of curves that may also have v and tanh(a v) times load, slow change and position, and ripple.
 
-    The last two take no columns where no joint can have them.
+    All but load take no columns where no joint can have them.
     """
     velocity = basis.velocity[0] / basis.velocity[0].max()
     slopes = [JUMP, *grid_of(next(p for p in Assembled.parameters if p.name == "slope"))]
@@ -98,4 +102,5 @@ def rising(basis: Basis, slow: bool = True, position: bool = True) -> Basis:
     fine = basis.functions.T @ spanning(curves, VARYING_BASIS_TOLERANCE)
     coarse = basis.functions.T @ spanning(curves[:, 1:], COARSE_BASIS_TOLERANCE)
     coarse = coarse[:, : position * coarse.shape[1]]
-    return replace(basis, modulated=(fine, fine[:, : slow * fine.shape[1]], coarse, coarse))
+    steady = basis.functions.T @ np.full((len(velocity), ripple * 1), len(velocity) ** -0.5)
+    return replace(basis, modulated=(fine, fine[:, : slow * fine.shape[1]], coarse, coarse, steady, steady))

@@ -11,13 +11,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import FrictionLaw
-from stribeck.identification.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS, STILL_GROWING
+from stribeck.identification.whole_log.constants import (
+    MOST_ROUNDS,
+    PILOT_SEGMENTS,
+    RIPPLE_SEGMENTS,
+    ROUNDS,
+    STILL_GROWING,
+)
 from stribeck.identification.whole_log.model.basis import make_basis
 from stribeck.identification.whole_log.model.covariates import WithCovariates, unsupported, with_covariates
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import layout_of
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.model.parametrisation import Parametrisation
+from stribeck.identification.whole_log.model.ripple import ripples_per_turn
 from stribeck.identification.whole_log.model.varying_curves import rising, varying_curves
 from stribeck.identification.whole_log.noise.outliers import Prediction, far_from_most
 from stribeck.identification.whole_log.noise.update import update_components
@@ -97,9 +104,11 @@ def with_all_terms(
     plain = pilot.curves
     joints = len(plain.top_speed)
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
-    first = with_covariates(equations, some, plain.basis, friction)
-    out = set.intersection(*map(set, unsupported(some, first.slow)))  # of the question in all joints
-    basis = rising(plain.basis, slow=f"coulomb_{first.slow}" not in out, position="coulomb_position" not in out)
+    many = [equations[k] for k in range(0, len(equations), -(-len(equations) // RIPPLE_SEGMENTS))]
+    residuals = [residual for _, residual in _residuals(many, plain, pilot.model, pilot.solution)]
+    first = with_covariates(equations, some, plain.basis, friction, ripples_per_turn(many, residuals))
+    out = set.intersection(*map(set, unsupported(some, first.slow, first.per_turn)))  # of the question in all joints
+    basis = rising(plain.basis, f"coulomb_{first.slow}" not in out, "coulomb_position" not in out, "ripple" not in out)
     first = replace(first, basis=basis)
     curves = varying_curves(plain, first.basis, first.slow)
     some = [first.of(part) for part in some]

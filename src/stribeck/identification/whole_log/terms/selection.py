@@ -145,7 +145,11 @@ def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
 
 
 def with_terms(
-    joint: JointResult, terms: dict[str, TermVerdict], mean_load: float, mean_direction: tuple[float, ...] | None
+    joint: JointResult,
+    terms: dict[str, TermVerdict],
+    mean_load: float,
+    mean_direction: tuple[float, ...] | None,
+    per_turn: float | None,
 ) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
@@ -164,4 +168,5 @@ def with_terms(
         found = replace(
             found, verdict="weak", reason=f"{sizes}, are as large: noise, a dead sensor, a sign or the model"
         )
-    return replace(found, terms=terms, mean_load=mean_load, mean_direction=mean_direction)
+    ripple = per_turn if terms["ripple"].kept else None
+    return replace(found, terms=terms, mean_load=mean_load, mean_direction=mean_direction, ripple_per_turn=ripple)
