@@ -23,6 +23,7 @@ from studies import (
     beyond_cases,
     beyond_the_laws,
     least_error,
+    lies,
     step_coverage,
     verdicts,
     what_is_told,
@@ -32,6 +33,7 @@ from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
 
 from stribeck import Robot, identify
+from stribeck.audit import channels
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
 from stribeck.friction import AUTO, LAWS, get_law
@@ -314,6 +316,24 @@ def test_the_held_out_errors_shown_are_the_studys() -> None:
         for robot, joints in robots.items()
         for joint, row in joints.items()
     ]
+
+
+def test_the_lies_shown_are_the_studys() -> None:
+    study = json.loads((ROOT / "studies/lies.json").read_text())
+    assert lies.table(study["lies"]) in PAGES["docs/findings.md"]
+    assert lies.clean_table(study["clean"]) in PAGES["docs/findings.md"]
+    assert {row["lie"] for row in study["lies"]} == set(lies.LIES)
+    assert sum(row["named"] for row in study["lies"]) > 0.9 * len(study["lies"])
+    assert not any(found for each in study["clean"].values() for found, _ in each.values())
+    assert not any(row["wrong"] for row in study["lies"])
+
+
+def test_every_check_of_the_audit_is_explained() -> None:
+    files = sorted((ROOT / "src/stribeck/audit").glob("*.py"))
+    named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
+    explained = set(re.findall(r"^### ([\w-]+)$", PAGES["docs/findings.md"], re.MULTILINE))
+    assert len(named) > 15
+    assert named | set(channels.TEXTS) <= explained
 
 
 def test_the_coverage_where_steps_disagree_shown_is_the_studys() -> None:

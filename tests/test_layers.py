@@ -24,6 +24,7 @@ ABOVE: dict[str, set[str]] = {
     "preparation": GROUND | {"contact", "log", "motion", "robot"},
     "friction_torque": GROUND
     | {"friction_torque", "preparation", "contact", "dynamics", "log", "motion", "result", "robot"},
+    "audit": GROUND | {"audit", "friction_torque", "preparation", "contact", "dynamics", "log", "motion", "robot"},
     "equations": GROUND | {"equations", "contact", "dynamics", "log", "motion", "robot"},
     "identification": GROUND | {"identification", "friction", "result"},
     "export": GROUND | {"export", "result", "robot"},

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.errors import NothingIdentifiedError, RobotFileError
+from stribeck.errors import LogError, NothingIdentifiedError, RobotFileError
 from stribeck.inspection import inspect_log
 from stribeck.settings import FilterSettings
 
@@ -232,3 +232,24 @@ def test_the_page_shows_what_the_command_prints(monkeypatch, capsys):
             np.array(re.findall(r"(-?\d+\.\d+) ±", line), dtype=float) for line in (fresh, old)
         )
         np.testing.assert_allclose(fresh_numbers, old_numbers, rtol=0.05, atol=0.02, err_msg=fresh)
+
+
+GOOD = {"tx40": set(), "kinova-gen3": {"position-stop"}, "go2": set(), "double-pendulum": set()}
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_the_audit_finds_nothing_in_good_logs(converted, name):
+    """But for joints of the Kinova that go further than its model lets them."""
+    logs, robot = opened(converted(name))
+    for log in logs:
+        assert {finding.check for finding in inspect_log(log, robot).audit} <= GOOD[name]
+
+
+def test_torque_without_a_sign_stops(converted):
+    logs, robot = opened(converted("so101"))
+    for log in logs:
+        (finding,) = inspect_log(log, robot).audit
+        assert finding.check == "torque-unsigned"
+        assert finding.joints == robot.joint_names
+    with pytest.raises(LogError, match="never changes its sign"):
+        identify(logs[0], robot)

@@ -90,7 +90,6 @@ def compose(
         findings=findings,
         warnings=[
             *robot.warnings,
-            *(warning for part in prepared for warning in part.warnings),
             *map(str, findings),
         ],
         corrections=fitted.corrections,

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from stribeck.audit import Evidence, delays, findings, gather
 from stribeck.errors import errors_about, findings_kept
-from stribeck.friction_torque.stage import torque_chunks, with_filter
+from stribeck.finding import Finding
+from stribeck.friction_torque.stage import with_filter
 from stribeck.friction_torque.stream import support_name
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
@@ -21,20 +22,8 @@ from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
 from stribeck.typing import Array
 
-MOST_SAMPLES = 60_000
-"""Samples that delays and signs are judged by."""
-LONGEST_DELAY = 0.03
-"""[s] searched on either side for a delay of the torque."""
-SHORTEST_RUN = 0.3
-"""[s]; shorter runs say little about a delay."""
-OPPOSITE = -0.3
-"""A torque whose correlation with the model is below this has the wrong sign."""
-EXPLAINED = 0.5
-"""Share of a torque's variance that the model must explain before a delay is given."""
-FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
-"""Widths of the smoothed signs that stand for friction, in shares of the top speed."""
-STILL = 0.01
-"""[rad/s] or [m/s]: a joint that never moves faster stands still."""
+AGREES = 0.3
+"""Correlation with the model from which a torque's sign agrees, unless the audit says that it is inverted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +39,7 @@ class JointInspection:
     delay
         By which the torque comes later than the motion asks for [s]; None where the model explains too little of it.
     sign
-        "opposite" where the torque correlates negatively with the model.
+        "opposite" where the audit says so, "agrees" where the torque correlates with the model.
     """
 
     position_range: tuple[float, float]
@@ -74,7 +63,9 @@ class Inspection:
     gaps
         Last stamp before and first after [s].
     findings
-        What a user should act on, a sentence each: joints with opposite signs come first.
+        What a user should act on, a sentence each: what makes every number wrong comes first.
+    audit
+        The same in parts, without what is said of the robot file alone: check, evidence, cure, joints.
     """
 
     robot: str
@@ -93,6 +84,7 @@ class Inspection:
     joints: dict[str, JointInspection]
     findings: list[str]
     notes: list[str]
+    audit: list[Finding] = field(default_factory=list)
 
     def to_json(self) -> str:
         """Return the inspection as JSON text."""
@@ -129,24 +121,20 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings:
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
         settings = settings or robot.settings
         prepared = prepare(log, robot, settings)
-        return _inspect(prepared, robot, *with_filter(prepared, robot, settings))
+        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings))
 
 
-def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, choices: list[str]) -> Inspection:
+def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, chosen: tuple[Settings, list[str]]) -> Inspection:
     log, sampling = prepared.log, prepared.sampling
-    runs = list(_runs(prepared, robot, settings))
+    with_its_filter, choices = chosen
+    evidence = gather(prepared, robot, settings)
+    late = delays(evidence)
+    found = findings(evidence, late)
+    opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
     joints = {
-        name: _inspect_joint(runs, k, sampling.period, log, robot.joint_names.index(name))
-        for k, name in enumerate(robot.joint_names[c] for c in robot.torque_controlled)
+        name: _inspect_joint(evidence, k, late.get(name), "opposite" if name in opposite else None)
+        for k, name in enumerate(evidence.joints)
     }
-    opposite = [name for name, joint in joints.items() if joint.sign == "opposite"]
-    findings = []
-    if opposite:
-        findings.append(
-            f"the torque runs against the model, its sign or the position's may be inverted: {', '.join(opposite)}; "
-            "set [log] torque = { scale = -1.0 }, or a scale per joint"
-        )
-    findings += _common_delay(joints)
     return Inspection(
         robot=robot.name,
         path=log.path,
@@ -163,108 +151,33 @@ def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, choices: l
             (float(log.time[p.start]), float(log.time[p.stop - 1]), support_name(p), p.last > p.first)
             for p in prepared.support.phases
         ],
-        filter=make_filter(settings.filter, sampling.period).name,
+        filter=make_filter(with_its_filter.filter, sampling.period).name,
         joints=joints,
-        findings=[*findings, *prepared.warnings, *robot.warnings],
+        findings=[*(str(each) for each in found), *robot.warnings],
         notes=[*prepared.notes, *choices],
+        audit=found,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """Samples without a break: measured torque, model's torque and velocity, each (t, k)."""
-
-    torque: Array
-    model: Array
-    velocity: Array
-
-
-def _runs(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_Run]:
-    """Yield runs of one support phase each, up to `MOST_SAMPLES` samples."""
-    yielded = 0
-    for chunk in torque_chunks(prepared, robot, settings):
-        for rows in chunk.runs():
-            torque = prepared.log.torque[chunk.rows[rows]][:, robot.torque_controlled]
-            yield _Run(torque, torque - chunk.samples.friction_torque[rows], chunk.samples.velocity[rows])
-            yielded += rows.stop - rows.start
-        if yielded >= MOST_SAMPLES:
-            return
-
-
-def _inspect_joint(runs: list[_Run], k: int, period: float, log: RobotLog, column: int) -> JointInspection:
-    modelled = [run for run in runs if np.all(np.isfinite(run.model[:, k]))]
-    torque = np.concatenate([run.torque[:, k] for run in modelled]) if modelled else np.empty(0)
-    model = np.concatenate([run.model[:, k] for run in modelled]) if modelled else np.empty(0)
-    velocity = np.concatenate([run.velocity[:, k] for run in runs]) if runs else np.zeros(1)
-    correlation, delay = None, None
-    sign: Literal["agrees", "opposite", "unclear"] = "unclear"
+def _inspect_joint(
+    evidence: Evidence, k: int, delay: float | None, sign: Literal["opposite"] | None
+) -> JointInspection:
+    log, column = evidence.prepared.log, evidence.robot.torque_controlled[k]
+    known = np.isfinite(evidence.model[:, k])
+    torque, model = evidence.torque[known, k], evidence.model[known, k]
+    correlation = None
     if len(torque) > 1 and torque.std() > 0 and model.std() > 0:
         correlation = float(np.corrcoef(torque, model)[0, 1])
-        sign = "opposite" if correlation < OPPOSITE else "agrees" if correlation > -OPPOSITE else "unclear"
-        if np.abs(velocity).max() > STILL:
-            delay = _delay(modelled, k, period)
+    velocity = np.concatenate([run.velocity[:, k] for run in evidence.runs]) if evidence.runs else np.zeros(1)
     return JointInspection(
         position_range=_span(log.position[:, column]),
         velocity_range=_span(velocity),
         torque_range=_span(log.torque[:, column]),
         correlation=correlation,
         delay=delay,
-        sign=sign,
+        sign=sign or ("agrees" if correlation is not None and correlation > AGREES else "unclear"),
     )
 
 
 def _span(values: Array) -> tuple[float, float]:
     return float(values.min()), float(values.max())
-
-
-def _delay(runs: list[_Run], k: int, period: float) -> float | None:
-    """Return by how much the torque comes late [s], or None where the model explains too little of it.
-
-    For every shift the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant:
-    friction shall not be taken for a delay. A parabola through the best shift and its neighbours gives the fraction of
-    a sample.
-    """
-    reach = max(2, round(LONGEST_DELAY / period))
-    runs = [run for run in runs if len(run.model) > 2 * reach + SHORTEST_RUN / period]
-    if not runs:
-        return None
-    speed = np.concatenate([run.velocity[reach:-reach, k] for run in runs])
-    model = np.concatenate([run.model[reach:-reach, k] for run in runs])
-    top = max(float(np.abs(speed).max()), 1e-9)
-    signs = [np.tanh(speed / (share * top)) for share in FRICTION_SHAPES]
-    without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
-    with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
-
-    def shifted(shift: int) -> Array:
-        return np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift, k] for run in runs])
-
-    shifts = np.arange(-reach, reach + 1)
-    left = [_unexplained(with_model, shifted(int(shift))) for shift in shifts]
-    best = int(np.argmin(left))
-    torque = shifted(int(shifts[best]))
-    gained = _unexplained(without_model, torque) - left[best]
-    if best in (0, len(shifts) - 1) or gained < EXPLAINED * _unexplained(without_model[:, :1], torque):
-        return None
-    low, middle, high = left[best - 1 : best + 2]
-    fraction = 0.5 * (low - high) / (low - 2 * middle + high)
-    return float((shifts[best] + fraction) * period)
-
-
-def _unexplained(orthonormal: Array, torque: Array) -> float:
-    """Return the sum of squares that a basis leaves of a torque."""
-    return float(torque @ torque - np.sum((orthonormal.T @ torque) ** 2))
-
-
-def _common_delay(joints: dict[str, JointInspection]) -> list[str]:
-    """Return a finding if the joints' delays agree on something larger than a tenth of a millisecond."""
-    delays = np.array([joint.delay for joint in joints.values() if joint.delay is not None])
-    if len(delays) == 0:
-        return []
-    middle = float(np.median(delays))
-    spread = float(np.median(np.abs(delays - middle)))
-    if abs(middle) < max(1e-4, 2 * spread):
-        return []
-    return [
-        f"the torque comes {1e3 * middle:+.2f} ms after what the motion asks for (median of {len(delays)} joints); "
-        f"set [log] torque = {{ delay = {middle:.5f} }} if all signals should belong to one time"
-    ]

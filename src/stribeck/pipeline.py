@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
+from stribeck.audit import audit
 from stribeck.compose import compose
-from stribeck.errors import SettingsError, findings_kept
+from stribeck.errors import LogError, SettingsError, errors_about, findings_kept
+from stribeck.finding import Finding
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.methods import get_method
 from stribeck.outputs import whole_or_not_at_all
-from stribeck.preparation import Progress, prepare, quiet
+from stribeck.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -27,6 +30,7 @@ def identify(
     law: str | None = None,
     method: str | None = None,
     table: str | Path | None = None,
+    force: bool = False,
     progress: Progress = quiet,
 ) -> Result:
     """Find the friction of every joint of a robot from one log or several: the main job.
@@ -43,6 +47,8 @@ def identify(
         In place of the settings'.
     table
         Where to write every sample's friction torque (friction_torque.parquet), if anywhere.
+    force
+        Whether to go on with a log in which the audit finds what makes every number wrong.
     progress
         Told how far the work is.
 
@@ -54,7 +60,7 @@ def identify(
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If the input or the settings are wrong.
+        If the input or the settings are wrong, or the audit finds what makes every number wrong, unless forced.
     NothingIdentifiedError
         If no joint moves enough for any number; what was found before an error are its notes.
 
@@ -75,11 +81,40 @@ def identify(
         for k, log in enumerate(sources):
             progress(f"reading log {k + 1} of {len(sources)}", k / len(sources))
             prepared.append(prepare(log, robot, settings))
-            findings += [*prepared[-1].notes, *prepared[-1].warnings]
+            findings += prepared[-1].notes
+        progress("auditing", 0.0)
+        audited = _audit(prepared, robot, settings, force)
+        findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress)
         finding = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(finding.logs, finding.robot, finding.settings or settings)
-        return compose(finding, samples, prepared, robot, friction_law, settings, chosen)
+        result = compose(finding, samples, prepared, robot, friction_law, settings, chosen)
+        return replace(
+            result,
+            findings=[*audited, *result.findings],
+            warnings=[*(str(each) for each in audited), *result.warnings],
+        )
+
+
+def _audit(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, force: bool) -> list[Finding]:
+    """Return what is wrong with the logs, each with its log where there are several.
+
+    Raises
+    ------
+    LogError
+        If something makes every number wrong, unless forced; all else that was found are its notes.
+    """
+    found = []
+    for part in prepared:
+        where = part.log.path or "log"
+        with errors_about(where):
+            each = audit(part, robot, settings)
+        stopping = [finding for finding in each if finding.stops]
+        if stopping and not force:
+            with findings_kept([str(finding) for finding in each if finding is not stopping[0]]):
+                raise LogError(f"{where}: {stopping[0]}; every number would be wrong, force (--force) goes on")
+        found += [replace(f, text=f"{where}: {f.text}") for f in each] if len(prepared) > 1 else each
+    return found
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:

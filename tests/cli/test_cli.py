@@ -129,13 +129,13 @@ def test_what_was_found_is_told_when_nothing_is_identified(
     position = np.rad2deg(log.position)
     position[100:110] = np.nan
     path = save_npz(log, tmp_path / "log.npz", position=position, velocity=None, acceleration=None)
-    arguments = ("-r", arm / "robot.toml", "-o", tmp_path / "out", "--method", method, "--json")
+    arguments = ("-r", arm / "robot.toml", "-o", tmp_path / "out", "--method", method, "--json", "--force")
     assert run("identify", path, *arguments) == 3
     printed = capsys.readouterr()
     assert printed.out == ""
     *notes, sentence = printed.err.splitlines()
     assert "no joint can be identified" in sentence
-    for words in ("10 rows with missing values", "set [log.position] unit", "1 gaps longer than"):
+    for words in ("10 rows with missing values", "span more than four turns", "1 gaps longer than"):
         assert len([note for note in notes if note.startswith("stribeck: note: ") and words in note]) == 1
     assert os.listdir(tmp_path) == ["log.npz"]
 

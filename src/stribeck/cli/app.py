@@ -64,6 +64,7 @@ def identify(
     law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
     method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
     settings: SetOption = [],  # noqa: B006
+    force: Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")] = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -76,7 +77,7 @@ def identify(
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
     check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *_files_of(robot)], overwrite)
     with staged_folder(output) as staging, progress_bar() as progress:
-        result = run(logs, machine, chosen, table=staging / TABLE, progress=progress)
+        result = run(logs, machine, chosen, table=staging / TABLE, force=force, progress=progress)
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)

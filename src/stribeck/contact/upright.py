@@ -45,6 +45,11 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int
         if len(fallen) == 0:
             continue
         if place == 0 and fallen[0] == 0:
+            if robot.gravity[2] > 0:
+                raise LogError(
+                    f"{log.path or 'log'}: [robot] gravity points up, {robot.gravity.tolist()} m/s^2, and the robot "
+                    "stands on its head; expected gravity of the world, z down, as a rule [0, 0, -9.81]"
+                )
             raise LogError(
                 f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f} deg at the start, "
                 'so that the robot lies; if it stands, set [log] base_orientation = {order = "wxyz"} or [robot] '

@@ -1,0 +1,7 @@
+"""What is checked of a log before friction is fitted: each check a function from evidence to findings."""
+
+from stribeck.audit.audit import audit as audit
+from stribeck.audit.audit import findings as findings
+from stribeck.audit.delay import delays as delays
+from stribeck.audit.evidence import Evidence as Evidence
+from stribeck.audit.evidence import gather as gather

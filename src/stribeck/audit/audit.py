@@ -1,0 +1,50 @@
+"""The audit: what is checked of a log before friction is fitted, from what needs no model to what needs all of it."""
+
+from __future__ import annotations
+
+from stribeck.audit.base import check_base
+from stribeck.audit.channels import check_channels
+from stribeck.audit.delay import check_delay, delays
+from stribeck.audit.evidence import Evidence, gather
+from stribeck.audit.motion import check_motion
+from stribeck.audit.positions import check_positions
+from stribeck.audit.samples import check_samples
+from stribeck.audit.torque import check_torques, check_unsigned
+from stribeck.finding import Finding
+from stribeck.preparation import PreparedLog
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+
+
+def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Finding]:
+    """Return what is wrong with a log, by its own channels and against the model; those that stop come first.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log lacks a channel that the settings ask for, or the settings do not suit it.
+    """
+    evidence = gather(prepared, robot, settings)
+    return findings(evidence, delays(evidence))
+
+
+def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
+    """Return what is wrong with a log, given the delay of each joint's torque [s].
+
+    A cause that the model's torque depends on is spoken of alone: with frozen positions, exchanged feet or gravity
+    upside down the model's torques say nothing of signs and gains.
+    """
+    samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
+    spoken_of = {name for finding in channels for name in finding.joints if "torque" in finding.text}
+    unsigned = check_unsigned(evidence, spoken_of)
+    spoken_of |= {name for finding in unsigned for name in finding.joints}
+    lost = any(f.check == "channel-frozen" and "position" in f.text for f in channels)
+    lost = lost or any(f.check in ("position-degrees", "position-jump", "position-limits") for f in positions)
+    base = [] if lost else check_base(evidence)
+    found = [*channels, *positions, *base, *samples, *unsigned]
+    if not lost and not any(f.stops for f in found):
+        by_motion = check_motion(evidence)
+        torques = [] if by_motion else check_torques(evidence, spoken_of)
+        delay = [] if by_motion or any(f.stops for f in torques) else check_delay(evidence, late)
+        found += [*by_motion, *torques, *delay]
+    return sorted(found, key=lambda finding: not finding.stops)

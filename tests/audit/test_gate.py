@@ -1,0 +1,66 @@
+"""What makes every number wrong stops `identify`, and going on is asked for; what is found stands in the result."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.arm import arm_log, save_npz, write_arm
+from tests.cli.test_cli import run
+
+from stribeck import LogError, Robot, Settings, identify, read_result
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with an arm and its log in mN m."""
+    place = tmp_path_factory.mktemp("arm")
+    write_arm(place)
+    log = arm_log(Robot.from_file(place / "robot.toml"), duration=6.0, rate=250.0)
+    save_npz(log, place / "log.npz", torque=1000 * log.torque)
+    return place
+
+
+def test_identify_stops(folder: Path) -> None:
+    with pytest.raises(LogError, match=r"N mm or mN m.*scale = 0\.001.*--force"):
+        identify(folder / "log.npz", folder / "robot.toml", Settings(method="curve-fit"))
+
+
+def test_the_command_line_ends_with_2_and_writes_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("-r", folder / "robot.toml", "-o", folder / "out", "--method", "curve-fit")
+    assert run("identify", folder / "log.npz", *arguments) == 2
+    error = capsys.readouterr().err
+    assert "as if they were in N mm or mN m" in error
+    assert "Traceback" not in error
+    assert sorted(path.name for path in folder.iterdir()) == ["arm.urdf", "log.npz", "robot.toml"]
+
+
+def test_force_goes_on_and_says_so_everywhere(folder: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    arguments = ("-r", folder / "robot.toml", "-o", tmp_path / "out", "--method", "curve-fit", "--force")
+    assert run("identify", folder / "log.npz", *arguments) == 0
+    document = json.loads((tmp_path / "out" / "result.json").read_text())
+    (finding,) = document["findings"]
+    assert finding["check"] == "torque-scale"
+    assert finding["stops"]
+    line = f"{finding['text']}; {finding['cure']}"
+    assert line in document["warnings"]
+    assert line in capsys.readouterr().out.replace("\n", "")
+    assert finding["cure"] in (tmp_path / "out" / "report.html").read_text()
+    result = read_result(tmp_path / "out" / "result.json")
+    assert result.findings[0].check == "torque-scale"
+
+
+def test_findings_of_several_logs_say_which_log(folder: Path) -> None:
+    good = save_npz(arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0), folder / "good.npz")
+    logs = [good, folder / "log.npz"]
+    result = identify(logs, folder / "robot.toml", Settings(method="curve-fit"), force=True)
+    good.unlink()
+    (finding,) = result.findings
+    assert finding.text.startswith(f"{folder / 'log.npz'}: ")
+
+
+def test_inspect_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("inspect", folder / "log.npz", "-r", folder / "robot.toml", "--json") == 0
+    document = json.loads(capsys.readouterr().out)
+    (finding,) = document["audit"]
+    assert finding["check"] == "torque-scale"
+    assert document["findings"] == [f"{finding['text']}; {finding['cure']}"]

@@ -1,0 +1,137 @@
+"""Every well-formed lie is named as itself, and good logs, short ones too, have no finding."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from studies.lies import LIES, Honest, checks_of, windows
+from tests.models import POSTURES, example_robot
+
+from stribeck import Robot
+from stribeck.audit import audit
+from stribeck.finding import Finding
+from stribeck.friction import get_law
+from stribeck.preparation import prepare
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.sensors.measure import with_noise
+
+FRICTION = {
+    "viscous": 0.3,
+    "coulomb": 0.6,
+    "stribeck_gain": 0.2,
+    "stribeck_velocity": 0.2,
+    "offset": 0.1,
+    "slope": 40.0,
+}
+
+
+def _honest(name: str, duration: float, rate: float, posture: dict[str, float] | None = None) -> Honest:
+    robot = example_robot(name)
+    log, _ = exact_log(
+        robot,
+        get_law("stribeck"),
+        dict.fromkeys(robot.joint_names, FRICTION),
+        duration=duration,
+        rate=rate,
+        seed=3,
+        posture=posture,
+    )
+    if log.base_orientation is not None:
+        base = Rotation.from_quat(log.base_orientation)
+        turned = (base[:-1].inv() * base[1:]).as_rotvec() * rate
+        log = replace(
+            log,
+            angular_velocity=np.vstack([turned, turned[-1:]]),
+            linear_acceleration=base.inv().apply([0.0, 0.0, 9.81]),
+        )
+    log = replace(with_noise(log, position=1e-5, torque=0.1, seed=1), velocity=None, acceleration=None)
+    return Honest(robot, log, {})
+
+
+@pytest.fixture(scope="module")
+def honest() -> dict[str, Honest]:
+    return {"arm": _honest("panda", 12.0, 250.0), "humanoid": _honest("talos", 8.0, 250.0, POSTURES["talos"])}
+
+
+@pytest.mark.parametrize("lie", [name for name, lie in LIES.items() if lie.of == "both"])
+def test_a_lie_in_the_log_of_an_arm_is_named(lie: str, honest: dict[str, Honest]) -> None:
+    _is_named(lie, honest["arm"])
+
+
+@pytest.mark.parametrize("lie", [name for name, lie in LIES.items() if lie.of == "humanoid"])
+def test_a_lie_in_the_log_of_a_walk_is_named(lie: str, honest: dict[str, Honest]) -> None:
+    _is_named(lie, honest["humanoid"])
+
+
+def _is_named(name: str, honest: Honest) -> None:
+    lie = LIES[name]
+    found, refusal = checks_of(*lie.tell(honest.log, honest.robot))
+    assert set(found) & set(lie.checks) or (lie.words and lie.words in refusal), (found, refusal)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 2.0, 7.9])
+@pytest.mark.parametrize("of", ["arm", "humanoid"])
+def test_a_good_log_has_no_finding(of: str, seconds: float, honest: dict[str, Honest]) -> None:
+    for part in windows(honest[of].log, seconds, 4 if seconds < 3 else 1):
+        assert checks_of(part, honest[of].robot) == ([], "")
+
+
+def _said(honest: Honest, lie: str) -> tuple[Robot, list[Finding]]:
+    log, robot = LIES[lie].tell(honest.log, honest.robot)
+    return robot, audit(prepare(log, robot, robot.settings), robot, robot.settings)
+
+
+def test_a_finding_names_the_joint_and_the_line_that_mends_it(honest: dict[str, Honest]) -> None:
+    robot, (finding,) = _said(honest["arm"], "one torque off by two")
+    assert finding.joints == (robot.joint_names[1],)
+    assert f"[log.torque] scale = {{ {robot.joint_names[1]} = 0.5" in finding.cure or "0.49" in finding.cure
+    assert not finding.stops
+    assert str(finding) == f"{finding.text}; {finding.cure}"
+
+
+def test_what_makes_every_number_wrong_stops(honest: dict[str, Honest]) -> None:
+    for lie in ("torques in mN m", "all torques inverted", "gravity upside down", "a clock twice too fast"):
+        assert _said(honest["arm"], lie)[1][0].stops, lie
+
+
+@pytest.mark.parametrize(("lie", "key", "factor"), [("a clock twice too fast", "[log.time] scale", 0.5)])
+def test_what_the_line_says_mends_the_log(lie: str, key: str, factor: float, honest: dict[str, Honest]) -> None:
+    for each in honest.values():
+        log, robot = LIES[lie].tell(each.log, each.robot)
+        (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
+        assert f"{key} = {factor:g}" in finding.cure
+        assert checks_of(replace(log, time=factor * log.time), robot) == ([], "")
+
+
+def test_the_clock_is_seen_from_the_logs_own_velocity(honest: dict[str, Honest]) -> None:
+    arm = honest["arm"]
+    velocity = np.gradient(arm.log.position, arm.log.time, axis=0)
+    slow = replace(arm.log, velocity=velocity, time=0.5 * arm.log.time)
+    (finding,) = audit(prepare(slow, arm.robot, arm.robot.settings), arm.robot, arm.robot.settings)
+    assert finding.check == "clock"
+    assert "[log.time] scale = 2" in finding.cure
+
+
+def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, Honest]) -> None:
+    log, robot = LIES["one torque inverted"].tell(honest["arm"].log, honest["arm"].robot)
+    table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})
+    robot = replace(robot, log_table=table)
+    (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
+    for name in robot.joint_names:
+        assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure
+
+
+def test_a_joint_that_carries_little_gets_no_advice(honest: dict[str, Honest]) -> None:
+    """The last wrist joint of the arm carries next to nothing: inverted, its friction alone speaks of its sign."""
+    arm = honest["arm"]
+    torque = arm.log.torque.copy()
+    torque[:, -1] += 0.5 * np.sin(20 * arm.log.time)
+    assert checks_of(replace(arm.log, torque=torque), arm.robot) == ([], "")
+
+
+def test_a_single_joint_gives_no_delay(honest: dict[str, Honest]) -> None:
+    arm = honest["arm"]
+    torque = arm.log.torque.copy()
+    torque[:, 1] = np.interp(arm.log.time - 0.012, arm.log.time, torque[:, 1])
+    assert "torque-delay" not in checks_of(replace(arm.log, torque=torque), arm.robot)[0]
