@@ -134,6 +134,12 @@ MOST_PER_TURN = 300.0
 RIPPLE_SEGMENTS = 60
 """Segments that ripple is looked for in, at most [1], to save time: few as in the pilot fit show other periods."""
 
+FASTEST_RIPPLE = 25.0
+"""Periods that a joint passes in a second at its usual speed, at most [1]: the window (2) levels what is faster."""
+
+NEARLY = 0.95
+"""Share of the most power [1] from which a whole number of periods a turn is taken instead of another: most are."""
+
 MOST_FREQUENCIES, FINER = 4000, 21
 """Frequencies that a torque ripple is looked for at, at most, to save time, and once more around the best [1]."""
 
@@ -298,15 +304,3 @@ SIGN_CHANGE = 6.0
 
 UNEXPLAINED_CHANGE = 2.0
 """The same, in what the pilot fit leaves of the torque, root mean square [1]: coloured noise changes signs as well."""
-
-FEWEST_RIPPLES = 2.0
-"""Periods of a ripple over the way that a joint moves, at least [1]: less is gravity that the model gets wrong."""
-
-FASTEST_RIPPLE = 25.0
-"""Ripple at a joint's usual speed [Hz] up to which it is looked for: the window (2) levels what is faster."""
-
-LEAST_RIPPLES = 4
-"""Periods of a ripple a turn, at least [1]: torque sensors of a Kinova Gen3 have as many, gravity has fewer."""
-
-MOST_RIPPLES = 400
-"""Periods of a ripple a turn, at most [1]: a slow motion would show more, and take long. Chosen by judgement."""

@@ -11,10 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import AUTO, FrictionLaw
-from stribeck.identification.whole_log.constants import FOLDS, SAMPLED_SEGMENTS, SAMPLED_STEPS, SEGMENTS_PER_HELD_OUT
+from stribeck.identification.whole_log.constants import (
+    FOLDS,
+    RIPPLE_SEGMENTS,
+    SAMPLED_SEGMENTS,
+    SAMPLED_STEPS,
+    SEGMENTS_PER_HELD_OUT,
+)
 from stribeck.identification.whole_log.model.covariates import unsupported
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.model.ripple import ripples_per_turn
 from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
 from stribeck.identification.whole_log.solver.accumulation import accumulate, accumulate_folds
@@ -173,9 +180,9 @@ def fit_whole_log(
     places = pilot_places(supports)
     some = [equations[k] for k in places]
     pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors)
-    modulated = None
+    per_turn, modulated = _ripples(equations, pilot), None
     if law.name == AUTO:
-        modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot)
+        modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot, per_turn)
         equations = modulated
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
@@ -186,6 +193,7 @@ def fit_whole_log(
         pilot.curves.top_speed,
         priors.torque_gain,
         priors.torque_delay,
+        per_turn,
     )
     folds, sampled = accumulate_folds(
         equations,
@@ -198,7 +206,6 @@ def fit_whole_log(
         pilot.prediction,
     )
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
-    per_turn = modulated.per_turn if modulated else None
     pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn)
     undiscounted = pilot.solution.corrections
     pilot, of_model, joint_heterogeneity = _with_overdispersion(pilot, normal_equations, folds)
@@ -238,20 +245,27 @@ def fit_whole_log(
     )
 
 
+def _ripples(equations: Sequence[WeakEquations], pilot: PilotFit) -> Array:
+    """Return the periods a turn of each joint's ripple: segments of the pilot fit alone are too few."""
+    many = [equations[k] for k in range(0, len(equations), -(-len(equations) // RIPPLE_SEGMENTS))]
+    residuals = [remaining(part, pilot.curves.basis, *pilot.known) for part in many]
+    return ripples_per_turn(many, residuals, [pilot.components.marginal(part) for part in many])
+
+
 def _with_terms(
     pilot: PilotFit,
     normal_equations: NormalEquations,
     folds: list[NormalEquations],
     steps: NormalEquations,
     pilot_equations: list[WeakEquations],
-    per_turn: Array | None,
+    per_turn: Array,
 ) -> tuple[PilotFit, Choice | None]:
     """Return the fit to all folds, and the terms of its joints if these are to be selected."""
     curves, model = pilot.curves, pilot.model
     solution = solve(normal_equations, curves, model, pilot.solution)
     solution = with_other_starts(normal_equations, curves, model, solution)
     choice = None
-    if isinstance(curves, VaryingCurves) and per_turn is not None:
+    if isinstance(curves, VaryingCurves):
         refused = unsupported(pilot_equations, curves.slow, per_turn, normal_equations.loads)
         root_turns = pilot.components.root_turns
         choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)

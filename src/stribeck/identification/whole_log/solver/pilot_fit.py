@@ -11,20 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.friction import FrictionLaw
-from stribeck.identification.whole_log.constants import (
-    MOST_ROUNDS,
-    PILOT_SEGMENTS,
-    RIPPLE_SEGMENTS,
-    ROUNDS,
-    STILL_GROWING,
-)
+from stribeck.identification.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS, STILL_GROWING
 from stribeck.identification.whole_log.model.basis import make_basis
 from stribeck.identification.whole_log.model.covariates import WithCovariates, unsupported, with_covariates
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.layout import layout_of
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections, model_corrections
 from stribeck.identification.whole_log.model.parametrisation import Parametrisation
-from stribeck.identification.whole_log.model.ripple import ripples_per_turn
 from stribeck.identification.whole_log.model.varying_curves import rising, varying_curves
 from stribeck.identification.whole_log.noise.outliers import Prediction, far_from_most
 from stribeck.identification.whole_log.noise.update import update_components
@@ -93,20 +86,19 @@ def fit_pilot(
 
 
 def with_all_terms(
-    equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit
+    equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit, per_turn: Array
 ) -> tuple[WithCovariates, PilotFit, list[WeakEquations]]:
     """Return equations with covariates, the pilot fit with all terms, and its segments without outliers.
 
     Where the load is the measured torque less friction, that is first of a law of velocity alone, then of all terms.
     The variance components stay those of the law of velocity alone: with all terms, these few segments would be fitted
-    too well, and the log would then differ from the fit by more than its errors.
+    too well, and the log would then differ from the fit by more than its errors. `per_turn` are the periods of each
+    joint's ripple.
     """
     plain = pilot.curves
     joints = len(plain.top_speed)
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
-    many = [equations[k] for k in range(0, len(equations), -(-len(equations) // RIPPLE_SEGMENTS))]
-    residuals = [residual for _, residual in _residuals(many, plain, pilot.model, pilot.solution)]
-    first = with_covariates(equations, some, plain.basis, friction, ripples_per_turn(many, residuals))
+    first = with_covariates(equations, some, plain.basis, friction, per_turn)
     out = set.intersection(*map(set, unsupported(some, first.slow, first.per_turn)))  # of the question in all joints
     basis = rising(plain.basis, f"coulomb_{first.slow}" not in out, "coulomb_position" not in out, "ripple" not in out)
     first = replace(first, basis=basis)

@@ -10,7 +10,7 @@ began, and z Dahl's deflection, which follows s(v) within a distance d of travel
 | presliding | z - s(v), of a short and of a long distance |
 | play | blows when tau changes its sign, and 10 ms later: what a bar takes away while it crosses its play |
 | delay | -dtau/dt of this torque alone |
-| ripple | cos and sin of k q, so many periods k a turn as the pilot fit's residual shows |
+| ripple | cos and sin of k q, k periods a turn, as the pilot fit's residuals show |
 """
 
 from __future__ import annotations
@@ -19,18 +19,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.identification.whole_log.constants import (
-    FASTEST_RIPPLE,
-    FEWEST_RIPPLES,
-    LEAST_RIPPLES,
-    MOST_RIPPLES,
     PRESLIDING_TIMES,
     SIGN_CHANGE,
     SMOOTH_SIGN,
     UNEXPLAINED_CHANGE,
 )
+from stribeck.identification.whole_log.model.ripple import by_joint
 from stribeck.typing import Array
 from stribeck.weak_equations import WeakEquations
 
@@ -58,8 +54,8 @@ class AlternativeTerms:
         Units of gains [1] and of delays [s] of torque sensors.
     unexplained
         What the pilot fit leaves of a joint's torque, root mean square [N m], shape (n,).
-    ripples
-        Periods of a ripple a turn [1], shape (n,); 0 of a joint where none is looked for.
+    per_turn
+        Periods of a ripple a turn [1], shape (n,); NaN of a joint where none is looked for.
     """
 
     top_speed: Array
@@ -68,7 +64,7 @@ class AlternativeTerms:
     gain: float
     delay: float
     unexplained: Array
-    ripples: NDArray[np.int64]
+    per_turn: Array
 
     @property
     def size(self) -> int:
@@ -97,8 +93,7 @@ class AlternativeTerms:
 
     def _rippling(self, equations: WeakEquations) -> list[Array]:
         """Return cosine and sine of so many times the position, through the window, shape (K, n) each."""
-        found = equations.direction(self.ripples.astype(float))
-        return [np.where(self.ripples > 0, each, 0.0) for each in np.moveaxis(found, 2, 0)]
+        return list(np.moveaxis(np.nan_to_num(equations.direction(self.per_turn)), 2, 0))
 
 
 def find_alternatives(
@@ -108,15 +103,16 @@ def find_alternatives(
     top_speed: Array,
     gain: float,
     delay: float,
+    per_turn: Array,
 ) -> AlternativeTerms:
     """Return the alternative terms of a log, scaled by `pilot` equations that reach to its end.
 
-    Residuals of the pilot fit, and their variances, have shape (K, m) each.
+    Residuals of the pilot fit, and their variances, have shape (K, m) each; `per_turn` are the periods of a ripple to
+    look for.
     """
     torque = np.abs(np.concatenate([part.torque for part in pilot])).mean(axis=0)
     last = max(float(part.elapsed[-1]) for part in pilot)
-    parts = [_by_joint(*each) for each in zip(pilot, residuals, variances, strict=True)]
-    score, known = (np.concatenate(each) for each in zip(*parts, strict=True))
+    score, known = by_joint(pilot, residuals, variances)
     squares = (score**2 / np.maximum(known, 1e-300)).sum(axis=0)
     return AlternativeTerms(
         top_speed,
@@ -125,44 +121,8 @@ def find_alternatives(
         gain,
         delay,
         np.sqrt(squares / np.maximum(known.sum(axis=0), 1e-300)),
-        _ripples(pilot, score, known),
+        per_turn,
     )
-
-
-def _by_joint(equations: WeakEquations, residual: Array, variance: Array) -> tuple[Array, Array]:
-    """Return what a residual says of each joint's torque by itself, times information, and that, shape (K, n) each."""
-    shares = equations.weights / variance[:, :, None] * equations.used[:, None, None]
-    return np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, equations.weights)
-
-
-def _ripples(pilot: Sequence[WeakEquations], score: Array, known: Array) -> NDArray[np.int64]:
-    """Return how many periods a turn explain most of what is left of each joint's torque, shape (n,).
-
-    As many are tried as the motion tells apart: from `FEWEST_RIPPLES` over the way that the joint moves, up to where
-    the window begins to level them, as it passes the middle of its motion at one speed. What is left, times its
-    `known` information, has shape (K, n).
-    """
-    direction = np.concatenate([part.direction() @ np.array([1.0, 1j]) for part in pilot])
-    velocity = np.concatenate([part.windows(part.velocity) for part in pilot])
-    period = (pilot[0].time[1] - pilot[0].time[0]) / pilot[0].step if len(pilot[0].time) > 1 else 0.0
-    taps = pilot[0].taps
-    width = float(np.sqrt(taps @ (np.arange(len(taps)) - (len(taps) - 1) / 2) ** 2 / taps.sum())) * period  # [s]
-    found = np.zeros(score.shape[1], dtype=np.int64)
-    for joint, there in enumerate(direction.T):
-        if not np.isfinite(there).all():
-            continue  # it slides
-        place = np.angle(there * np.exp(-1j * np.angle(there.mean())))
-        way = max(float(np.ptp(np.quantile(place, [0.02, 0.98]))), 1e-3)
-        speed = max(float(np.sqrt(np.mean(velocity[:, joint] ** 2))), 1e-3)
-        first, last = max(LEAST_RIPPLES, np.ceil(2 * np.pi * FEWEST_RIPPLES / way)), 2 * np.pi * FASTEST_RIPPLE / speed
-        tried = np.arange(first, min(last, MOST_RIPPLES) + 1, max(1, int(np.pi / (2 * way))))
-        if not len(tried):
-            continue
-        passed = np.exp(-0.5 * (width * np.outer(velocity[:, joint], tried)) ** 2)
-        waves = passed * np.exp(1j * np.outer(place, tried))
-        explained = np.abs(score[:, joint] @ waves) ** 2 / np.maximum(known[:, joint] @ passed**2, 1e-300)
-        found[joint] = int(tried[np.argmax(explained)])
-    return found
 
 
 def _slope(equations: WeakEquations) -> Array:

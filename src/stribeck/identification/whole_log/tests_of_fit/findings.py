@@ -81,4 +81,4 @@ def _evidence(misfit: Misfit) -> str:
     if test.kind == DELAY:
         return f"{1e3 * test.size:.2g} ms"
     share = f"{100 * test.share:.0f} % of its friction"
-    return f"{share}, {misfit.ripples} periods a turn" if test.kind == RIPPLE else share
+    return f"{share}, {misfit.per_turn:.3g} periods a turn" if test.kind == RIPPLE else share

@@ -30,7 +30,7 @@ from stribeck.identification.whole_log.constants import (
     LEAST_MINUS_LOG10_P,
     LEAST_SHARE,
     LEAST_SHIFT,
-    MOST_RIPPLES,
+    MOST_PER_TURN,
     MOST_SHARE,
 )
 from stribeck.identification.whole_log.model.friction_curves import Curves
@@ -95,11 +95,11 @@ class ScoreTest:
 class Misfit:
     """What the law of a joint does not describe: kinds of alternative terms that explain it, the best one first.
 
-    `ripples` are the periods a turn of the ripple that was looked for.
+    `per_turn` are the periods a turn of the ripple that was looked for.
     """
 
     tests: tuple[ScoreTest, ...]
-    ripples: int = 0
+    per_turn: float = 0.0
 
 
 def run_score_tests(
@@ -171,7 +171,7 @@ def run_score_tests(
             delay=own.delay,
         )
         tests = scores.explanation()
-        found.append(Misfit(tests, int(own.ripples[joint])) if tests else None)
+        found.append(Misfit(tests, float(own.per_turn[joint])) if tests else None)
     return tuple(found)
 
 
@@ -237,7 +237,7 @@ class _Scores:
             size=largest * (self.delay if kind == DELAY else 1.0),
             share=0.0 if kind == DELAY else largest / max(self.level, 1e-12),
             chi_square=squares,
-            minus_log10_p=minus_log10_p - (np.log10(MOST_RIPPLES) if kind == RIPPLE else 0.0),
+            minus_log10_p=minus_log10_p - (np.log10(MOST_PER_TURN) if kind == RIPPLE else 0.0),
             shift=float(np.abs(self.pull[:, own] @ size).max()),
         )
 
