@@ -81,11 +81,13 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
             )
         ]
     others = np.column_stack([np.delete(lift, k, axis=1).min(axis=1) for k in range(len(feet))])
-    stuck = [foot for k, foot in enumerate(feet) if _repeats(standing[:, k], lift[:, k])]
+    ground = np.where(standing, height, np.inf).min(axis=1, keepdims=True)  # a foot that swings may reach below it
+    above = np.where(standing, height - ground, 0.0)
+    stuck = [foot for k, foot in enumerate(feet) if _repeats(standing[:, k], above[:, k])]
     never = [foot for k, foot in enumerate(feet) if _repeats(~standing[:, k], others[:, k])]
     if not stuck and not never:
         return []
-    parts = [f"{name} is said to stand while it is above another foot" for name in stuck]
+    parts = [f"{name} is said to stand while it is above another that stands" for name in stuck]
     parts += [f"{name} is not said to stand for long, though all others are above it" for name in never]
     return [
         Finding(

@@ -118,8 +118,8 @@ def unexplained(evidence: Evidence, k: int, sign: float) -> float:
     """
     rows = np.isfinite(evidence.model[:, k])
     torque = sign * evidence.torque[rows, k]
-    variance = float(torque.var())
-    if rows.sum() < FEWEST or variance == 0:
+    variance = float(torque.var()) if rows.sum() >= FEWEST else 0.0
+    if variance == 0:
         return float("nan")
     shapes = friction_shapes(evidence, k, rows)
     columns = np.column_stack([-shapes[:, 0], shapes])
