@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from studies import harder
 from studies.ablation import CASE_HEAD, FULL, HEAD, PLACES, by_case, coverage, estimators, read, table, write
 from studies.ablation_components import COMPONENTS, without
 from studies.accuracy_cases import CASES, NAMES, measured
-from studies.accuracy_table import Run, key_of
+from studies.accuracy_table import CURVE_FIT, DEFAULT, Run, key_of
 from studies.bar import bar
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
 
@@ -170,3 +171,20 @@ def test_the_rows_shown_are_the_studys() -> None:
     runs, held = read(ROOT / "studies/ablation.json")
     for row in [HEAD, *table(runs, held), CASE_HEAD, *by_case(estimators(runs.values()))]:
         assert row in page
+
+
+def test_the_rows_of_harder_conditions_are_the_studys() -> None:
+    page = (ROOT / "docs/whole-log.md").read_text(encoding="utf-8")
+    runs, _ = read(ROOT / "studies/harder.json")
+    rows = harder.table(runs)
+    assert len(rows) == len(CONDITIONS) * len(harder.ROBOTS)
+    for row in [harder.HEAD, *rows]:
+        assert row in page
+
+
+def test_the_default_is_closer_than_the_curve_fit_in_all_harder_conditions() -> None:
+    runs, _ = read(ROOT / "studies/harder.json")
+    for (robot, condition, method, seed), one in runs.items():
+        if method == CURVE_FIT:
+            default = runs[robot, condition, DEFAULT, seed]
+            assert np.mean(default["relative"]) < np.mean(one["relative"])
