@@ -86,9 +86,9 @@ def identify(
         audited = _audit(prepared, robot, settings, force)
         findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress)
-        finding = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
-        samples = friction_torque(finding.logs, finding.robot, finding.settings or settings)
-        result = compose(finding, samples, prepared, robot, friction_law, settings, chosen)
+        fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
+        samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)
+        result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen)
         return replace(
             result,
             findings=[*audited, *result.findings],
