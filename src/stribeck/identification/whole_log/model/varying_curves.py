@@ -102,5 +102,5 @@ def rising(basis: Basis, slow: bool = True, position: bool = True, ripple: bool 
     fine = basis.functions.T @ spanning(curves, VARYING_BASIS_TOLERANCE)
     coarse = basis.functions.T @ spanning(curves[:, 1:], COARSE_BASIS_TOLERANCE)
     coarse = coarse[:, : position * coarse.shape[1]]
-    steady = basis.functions.T @ np.full((len(velocity), ripple * 1), len(velocity) ** -0.5)
+    steady = basis.functions.T @ np.full((len(velocity), int(ripple)), len(velocity) ** -0.5)
     return replace(basis, modulated=(fine, fine[:, : slow * fine.shape[1]], coarse, coarse, steady, steady))
