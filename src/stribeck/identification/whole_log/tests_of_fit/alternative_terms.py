@@ -10,7 +10,7 @@ began, and z Dahl's deflection, which follows s(v) within a distance d of travel
 | presliding | z - s(v), of a short and of a long distance |
 | play | blows when tau changes its sign, and 10 ms later: what a bar takes away while it crosses its play |
 | delay | -dtau/dt of this torque alone |
-| ripple | cos and sin of k q, k periods a turn, as the pilot fit's residuals show |
+| ripple | cos and sin of k q, k periods a turn, as `model/ripple.py` finds |
 """
 
 from __future__ import annotations
