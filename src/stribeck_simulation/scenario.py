@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from stribeck.errors import SettingsError
+from stribeck.files import read_text
 from stribeck.settings import Finite, NonNegative, Positive, Table, describe, parse_toml
 from stribeck_simulation.prescribed.gait import Gait
 
@@ -92,12 +93,11 @@ def read_scenario(path: Path) -> Scenario:
     SettingsError
         If it is missing, is not TOML, or has a wrong key or value.
     """
+    text = read_text(path, "a scenario (TOML)", SettingsError)
     try:
-        return Scenario.model_validate(parse_toml(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a scenario (TOML)") from error
+        return Scenario.model_validate(parse_toml(text))
     except ValidationError as error:
-        raise SettingsError(f"{path}: {describe(error)}") from error
+        raise SettingsError(f"{path}: {describe(error, Scenario)}") from error
     except ValueError as error:
         raise SettingsError(f"{path}: is not TOML: {error}") from error
 

@@ -264,7 +264,7 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     try:
         chosen = Settings.model_validate(document)
     except ValidationError as error:
-        raise SettingsError(f"settings: {describe(error)}") from error
+        raise SettingsError(f"settings: {describe(error, Settings)}") from error
     return chosen
 
 
