@@ -203,6 +203,8 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
         return f"unknown key '{key}'" + (f"; expected {_nearest(str(last), _keys(table, tables))}" if table else "")
     if first["type"] == "missing":
         return f"key '{key}' is missing"
+    if not key:  # of the document as a whole
+        return message.removeprefix("Value error, ")
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
 
 
