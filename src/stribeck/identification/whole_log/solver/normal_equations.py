@@ -159,9 +159,11 @@ def design(equations: WeakEquations, basis: Basis, behind: Sequence[Array] = ())
 
 
 def curve_windows(equations: WeakEquations, basis: Basis) -> Array:
-    """Return the windows of the basis, functions that covariates multiply after the others, shape (K, n, R)."""
-    plain = basis.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
-    return plain if equations.covariates is None else times_covariates(plain, equations.covariates, basis)
+    """Return the windows of the basis, functions that covariates multiply after the others, shape (K, n, R or m)."""
+    windows = basis.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
+    if equations.covariates is not None:
+        windows = times_covariates(windows, equations.covariates, basis)
+    return windows if basis.reduced is None else (windows.transpose(1, 0, 2) @ basis.reduced[0]).transpose(1, 0, 2)
 
 
 def times_covariates(plain: Array, covariates: Array, basis: Basis) -> Array:
