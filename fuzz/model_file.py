@@ -33,7 +33,7 @@ def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]
                 text.replace("elbow", "café").encode("utf-8" if encoding == "klingon" else encoding, "replace")
             )
         case 3:
-            pick(generator, (Path.mkdir, os.mkfifo, lambda path: os.symlink("/dev/zero", path), lambda _: None))(model)
+            _make_no_file(generator, model)
         case 4 | 5 | 6:
             model.write_bytes(bytes_damaged(generator, text.encode()))
         case 7 | 8 | 9 | 10 | 11:
@@ -45,3 +45,14 @@ def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]
                 text = xml_damaged(generator, text)
             model.write_bytes(text.encode(errors="surrogatepass"))
     return ["inspect", str(seeds / "log.npz"), "-r", "robot.toml"]
+
+
+def _make_no_file(generator: np.random.Generator, path: Path) -> None:
+    """Make a folder, a named pipe, a link to a device, or nothing."""
+    match int(generator.integers(4)):
+        case 0:
+            path.mkdir()
+        case 1:
+            os.mkfifo(path)
+        case 2:
+            path.symlink_to("/dev/zero")
