@@ -13,7 +13,7 @@ from tests.robot.test_robot import HIP, MJCF, SDF, URDF, inertia, refuse, write_
 
 from stribeck.robot import Robot
 from stribeck.robot.urdf_check import check_urdf
-from stribeck.robot.xml_file import DEEPEST, MOST_BODIES, read_xml
+from stribeck.robot.xml_file import DEEPEST, MOST_BODIES, MOST_JOINTS, read_xml
 
 LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
 UNSOUND_URDF = {
@@ -84,14 +84,19 @@ def chain(links: int) -> str:
 
 
 ABSURD = {
-    "links": (chain(MOST_BODIES + 1), "arm.urdf", f"line 1: is the {MOST_BODIES + 1}th <link>; expected {MOST_BODIES}"),
+    "links": (
+        chain(MOST_BODIES + 1),
+        "arm.urdf",
+        f"line 1: is the {MOST_BODIES + 1}th of {MOST_BODIES + 1} <link>; expected {MOST_BODIES}",
+    ),
+    "joints": (chain(MOST_JOINTS + 2), "arm.urdf", f"is the {MOST_JOINTS + 1}th of {MOST_JOINTS + 1} <joint>"),
     "depth": ("<robot>" + "<a>" * 10**6, "arm.urdf", f"lies {DEEPEST + 1} deep; expected"),
     "elements": ("<robot>" + "<a/>" * 10**6, "arm.urdf", "is the 200,001th element"),
     "size": ("<robot>" + " " * (1 << 25), "arm.urdf", "has 33,554,439 bytes; expected"),
     "bodies": (
         MJCF.replace(HIP, "".join(f'<body name="b{k}"/>' for k in range(MOST_BODIES)) + HIP),
         "hopper.xml",
-        f"is the {MOST_BODIES + 1}th <body>",
+        f"is the {MOST_BODIES + 1}th of {MOST_BODIES + 3} <body>",
     ),
     "deep bodies": ("<mujoco><worldbody>" + "<body>" * 10**5, "hopper.xml", "deep; expected"),
     "numbers of users": (
@@ -117,7 +122,7 @@ def test_an_absurd_model_is_refused_before_native_code_sees_it(tmp_path: Path, c
 
 
 def test_a_long_chain_is_read(tmp_path: Path) -> None:
-    assert len(Robot.from_file(write_robot(tmp_path, "", chain(200))).joint_names) == 199
+    assert len(Robot.from_file(write_robot(tmp_path, "", chain(MOST_JOINTS + 1))).joint_names) == MOST_JOINTS
 
 
 UNSOUND_MJCF = {

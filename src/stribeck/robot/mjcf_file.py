@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 from stribeck.errors import RobotFileError
 from stribeck.files import irregular, read_text
-from stribeck.robot.xml_file import XmlFile, read_xml, require_few
+from stribeck.robot.xml_file import MOST_BODIES, MOST_JOINTS, XmlFile, read_xml, require_few
 
 MOST_FILES = 100
 """That a model is made of [1]."""
@@ -35,8 +35,10 @@ def check_mjcf_file(xml: XmlFile) -> None:
     """
     files = list(_with_included(xml))
     bodies = [body for file in files for body in file.root.iter("body")]
-    require_few(xml, [body for body in bodies if body in xml.lines])
-    require_few(files[-1], [body for body in bodies if body in files[-1].lines])
+    joints = [joint for body in bodies for joint in body.findall("joint")]
+    for elements, most in ((bodies, MOST_BODIES), (joints, MOST_JOINTS)):
+        owner = next((file for file in files if elements[most:] and elements[most] in file.lines), xml)
+        require_few(owner, elements, most)
     folders = [
         xml.path.parent / (compiler.get(name) or "")
         for file in files

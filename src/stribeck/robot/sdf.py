@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from stribeck.errors import RobotFileError
 from stribeck.robot.model_check import LEAST, check_inertias, is_possible
-from stribeck.robot.xml_file import DEEPEST, XmlFile, require_few
+from stribeck.robot.xml_file import DEEPEST, MOST_BODIES, MOST_JOINTS, XmlFile, require_few
 from stribeck.typing import Array
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -171,7 +171,9 @@ class _Sdf:
     """Whose pose is being looked for, each relative to the next."""
 
     def __post_init__(self) -> None:
-        require_few(self.xml, self.model.findall("link"))
+        require_few(self.xml, self.model.findall("link"), MOST_BODIES)
+        moving = [joint for joint in self.model.findall("joint") if joint.get("type") in MOVING]
+        require_few(self.xml, moving, MOST_JOINTS)
         self.links, self.joints, self.frames = (self.xml.named(self.model, tag) for tag in ("link", "joint", "frame"))
 
     def pose(self, element: Element) -> pin.SE3:

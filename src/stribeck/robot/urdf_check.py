@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.errors import RobotFileError
 from stribeck.robot.model_check import LEAST, is_possible
-from stribeck.robot.xml_file import XmlFile, require_few
+from stribeck.robot.xml_file import MOST_BODIES, MOST_JOINTS, XmlFile, require_few
 from stribeck.typing import Array
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -46,7 +46,8 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
     macro = next((element for element in root.iter() if element.tag.startswith("xacro:")), None)
     if macro is not None:
         xml.refuse(macro, f"<{macro.tag}> is a macro; expected the URDF that `xacro` makes of this file")
-    require_few(xml, root.findall("link"))
+    require_few(xml, root.findall("link"), MOST_BODIES)
+    require_few(xml, [joint for joint in root.findall("joint") if joint.get("type") in MOVING], MOST_JOINTS)
     links, joints = xml.named(root, "link"), xml.named(root, "joint")
     if not links:
         raise RobotFileError(f"{xml.path}: has no <link>; expected a robot's links and joints")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -16,8 +16,8 @@ from stribeck.files import read_bytes
 
 MOST_ELEMENTS, DEEPEST = 200_000, 200
 """Of a file [1]; native readers recurse into elements, and no robot comes near these."""
-MOST_BODIES = 1000
-"""Links or bodies of a robot [1]."""
+MOST_BODIES, MOST_JOINTS = 1000, 150
+"""Links and joints of a robot [1]; Pinocchio's memory grows with the cube of the joints, of 150 to 0.4 GB."""
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """What every reader takes for the same number."""
 
@@ -124,8 +124,8 @@ def _is_missing(path: Path) -> bool:
     return False
 
 
-def require_few(xml: XmlFile, bodies: Iterator[Element] | list[Element]) -> None:
-    """Refuse a model of more links or bodies than a robot has."""
-    for number, body in enumerate(bodies, start=1):
-        if number > MOST_BODIES:
-            xml.refuse(body, f"is the {number}th <{body.tag}>; expected {MOST_BODIES} at most")
+def require_few(xml: XmlFile, elements: Sequence[Element], most: int) -> None:
+    """Refuse a model of more links or moving joints than a robot has."""
+    if len(elements) > most:
+        tag = elements[most].tag
+        xml.refuse(elements[most], f"is the {most + 1}th of {len(elements)} <{tag}>; expected {most} at most")
