@@ -68,8 +68,9 @@ class WholeLogFit:
         Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
     validation
         Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
-    terms, mean_load, mean_direction, per_turn
-        Of the law "auto": which terms each joint has, the mean torque that it carries [N m], shape (n,), the means of
+    terms, mean_load, load_deviation, mean_direction, per_turn
+        Of the law "auto": which terms each joint has, the torque that it carries, mean and standard deviation of its
+        size [N m], shape (n,) each, the means of
         cosine and sine of its position, shape (n, 2), and the periods of its torque ripple a turn, if any, shape (n,).
     heterogeneity, joint_heterogeneity
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
@@ -94,6 +95,7 @@ class WholeLogFit:
     undiscounted: Array
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
+    load_deviation: Array | None = None
     mean_direction: Array | None = None
     per_turn: Array | None = None
 
@@ -235,7 +237,8 @@ def fit_whole_log(
         joint_heterogeneity=joint_heterogeneity,
         undiscounted=undiscounted,
         terms=choice.verdicts if choice else (),
-        mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
+        mean_load=normal_equations.mean_load if choice else None,
+        load_deviation=normal_equations.load_deviation if choice else None,
         mean_direction=modulated.direction if modulated else None,
         per_turn=per_turn,
         misfits=run_score_tests(

@@ -103,6 +103,16 @@ class NormalEquations:
             load = equations.covariates[:, :, 0]
             self.loads += [np.full(load.shape[1], len(load)), load.sum(axis=0), (load**2).sum(axis=0)]
 
+    @property
+    def mean_load(self) -> Array:
+        """Of each joint [N m], shape (n,)."""
+        return np.asarray(self.loads[1] / self.loads[0])
+
+    @property
+    def load_deviation(self) -> Array:
+        """Standard deviation of each joint's load [N m], shape (n,)."""
+        return np.asarray(np.sqrt(np.maximum(self.loads[2] / self.loads[0] - self.mean_load**2, 0.0)))
+
     def merge(self, other: NormalEquations) -> None:
         """Add other normal equations of the same basis and layout."""
         self.information += other.information
