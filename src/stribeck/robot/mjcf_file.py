@@ -72,9 +72,10 @@ def _check_element(xml: XmlFile, element: Element, folders: list[Path]) -> None:
     if tag in GENERATED:
         xml.refuse(element, f"<{tag}> makes bodies that Pinocchio does not read; write the bodies themselves")
     for name, text in element.items():
-        if name in COUNTS or name.startswith("nuser_") or (tag, name) == ("numeric", "size"):
-            if max(xml.numbers(element, text, len(text.split()), f"{name} of <{tag}>"), default=0.0) > LARGEST:
-                xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected {LARGEST} at most")
+        counts = name in COUNTS or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
+        what = f"{name} of <{tag}>"
+        if counts and max(xml.numbers(element, text, len(text.split()), what), default=0.0) > LARGEST:
+            xml.refuse(element, f"{what} is {text[:60]}; expected {LARGEST} at most")
     for name in MEASURES if tag in BODIES else ():
         if name in element.attrib:
             values = xml.numbers(element, element.get(name), len(element.get(name, "").split()), f"{name} of <{tag}>")
