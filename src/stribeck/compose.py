@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck.errors import NothingIdentifiedError
+from stribeck.finding import merged
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
@@ -18,7 +19,7 @@ from stribeck.identification.judgement.torque_r2 import torque_r2
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
 from stribeck.methods import Fitted, Method
-from stribeck.preparation import PreparedLog
+from stribeck.preparation import PreparedLog, log_names
 from stribeck.result import CouplingResult, Evidence, JointResult, Result, TorqueR2
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
@@ -70,7 +71,7 @@ def compose(
     }
     joints = {name: found[name] for name in friction.samples.joint_names}
     findings = [
-        *(each for part in friction.logs for each in part.findings),
+        *merged([(name, part.findings) for name, part in zip(log_names(prepared), friction.logs, strict=True)]),
         *passivity_violated(found, samples),
         *fitted.findings,
     ]

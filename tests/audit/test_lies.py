@@ -135,3 +135,9 @@ def test_a_single_joint_gives_no_delay(honest: dict[str, Honest]) -> None:
     torque = arm.log.torque.copy()
     torque[:, 1] = np.interp(arm.log.time - 0.012, arm.log.time, torque[:, 1])
     assert "torque-delay" not in checks_of(replace(arm.log, torque=torque), arm.robot)[0]
+
+
+@pytest.mark.parametrize(("lie", "channel"), [("a position frozen halfway", "position"), ("a dead torque", "torque")])
+def test_a_finding_says_its_channel(lie: str, channel: str, honest: dict[str, Honest]) -> None:
+    _, found = _said(honest["arm"], lie)
+    assert {finding.channel for finding in found} == {channel}

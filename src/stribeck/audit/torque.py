@@ -89,6 +89,7 @@ def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[
     return [
         Finding(
             check="torque-sign",
+            channel="torque",
             text=f"the torque runs against the model, its sign or the position's is inverted: {listed(names)}; model "
             f"and friction leave {same} % of its variance unexplained as it is, {other} % inverted",
             cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints if everyone else names, -1.0)),
@@ -124,6 +125,7 @@ def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list
     return [
         Finding(
             check="torque-gain",
+            channel="torque",
             text=f"the torque is not the model's in size{', as if a gear ratio were left out' if gear else ''}: "
             f"gain {gains}; the other joints agree with the model",
             cure=scale_line(evidence.robot, {evidence.joints[k]: 1 / abs(found.gain) for k, found in off.items()}),
@@ -169,6 +171,7 @@ def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
     shown = ", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6])
     return Finding(
         check="torque-scale",
+        channel="torque",
         text=f"the torques are a median of {middle:.3g} times the model's, {guess}: {shown}",
         cure=scale_line(evidence.robot, factors),
         joints=tuple(evidence.joints[k] for k in gains),
@@ -198,6 +201,7 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
         return [
             Finding(
                 check="torque-scale",
+                channel="torque",
                 text=f"the torques carry {carried:.3g} times the robot's weight where it stands"
                 + (f", as if they were in {UNITS[unit]}" if unit else ""),
                 cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or carried))),
@@ -214,6 +218,7 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
     return [
         Finding(
             check="torque-scale" if most else "torque-gain",
+            channel="torque",
             text="the torques exceed the model's effort limits: "
             + listed([f"{name} {times:.3g} times" for name, times in over.items()]),
             cure=f"check its unit and gear ratio, and the model's limits; if it is in N mm or mN m, {line}",
@@ -238,6 +243,7 @@ def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[F
     return [
         Finding(
             check="torque-unsigned",
+            channel="torque",
             text=f"the torque never changes its sign, although the motion asks for it: {listed(names)}; "
             "it seems to be a magnitude",
             cure="log the torque with its sign; no setting brings it back",
@@ -302,6 +308,7 @@ def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
     return [
         Finding(
             check="joints-swapped",
+            channel="torque",
             text=f"the models of each other explain the torques of these joints far better: {listed(parts)}",
             cure="exchange them in [log] joint_names or joint_order",
             joints=tuple(evidence.joints[k] for group in found for k in group),
