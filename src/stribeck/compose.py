@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.audit import model_findings
 from stribeck.errors import NothingIdentifiedError
 from stribeck.finding import merged
 from stribeck.friction import FrictionLaw
@@ -71,6 +72,7 @@ def compose(
     }
     joints = {name: found[name] for name in friction.samples.joint_names}
     findings = [
+        *model_findings(robot),
         *merged([(name, part.findings) for name, part in zip(log_names(prepared), friction.logs, strict=True)]),
         *passivity_violated(found, samples),
         *fitted.findings,
@@ -89,10 +91,7 @@ def compose(
         joints=joints,
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         findings=findings,
-        warnings=[
-            *robot.warnings,
-            *map(str, findings),
-        ],
+        warnings=[str(finding) for finding in findings],
         corrections=fitted.corrections,
         stribeck=__version__,
         evidence=_evidence(

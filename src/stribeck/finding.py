@@ -44,9 +44,14 @@ class Finding:
         return f"{self.text}; {self.cure}" if self.cure else self.text
 
     @property
+    def place(self) -> str:
+        """Where the check is explained, with an example."""
+        return f"docs/findings.md#{self.check}"
+
+    @property
     def line(self) -> str:
-        """That line, with the place where the check is explained."""
-        return f"{self} (docs/findings.md#{self.check})"
+        """That line, with its place."""
+        return f"{self} ({self.place})"
 
 
 def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:

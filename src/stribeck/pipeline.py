@@ -108,10 +108,12 @@ def _audit(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, fo
     for where, part in zip(log_names(prepared), prepared, strict=True):
         with errors_about(where):
             each = audit(part, robot, settings)
-        stopping = [finding for finding in each if finding.stops]
-        if stopping and not force:
-            with findings_kept([str(finding) for finding in each if finding is not stopping[0]]):
-                raise LogError(f"{where}: {stopping[0]}; every number would be wrong, force (--force) goes on")
+        stops = next((finding for finding in each if finding.stops), None)
+        if stops and not force:
+            with findings_kept([str(finding) for finding in each if finding is not stops]):
+                raise LogError(
+                    f"{where}: {stops}; every number would be wrong, force (--force) goes on ({stops.place})"
+                )
         found.append((where, each))
     return merged(found)
 

@@ -28,6 +28,11 @@ def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Findi
     return findings(evidence, delays(evidence))
 
 
+def model_findings(robot: Robot) -> list[Finding]:
+    """Return what is odd about the robot's model, whatever the log."""
+    return [Finding(check="robot-model", text=text) for text in robot.warnings]
+
+
 def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     """Return what is wrong with a log, given the delay of each joint's torque [s].
 

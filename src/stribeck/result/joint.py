@@ -15,6 +15,13 @@ from stribeck.friction.assembled import beyond_velocity
 from stribeck.typing import Array
 
 Verdict = Literal["identified", "weak", "no friction", "not excited"]
+
+
+def verdict_place(verdict: str) -> str:
+    """Return where a verdict is explained, with an example and the cure."""
+    return f"docs/verdicts.md#{verdict.replace(' ', '-')}"
+
+
 TermDecision = Literal["kept", "refused", "open"]
 
 STEP = 1e-4
