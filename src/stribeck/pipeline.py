@@ -111,9 +111,7 @@ def _audit(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, fo
         stops = next((finding for finding in each if finding.stops), None)
         if stops and not force:
             with findings_kept([str(finding) for finding in each if finding is not stops]):
-                raise LogError(
-                    f"{where}: {stops}; every number would be wrong, force (--force) goes on ({stops.place})"
-                )
+                raise LogError(f"{where}: {stops}; every number would be wrong, --force goes on ({stops.place})")
         found.append((where, each))
     return merged(found)
 
