@@ -85,7 +85,7 @@ def identify(
         progress("auditing", 0.0)
         audited = _audit(prepared, robot, settings, force)
         findings += [str(each) for each in audited]
-        friction_torque = FrictionTorqueStage(place, progress)
+        friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen)

@@ -256,7 +256,7 @@ def test_joints_without_friction_do_not_count_in_what_is_explained_of_it(result:
         verdict = "identified" if name in rubbing else "no friction"
         joint = replace(with_curve(result.joints[name], 1.0, 1.0, 1.0), verdict=verdict, validation=left)
         joints[name] = joint
-    assert "0.960 of friction held out" in heading(replace(result, joints=joints), law)
+    assert "0.960 of friction." in heading(replace(result, joints=joints), law)
     without = replace(result, joints={name: joints[name] for name in others})
     assert "held out" not in heading(without, law)
 

@@ -94,7 +94,7 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
     mixed = len(units) > 1
     headings = [speed if mixed else f"{speed}\n[{min(units)}]" for speed in speeds]
     title = f"{result.robot}: friction, law '{result.law}', ± half of 95 % intervals"
-    table = _table(title, ["joint"], [*headings, "R²"], ["verdict", "what to do"])
+    table = _table(title, ["joint"], [*headings, "R²\nheld out"], ["verdict", "what to do"])
     for joint, found in result.all_friction.items():
         if found.verdict == "no friction":
             continue
