@@ -134,7 +134,7 @@ def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
                 channel="position",
                 text="joints reach the end of their range in the model, where a stop would take part of the torque: "
                 + spans(reached & ~outside),
-                cure="let them keep off it, or leave that part of the log out",
+                cure="keep joints off the ends of their range, or leave that part of the log out",
                 joints=tuple(robot.joint_names[k] for k in np.flatnonzero(reached & ~outside)),
             )
         )
