@@ -27,7 +27,7 @@ ABOVE: dict[str, set[str]] = {
     "audit": GROUND | {"audit", "friction_torque", "preparation", "contact", "dynamics", "log", "motion", "robot"},
     "equations": GROUND | {"equations", "contact", "dynamics", "log", "motion", "robot"},
     "identification": GROUND | {"identification", "friction", "result"},
-    "export": GROUND | {"export", "result", "robot"},
+    "export": GROUND | {"export", "friction", "result", "robot"},
     "report": GROUND | {"report", "friction", "result"},
 }
 """Room -> what it may import. Methods, the spine and the command line stand above all of them."""

@@ -117,6 +117,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         positive_power_fraction=draw(st.none() | st.floats(0, 1)),
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+        load_deviation=draw(st.none() | POSITIVE) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
         torque_r2=draw(st.none() | built(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)),
         mean_direction=draw(st.none() | st.tuples(NUMBERS, NUMBERS)) if law == AUTO else None,
@@ -318,7 +319,7 @@ def test_a_difference_of_values_without_errors_to_speak_of_is_written() -> None:
 @pytest.mark.parametrize("name", ["walk---1.npz", "walk\x01.npz", "walk\n-->.npz"])
 def test_a_model_may_name_any_log(tmp_path: Path, name: str) -> None:
     robot = Robot.from_file(write_robot(tmp_path))
-    result = plain()
+    result, _ = found_in(robot)
     export(replace(result, log=replace(result.log, path=name)), robot, tmp_path / "out.urdf", "urdf")
     ElementTree.parse(tmp_path / "out.urdf")
 

@@ -120,11 +120,14 @@ def inspect(
 def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
-    to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(FORMATS)}.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
+    to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write.")],
+    joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
+    include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Write the robot's model with the inertias and the friction that were found."""
+    """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
     from stribeck.export import export as write_model
     from stribeck.result import read_result
     from stribeck.robot import Robot
@@ -133,7 +136,8 @@ def export(
     machine = Robot.from_file(robot)
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
-        lines = write_model(found, machine, output, to)
+        asked = None if joints is None else [name.strip() for name in joints.split(",")]
+        lines = write_model(found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict)
     typer.echo("\n".join(lines))
     console.print_paths([output])
 

@@ -187,6 +187,10 @@ class _Document(TypedDict):
     findings: NotRequired[list[Finding]]
 
 
+OF_SOME = ("terms", "mean_load", "load_deviation", "mean_direction", "ripple_per_turn", "torque_r2")
+"""Fields of a joint that only some laws or methods have."""
+
+
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     """Return a joint as plain data; what only some laws or methods have is left out of others."""
     plain = asdict(joint)
@@ -194,8 +198,4 @@ def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     for parameter in plain["parameters"].values():
         if parameter["variance_shares"] is None:
             del parameter["variance_shares"]
-    return {
-        key: value
-        for key, value in plain.items()
-        if value is not None or key not in ("terms", "mean_load", "mean_direction", "ripple_per_turn", "torque_r2")
-    }
+    return {key: value for key, value in plain.items() if value is not None or key not in OF_SOME}
