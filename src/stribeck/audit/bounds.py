@@ -27,7 +27,7 @@ def over_limits(evidence: Evidence) -> dict[int, float]:
     limits = evidence.robot.effort_limits[evidence.robot.torque_controlled]
     if len(evidence.rows) < FEWEST:
         return {}
-    needed = np.nanpercentile(np.nan_to_num(np.abs(evidence.model)), 99, axis=0)
+    needed = np.percentile(np.nan_to_num(np.abs(evidence.model)), 99, axis=0)
     reached = np.percentile(np.abs(evidence.torque), 99, axis=0)
     return {k: float(reached[k] / limits[k]) for k in np.flatnonzero(np.isfinite(limits) & (limits > needed)).tolist()}
 
