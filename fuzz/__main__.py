@@ -39,9 +39,12 @@ def main() -> int:
 
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz.") as folder:
-        seeds = make_seeds(Path(folder))
-        import_all()
         fork = multiprocessing.get_context("fork")
+        seeds = Path(folder)
+        maker = fork.Process(target=make_seeds, args=(seeds,))  # this process must have no threads, as of OpenMP
+        maker.start()
+        maker.join()
+        import_all()
         with ProcessPoolExecutor(os.cpu_count(), mp_context=fork) as processes:
             try_one = partial(attempt, seeds=seeds, keep=options.keep)
             attempts = list(processes.map(try_one, *zip(*inputs, strict=True), chunksize=1))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzz import robot_file
+from fuzz import model_file, result_file, robot_file, scenario_file, set_option
 
 Make = Callable[[np.random.Generator, Path, Path], list[str]]
 
@@ -23,4 +23,8 @@ class Kind:
 
 KINDS = {
     "robot-file": Kind(robot_file.make, 1.0),
+    "model-file": Kind(model_file.make, 1.5),
+    "set-option": Kind(set_option.make, 0.7),
+    "result-file": Kind(result_file.make, 1.0),
+    "scenario-file": Kind(scenario_file.make, 0.3),
 }

@@ -10,7 +10,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src"
 GROUND = {"errors", "typing", "settings", "samples", "weak_equations", "inertial_parameters", "outputs", "version"}
-GROUND |= {"threads", "finding"}
+GROUND |= {"threads", "finding", "files"}
 """Carriers and small tools; of a room below, a carrier alone may be named with a dot."""
 
 ABOVE: dict[str, set[str]] = {

@@ -300,11 +300,12 @@ def plain(name: str = "shoulder", **parameter: float) -> Result:
     )
 
 
-@pytest.mark.parametrize("name", ["[/]", "[red]", ":cat:"])
+@pytest.mark.parametrize("name", ["[/]", "[red]", "[left]", ":cat:", "left's", "el\\", "\\[x]"])
 def test_names_are_printed_as_they_are(name: str) -> None:
     result = replace(plain(name), robot=name)
     silent = replace(result.joints[name], parameters={}, reason=name)
     assert printed(console.print_result, result).count(name) == 3  # title, line, parameters
+    assert f"{name}\\" not in printed(console.print_result, result)
     assert printed(console.print_comparison, compare(result, result)).count(name) == 1
     quiet = replace(result, joints={name: silent})
     assert printed(lambda found: console.print_truth(found, {}), quiet).count(name) == 3

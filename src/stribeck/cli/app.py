@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,7 +35,7 @@ SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
-FORMATS = ("mjcf", "urdf")
+FORMATS = ("mjcf", "urdf", "c", "python", "yaml", "table")
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -268,7 +269,7 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     try:
         chosen = Settings.model_validate(document)
     except ValidationError as error:
-        raise SettingsError(f"settings: {describe(error)}") from error
+        raise SettingsError(f"settings: {describe(error, Settings)}") from error
     return chosen
 
 
@@ -286,10 +287,19 @@ def _result_file(path: Path) -> Path:
 @contextmanager
 def progress_bar() -> Iterator[Any]:
     """Give a function to call with a stage and its share; it draws on stderr if that is a terminal."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console.ERRORS, transient=True, disable=not console.ERRORS.is_terminal) as progress:
         task = progress.add_task("starting", total=1.0)
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
+
+
+def _require_unicode(words: list[str]) -> None:
+    """Refuse names of files that no result or report could state."""
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError as error:
+            raise SettingsError(f"{word}: is not UTF-8; expected files and folders with names that are") from error
 
 
 def main() -> None:
@@ -298,7 +308,11 @@ def main() -> None:
     What was found before is printed above the sentence, a line each.
     """
     catch_signals()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # the terminal may know ASCII alone
     try:
+        _require_unicode(sys.argv[1:])
         app()
     except StribeckError as error:
         for finding in getattr(error, "__notes__", ()):

@@ -12,6 +12,7 @@ from pydantic_core import from_json
 from typing_extensions import TypedDict
 
 from stribeck.errors import SettingsError
+from stribeck.files import read_text
 from stribeck.finding import Finding
 from stribeck.result.corrections import Corrections
 from stribeck.result.coupling import CouplingResult
@@ -155,11 +156,9 @@ def read_result(path: str | Path) -> Result:
     >>> read_result("out/result.json") == result
     True
     """
+    text = read_text(Path(path), "a result.json", SettingsError)
     try:
-        text = Path(path).read_text(encoding="utf-8")
         document = from_json(text)
-    except OSError as error:
-        raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a result.json") from error
     except ValueError as error:
         raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
