@@ -27,6 +27,8 @@ ABOVE: dict[str, set[str]] = {
     "audit": GROUND | {"audit", "friction_torque", "preparation", "contact", "dynamics", "log", "motion", "robot"},
     "equations": GROUND | {"equations", "contact", "dynamics", "log", "motion", "robot"},
     "identification": GROUND | {"identification", "friction", "result"},
+    "replay": GROUND
+    | {"replay", "identification", "friction_torque", "preparation", "contact", "dynamics", "log", "motion", "robot"},
     "export": GROUND | {"export", "friction", "result", "robot"},
     "report": GROUND | {"report", "friction", "result"},
 }

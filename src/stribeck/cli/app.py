@@ -37,6 +37,7 @@ SetOption = Annotated[
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
 FORMATS = ("mjcf", "urdf", "c", "python", "yaml", "table")
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
+REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 
@@ -144,6 +145,39 @@ def export(
         )
     typer.echo("\n".join(lines))
     console.print_paths([output])
+
+
+@app.command()
+def replay(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    robot: RobotOption,
+    model: Annotated[Path, typer.Option("--model", "-m", help="A URDF, MJCF or SDF with the robot's joints.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for replay.json and replay.html.")
+    ] = None,
+    settings: SetOption = [],  # noqa: B006
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Compare a log with a model: torques, and short simulations, with and without the model's friction."""
+    from stribeck.replay.replay import replay as run
+    from stribeck.report.replay import write_replay
+    from stribeck.robot import Robot
+
+    machine = Robot.from_file(robot)
+    outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
+    check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
+    with progress_bar() as progress:
+        found = run(log, machine, model, with_settings(machine.settings, {}, settings), progress=progress)
+    if output is not None:
+        with staged_folder(output) as staging:
+            (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")
+            write_replay(found, staging / REPLAY_PAGE)
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    else:
+        console.print_replay(found)
+        console.print_paths(outputs)
 
 
 @app.command()

@@ -13,6 +13,7 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from stribeck.inspection import Inspection
+    from stribeck.replay.replay import Replay
     from stribeck.result import ParameterEstimate, Result
     from stribeck.result.compare import Comparison
 
@@ -214,3 +215,29 @@ def print_comparison(found: Comparison) -> None:
     console = _show(table, [row.joint for row in found.rows])
     for joint, reason in found.missing.items():
         console.print(f"{joint}: {reason}", markup=False)
+
+
+def print_replay(found: Replay) -> None:
+    """Print a table of the torque's errors and one of the rollouts', a column a model, medians of the joints last."""
+    names = [model.name.replace(", ", "\n") for model in found.models]
+    times = ", ".join(f"{1e3 * horizon:.0f}" for horizon in found.horizons)
+    torque = _table(f"{found.robot}: R² of the torque (RMS error [N m])", ["joint"], names)
+    rollouts = _table(f"RMS velocity error after {times} ms over the RMS change of velocity", ["joint"], names)
+    for joint in found.joints:
+        errors = [model.torque.get(joint) for model in found.models]
+        torque.add_row(Text(joint), *(f"{error.r2:.3f} ({number(error.rms)})" if error else "" for error in errors))
+        runs = [model.rollouts.get(joint, []) for model in found.models]
+        rollouts.add_row(Text(joint), *(_relative(each.relative if each else None for each in run) for run in runs))
+    for table in (torque, rollouts):
+        table.add_section()
+    torque.add_row("median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models))
+    horizons = range(len(found.horizons))
+    rollouts.add_row("median", *(_relative(model.median_relative(k) for k in horizons) for model in found.models))
+    _show(torque, found.joints)
+    console = _show(rollouts, found.joints)
+    for note in found.notes:
+        console.print(f"note: {note}", markup=False)
+
+
+def _relative(values: Iterable[float | None]) -> str:
+    return "  ".join("-" if value is None else f"{value:.3g}" for value in values)

@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.constrained import minimum_norm_friction_torque
 from stribeck.dynamics.root_motion import base_root, standing_root
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter
 from stribeck.motion.averaging import average_nodes
 from stribeck.robot import Robot
+from stribeck.robot.rooting import RootedModel
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings
 from stribeck.typing import Array
@@ -116,11 +117,9 @@ def friction_torque(
     guesses = [
         k for k, each in enumerate(modes) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
     ]
-    # A log with its own joint velocities comes without derivatives of the orientation.
-    own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
-    turn_filter = make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
+    turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     known = robot.torque_controlled
-    swinging = np.array([_swinging(robot, mode.feet)[known] for mode in modes])
+    swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
     for span in _spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
@@ -128,7 +127,7 @@ def friction_torque(
         if len(kept) == 0:
             continue
         wide = slice(span.start - reach, span.stop + reach)
-        state, torque = _differentiate(robot, log, wide, motion_filter, turn_filter, settings)
+        state, torque = differentiate(robot, log, wide, motion_filter, turn_filter, settings)
         jerk, snap = _higher_derivatives(state, kept + reach, reach, period, known)
         if len(kept) < len(torque):
             state, torque = state.take(kept + reach), torque[kept + reach]
@@ -159,34 +158,34 @@ def friction_torque(
         )
 
 
-class _ContactMode(NamedTuple):
+class ContactMode(NamedTuple):
     """Which feet stand, and which of them has stood longest: that one has come to rest."""
 
     feet: tuple[str, ...]
     rested: str
 
 
-def _contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[_ContactMode, ...]:
+def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[ContactMode, ...]:
     """Return the contact mode of each phase."""
-    modes: list[_ContactMode] = []
+    modes: list[ContactMode] = []
     for k, phase in enumerate(phases):
         before = modes[-1] if k and phases[k - 1].stop == phase.start else None
         stayed = [foot for foot in phase.feet if before and foot in before.feet]
         rested = before.rested if before and before.rested in stayed else next(iter([*stayed, *phase.feet]), "")
-        modes.append(_ContactMode(phase.feet, rested))
+        modes.append(ContactMode(phase.feet, rested))
     return tuple(modes)
 
 
 def _label_rows(
     phases: tuple[SupportPhase, ...], rows: int, longest: int
-) -> tuple[tuple[_ContactMode, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+) -> tuple[tuple[ContactMode, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Return the contact modes, each row's, -1 where it is not used, each row's block, and whether it is steady.
 
     A block is a phase, or an equal part of one that lasts longer than `longest` rows.
     """
     used = [
         (phase, mode)
-        for phase, mode in zip(phases, _contact_modes(phases), strict=True)
+        for phase, mode in zip(phases, contact_modes(phases), strict=True)
         if phase.kind != "flight" and phase.last > phase.first
     ]
     modes = tuple(dict.fromkeys(mode for _, mode in used))
@@ -221,7 +220,13 @@ def _require_channels(log: RobotLog, settings: Settings) -> None:
         )
 
 
-def _differentiate(
+def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, period: float, settings: Settings) -> Filter:
+    """Return the filter of the base orientation: the joints', unless the log has joint velocities of its own."""
+    own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
+    return make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
+
+
+def differentiate(
     robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, turn_filter: Filter, settings: Settings
 ) -> tuple[State, Array]:
     """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque."""
@@ -253,7 +258,7 @@ def _higher_derivatives(
     return jerk, snap
 
 
-def _swinging(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+def swinging_joints(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
     """Return the joints of legs whose feet do not stand, shape (n,); there are none on a fixed base."""
     legs = robot.standing(tuple(robot.contacts))
     return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
@@ -274,7 +279,7 @@ def _widened(rows: slice, motion_filter: Filter) -> slice:
 
 def _by_mode(
     robot: Robot,
-    modes: tuple[_ContactMode, ...],
+    modes: tuple[ContactMode, ...],
     mode: NDArray[np.int64],
     state: State,
     torque: Array,
@@ -294,28 +299,42 @@ def _by_mode(
 
 
 def _one_mode(
-    robot: Robot, mode: _ContactMode, state: State, torque: Array, settings: Settings
+    robot: Robot, mode: ContactMode, state: State, torque: Array, settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
-    if robot.base == "fixed":
-        _, needed = rooted_inverse_dynamics(robot.tree, state.position, state.velocity, state.acceleration)
-        return torque - needed, np.ones(torque.shape[1], dtype=bool), np.nan
-    feet = mode.feet
-    standing = robot.standing(feet)
-    by_rest = sorted(feet, key=lambda foot: foot != mode.rested)
-    surface = next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
-    if surface is not None:
-        rooted, root = robot.rooted_at(surface), standing_root(robot, surface, state)
-    else:
-        rooted, root = robot.tree, base_root(robot, feet, state)
+    rooted, root = contact_root(robot, mode, state)
     wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
-    friction = torque - needed
-    if not _leaves_open(robot, feet):
-        return friction, np.full(standing.shape, True) if settings.standing_legs else ~standing, wrench
+    friction, usable = torque - needed, seen_joints(robot, mode.feet, settings)
+    if robot.base == "fixed":
+        return friction, usable, np.nan
+    if not _leaves_open(robot, mode.feet):
+        return friction, usable, wrench
+    standing = robot.standing(mode.feet)
     friction[:, standing] = np.nan
-    usable = ~standing
     if settings.double_support != "skip":
-        guess = minimum_norm_friction_torque(robot, feet, state, torque)
+        guess = minimum_norm_friction_torque(robot, mode.feet, state, torque)
         friction[:, standing] = guess[:, standing]
-        usable = usable | (settings.double_support == "fit")
     return friction, usable, np.nan
+
+
+def contact_root(robot: Robot, mode: ContactMode, state: State) -> tuple[RootedModel, RootMotion | None]:
+    """Return the tree of a contact mode, rooted at the foot that has stood longest, and how its root moves.
+
+    A robot on point feet keeps its own root; the root of a fixed base does not move, and has None.
+    """
+    if robot.base == "fixed":
+        return robot.tree, None
+    by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
+    surface = next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
+    if surface is None:
+        return robot.tree, base_root(robot, mode.feet, state)
+    return robot.rooted_at(surface), standing_root(robot, surface, state)
+
+
+def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDArray[np.bool_]:
+    """Return the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
+    if robot.base == "fixed":
+        return np.ones(len(robot.joint_names), dtype=bool)
+    if _leaves_open(robot, feet):
+        return ~robot.standing(feet) | (settings.double_support == "fit")
+    return ~robot.standing(feet) | settings.standing_legs

@@ -1,0 +1,184 @@
+"""A log against two models, with and without their friction: the robot's own, and that of another file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from statistics import median
+
+from stribeck.errors import errors_about, findings_kept
+from stribeck.friction_torque.stage import with_filter
+from stribeck.log import RobotLog
+from stribeck.motion import make_filter
+from stribeck.preparation import PreparedLog, Progress, prepare, quiet
+from stribeck.replay.model_friction import JointFriction, ModelFriction
+from stribeck.replay.other_model import other_model, with_joints
+from stribeck.replay.read_friction import read_friction
+from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
+from stribeck.replay.torque_error import TorqueError, torque_errors
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.threads import one_blas_thread
+from stribeck.version import __version__
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replayed:
+    """A log against one model.
+
+    Attributes
+    ----------
+    model
+        The file.
+    friction
+        Whether with the joint friction that it states.
+    torque
+        By joint, those whose friction torque the log's contact modes show.
+    rollouts
+        By joint, after each of the horizons; None where too few rollouts go on that long.
+    """
+
+    model: str
+    friction: bool
+    torque: dict[str, TorqueError]
+    rollouts: dict[str, list[RolloutError | None]]
+
+    @property
+    def name(self) -> str:
+        """The file's name, and whether with its friction."""
+        return Path(self.model).name + ", friction" * self.friction
+
+    def median_r2(self) -> float | None:
+        """Return the median joint's coefficient of determination of the torque."""
+        return _median(error.r2 for error in self.torque.values())
+
+    def median_relative(self, horizon: int) -> float | None:
+        """Return the median joint's relative velocity error after a horizon."""
+        return _median(errors[horizon].relative for errors in self.rollouts.values() if errors[horizon])  # type: ignore[union-attr]
+
+
+def _median(values: Iterable[float]) -> float | None:
+    found = list(values)
+    return median(found) if found else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replay:
+    """What `stribeck replay` shows.
+
+    Attributes
+    ----------
+    robot, log, stribeck
+        The robot's name, the log's path, and the version that compared them.
+    filter
+        That motion and torque have passed for every model.
+    horizons
+        After which the velocities of the rollouts are compared [s].
+    models
+        The robot's own without and with its friction, then the other file's.
+    notes
+        What was made to fit or left out, a sentence each.
+    """
+
+    robot: str
+    log: str
+    filter: str
+    horizons: tuple[float, ...]
+    models: list[Replayed]
+    notes: list[str]
+    stribeck: str = __version__
+
+    @property
+    def joints(self) -> list[str]:
+        """Those of which there is an error."""
+        return [
+            name for name, errors in self.models[0].rollouts.items() if any(errors) or name in self.models[0].torque
+        ]
+
+    def to_json(self) -> str:
+        """Return all of it as JSON text."""
+        return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
+
+
+def replay(
+    log: RobotLog | str | Path,
+    robot: Robot | str | Path,
+    model: str | Path,
+    settings: Settings | None = None,
+    *,
+    progress: Progress = quiet,
+) -> Replay:
+    """Compare a log with another model of the robot and with the robot's own, each with and without its friction.
+
+    Parameters
+    ----------
+    log
+        A log, or its path.
+    robot
+        The robot, or the path of its robot file.
+    model
+        A URDF, MJCF or SDF with the robot's joints.
+    settings
+        The robot file's if None. Motion and torque pass the same filter, and standing legs move as measured.
+    progress
+        Told how far the work is.
+
+    Raises
+    ------
+    RobotFileError, LogError, SettingsError
+        If robot, model or log cannot be used, or the log shows no joint's friction.
+    """
+    robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    common = {"filter_torque": True, "averaged_law": False, "double_support": "skip", "standing_legs": False}
+    settings = (settings or robot.settings).model_copy(update=common)
+    other, notes = other_model(robot, Path(model))
+    frictions = [_friction(each, notes) for each in (robot, other)]
+    with one_blas_thread(), findings_kept(notes):
+        progress("reading the log", 0.0)
+        prepared = prepare(log, robot, settings)
+        settings, _ = with_filter(prepared, robot, settings)
+        logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
+        massless = _massless((robot, other), logs)
+        notes += [f"{file}: joint '{name}' moves no mass, so rollouts take it as measured" for name, file in massless]
+        found: list[Replayed] = []
+        with errors_about(prepared.log.path):
+            for each, own, friction in zip((robot, other), logs, frictions, strict=True):
+                progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
+                none = ModelFriction([JointFriction()] * len(each.joint_names))
+                variants = [none, friction] if friction else [none]
+                torque = torque_errors(own, each, variants, settings)
+                rollouts = rollout_errors(own, each, variants, dict(massless), settings)
+                found += [
+                    Replayed(model=each.model_path, friction=n > 0, torque=torque[n], rollouts=rollouts[n])
+                    for n in range(len(variants))
+                ]
+    return Replay(
+        robot=robot.name,
+        log=prepared.log.path,
+        filter=make_filter(settings.filter, prepared.sampling.period).name,
+        horizons=HORIZONS,
+        models=found,
+        notes=list(dict.fromkeys([*prepared.notes, *notes])),
+    )
+
+
+def _massless(robots: Sequence[Robot], logs: Sequence[PreparedLog]) -> list[tuple[str, str]]:
+    """Return the joints that some model cannot simulate, and the model's file."""
+    return [
+        (name, Path(robot.model_path).name)
+        for robot, prepared in zip(robots, logs, strict=True)
+        for name in massless_joints(robot, prepared.log.position[0])
+    ]
+
+
+def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
+    """Return the friction that a robot's model states, and note what it lacks."""
+    path = Path(robot.model_path)
+    stated, own = read_friction(path)
+    found = ModelFriction([stated.get(name, JointFriction()) for name in robot.joint_names])
+    notes += [f"{path.name}: {note}" for note in own]
+    if not found:
+        notes.append(f"{path.name}: states no joint friction")
+    return found

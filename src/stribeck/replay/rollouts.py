@@ -1,0 +1,258 @@
+"""Short simulations from measured states under the measured torque: how far the velocities run away.
+
+Joints whose friction torque is known in a contact mode are simulated; the root and all other joints move as measured:
+
+    (M + dt D) a = tau - ID(q, v, 0 | a measured) - D v,    D = diag(R(v) / v)
+    v <- v + dt a,    q <- q + dt v
+
+The friction acts on the velocity at the end of a step, so that it brings a joint to rest and never turns it round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.dynamics.rooted import RootMotion, joint_inertia, rooted_inverse_dynamics
+from stribeck.dynamics.state import State
+from stribeck.friction_torque.auto_filter import MASSLESS
+from stribeck.friction_torque.stream import (
+    ContactMode,
+    contact_modes,
+    contact_root,
+    differentiate,
+    orientation_filter,
+    seen_joints,
+    swinging_joints,
+)
+from stribeck.motion import make_filter
+from stribeck.preparation import PreparedLog
+from stribeck.replay.model_friction import ModelFriction
+from stribeck.robot import Robot
+from stribeck.robot.rooting import RootedModel
+from stribeck.settings import Settings
+from stribeck.typing import Array
+
+HORIZONS = (0.05, 0.2, 0.5)
+"""[s] after which the velocities are compared."""
+STARTS = 100
+"""Of rollouts in a log, evenly spread over what can be simulated."""
+STEP = 1e-3
+"""[s]."""
+ITERATIONS = 5
+"""That find the friction at the end of a step [1]; with one, exact logs of an arm are left four times as fast."""
+FASTEST = 1e3
+"""Speed at which a rollout that runs away is stopped [rad/s], [m/s]."""
+FEWEST = 5
+"""Rollouts of a joint that an error is taken from."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RolloutError:
+    """The velocity error of a joint after a time.
+
+    Attributes
+    ----------
+    relative
+        Root mean square of the error over that of the change of the measured velocity [1].
+    rms
+        Of the error [rad/s], [m/s].
+    rollouts
+        That reached this time.
+    """
+
+    relative: float
+    rms: float
+    rollouts: int
+
+
+@dataclass(frozen=True)
+class _Start:
+    """The row that a rollout starts at, the row that it ends before, its contact mode, and that mode's steady rows."""
+
+    row: int
+    stop: int
+    mode: ContactMode
+    steady: slice
+
+
+@dataclass(frozen=True, eq=False)
+class _Batch:
+    """S rollouts of one contact mode, their measured signals at T rows from the start on, the last one repeated.
+
+    State and torque have shape (S, T, n); `reach` is how long each goes on [s], `steady` how long the feet are at rest.
+    """
+
+    mode: ContactMode
+    states: list[State]
+    torque: Array
+    period: float
+    reach: Array
+    steady: Array
+
+
+def massless_joints(robot: Robot, position: Array) -> list[str]:
+    """Return the joints that the model gives hardly any inertia at a position, shape (n,): none can be simulated."""
+    inertia = np.diag(joint_inertia(robot.tree, position[None])[0])
+    return [robot.joint_names[k] for k in np.flatnonzero(inertia <= MASSLESS * inertia.max())]
+
+
+def rollout_errors(
+    prepared: PreparedLog,
+    robot: Robot,
+    frictions: Sequence[ModelFriction],
+    massless: Collection[str],
+    settings: Settings,
+) -> list[dict[str, list[RolloutError | None]]]:
+    """Return the velocity errors of a model with each of some frictions, by joint, after each of `HORIZONS`.
+
+    Joints that are `massless`, and those that are position-controlled, move as measured.
+    """
+    moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
+    batches = [_read(prepared, robot, starts, settings) for starts in _starts(prepared, robot, moving, settings)]
+    found = []
+    for friction in frictions:
+        parts = [_compared(robot, batch, friction, moving, settings) for batch in batches]
+        together = [np.concatenate(each) for each in zip(*parts, strict=True)]
+        found.append({robot.joint_names[k]: _of_joint(*(part[:, :, k] for part in together)) for k in moving if parts})
+    return found
+
+
+def _starts(prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings: Settings) -> list[list[_Start]]:
+    """Return the starts, those of one contact mode together."""
+    period, log, phases = prepared.sampling.period, prepared.log, prepared.support.phases
+    motion_filter = make_filter(settings.filter, period)
+    turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
+    margin = max(motion_filter.half_width, turn_filter.half_width)
+    shortest = int(np.ceil(HORIZONS[0] / period)) + 1
+    spans: list[_Start] = []
+    for segment in prepared.sampling.segments:
+        for phase, mode in zip(phases, contact_modes(phases), strict=True):
+            row = max(phase.first, segment.start + margin)
+            stop = min(phase.last, segment.stop - margin)
+            seen = phase.kind != "flight" and seen_joints(robot, mode.feet, settings)[moving].any()
+            if stop - row > shortest and seen:
+                spans.append(_Start(row, stop, mode, slice(phase.steady_first, phase.steady_last)))
+    lengths = np.array([span.stop - shortest - span.row for span in spans], dtype=np.int64)
+    ends = np.cumsum(lengths)
+    total = int(ends[-1]) if len(ends) else 0
+    by_mode: dict[ContactMode, list[_Start]] = {}
+    for place in np.unique(np.linspace(0, total - 1, min(STARTS, total)).astype(int)):
+        k = int(np.searchsorted(ends, place, side="right"))
+        row = spans[k].row + int(place - ends[k] + lengths[k])
+        by_mode.setdefault(spans[k].mode, []).append(_Start(row, spans[k].stop, spans[k].mode, spans[k].steady))
+    return list(by_mode.values())
+
+
+def _read(prepared: PreparedLog, robot: Robot, starts: Sequence[_Start], settings: Settings) -> _Batch:
+    """Read the measured signals of rollouts of one contact mode."""
+    period, log = prepared.sampling.period, prepared.log
+    motion_filter = make_filter(settings.filter, period)
+    turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
+    longest = int(np.ceil(HORIZONS[-1] / period)) + 2
+    states, torques = [], []
+    for start in starts:
+        rows = slice(start.row, min(start.stop, start.row + longest))
+        state, torque = differentiate(robot, log, rows, motion_filter, turn_filter, settings)
+        kept = np.minimum(np.arange(longest), len(torque) - 1)
+        states.append(state.take(kept))
+        torques.append(torque[kept])
+    steady = [(start.steady.stop - 1 - start.row) * (start.row >= start.steady.start) for start in starts]
+    reach = [start.stop - 1 - start.row for start in starts]
+    return _Batch(
+        mode=starts[0].mode,
+        states=states,
+        torque=np.stack(torques),
+        period=period,
+        reach=np.array(reach) * period,
+        steady=np.array(steady) * period,
+    )
+
+
+def _compared(
+    robot: Robot, batch: _Batch, friction: ModelFriction, moving: Sequence[int], settings: Settings
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return error and change of the velocity after each horizon, and which of them count, shape (S, H, n) each."""
+    measured = np.stack([state.velocity for state in batch.states])
+    simulated = np.isin(np.arange(len(robot.joint_names)), moving) & seen_joints(robot, batch.mode.feet, settings)
+    predicted = _simulate(robot, batch, friction, np.flatnonzero(simulated))
+    truth = np.stack([_at(measured, horizon / batch.period) for horizon in HORIZONS], axis=1)
+    swinging = swinging_joints(robot, batch.mode.feet)
+    horizons = np.array(HORIZONS)[None, :, None] - STEP / 2  # half a step decides what is equal
+    lasts = np.where(swinging, batch.reach[:, None, None], np.minimum(batch.steady, batch.reach)[:, None, None])
+    counts = simulated & (lasts >= horizons)
+    return predicted - truth, truth - measured[:, :1], counts
+
+
+def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArray[np.int64]) -> Array:
+    """Return the velocity after each horizon, shape (S, H, n); of joints that are not `free` it is the measured one."""
+    roots = [contact_root(robot, batch.mode, state) for state in batch.states]
+    rooted = roots[0][0]
+    motion = [np.stack([getattr(state, name) for state in batch.states]) for name in ("position", "velocity")]
+    acceleration = np.stack([state.acceleration for state in batch.states])
+    acceleration[:, :, free] = 0.0
+    position, velocity = (signal[:, 0].copy() for signal in motion)
+    found = []
+    steps = [round(horizon / STEP) for horizon in HORIZONS]
+    for step in range(steps[-1]):
+        at = (step + 0.5) * STEP / batch.period  # [rows]
+        for simulated, measured in zip((position, velocity), motion, strict=True):
+            now = _at(measured, at)
+            now[:, free] = simulated[:, free]
+            simulated[:] = now
+        root = _root_at(roots, at)
+        _, bias = rooted_inverse_dynamics(rooted, position, velocity, _at(acceleration, at), root)
+        force, matrix = (_at(batch.torque, at) - bias)[:, free], _inertia(rooted, position, free)
+        before = velocity.copy()
+        for _ in range(ITERATIONS):
+            slope = friction.slope(velocity)[:, free]
+            resisted = matrix + STEP * slope[:, :, None] * np.eye(len(free))
+            change = np.linalg.solve(resisted, (force - slope * before[:, free])[:, :, None])[:, :, 0]
+            velocity[:, free] = np.clip(before[:, free] + STEP * change, -FASTEST, FASTEST)
+        position[:, free] += STEP * velocity[:, free]
+        if step + 1 in steps:
+            found.append(velocity.copy())
+    return np.stack(found, axis=1)
+
+
+def _inertia(rooted: RootedModel, position: Array, free: NDArray[np.int64]) -> Array:
+    return joint_inertia(rooted, position)[:, free[:, None], free]
+
+
+def _at(signal: Array, row: float) -> Array:
+    """Return a signal of shape (S, T, ...) at a row between two, shape (S, ...)."""
+    before = min(int(row), signal.shape[1] - 2)
+    share = row - before
+    return np.asarray((1 - share) * signal[:, before] + share * signal[:, before + 1])
+
+
+def _root_at(roots: Sequence[tuple[RootedModel, RootMotion | None]], row: float) -> RootMotion | None:
+    """Return how the roots of all rollouts move at a row between two."""
+    motions = [motion for _, motion in roots if motion is not None]
+    if not motions:
+        return None
+
+    def signal(name: str) -> Array | None:
+        values = [getattr(motion, name) for motion in motions]
+        return None if values[0] is None else _at(np.stack(values), row)
+
+    gravity = signal("gravity")
+    assert gravity is not None
+    return RootMotion(gravity, signal("velocity"), signal("acceleration"))
+
+
+def _of_joint(error: Array, change: Array, counts: NDArray[np.bool_]) -> list[RolloutError | None]:
+    """Return the errors of a joint after each horizon, from those of the rollouts, shape (S, H) each."""
+    return [_error(error[counts[:, k], k], change[counts[:, k], k]) for k in range(len(HORIZONS))]
+
+
+def _error(error: Array, change: Array) -> RolloutError | None:
+    """Return the error over rollouts, None where they are too few."""
+    moved = float(np.sqrt(np.mean(change**2))) if len(change) >= FEWEST else 0.0
+    if moved <= 0:
+        return None
+    rms = float(np.sqrt(np.mean(error**2)))
+    return RolloutError(relative=rms / moved, rms=rms, rollouts=len(error))
