@@ -13,6 +13,7 @@ from stribeck.errors import LogError, SettingsError, errors_about, findings_kept
 from stribeck.finding import Finding
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
+from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.preparation import PreparedLog, Progress, prepare, quiet
@@ -60,7 +61,7 @@ def identify(
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If the input or the settings are wrong, or the audit finds what makes every number wrong, unless forced.
+        If the input or the settings are wrong, two logs hold the same samples, or the audit finds what makes every number wrong, unless forced.
     NothingIdentifiedError
         If no joint moves enough for any number; what was found before an error are its notes.
 
@@ -82,6 +83,8 @@ def identify(
             progress(f"reading log {k + 1} of {len(sources)}", k / len(sources))
             prepared.append(prepare(log, robot, settings))
             findings += prepared[-1].notes
+            *before, last = ((part.prints, part.log.path) for part in prepared)
+            refuse_overlap(*last, before)
         progress("auditing", 0.0)
         audited = _audit(prepared, robot, settings, force)
         findings += [str(each) for each in audited]

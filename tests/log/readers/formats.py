@@ -162,9 +162,7 @@ def write_messages(path, messages, encoding="cdr", chunked=True):
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
     with path.open("wb") as file:
-        writer = McapWriter(
-            file, compression=CompressionType.NONE, use_chunking=chunked, enable_data_crcs=not chunked
-        )
+        writer = McapWriter(file, compression=CompressionType.NONE, use_chunking=chunked, enable_data_crcs=not chunked)
         writer.start(profile="" if ros1 else "ros2")
         channels = {}
         for topic, kind, stamp, message in messages:

@@ -81,7 +81,9 @@ def test_torques_that_come_far_too_seldom(every, refused, tmp_path):
     for row, message in enumerate(m for m in messages_of(log, STORE) if m[0] == "/joint_states"):
         topic, kind, stamp, state = message
         if row % every == 0:
-            rare = types(header=state.header, name=state.name, position=np.zeros(0), velocity=np.zeros(0), effort=state.effort)
+            rare = types(
+                header=state.header, name=state.name, position=np.zeros(0), velocity=np.zeros(0), effort=state.effort
+            )
             sent.append(("/efforts", kind, stamp, rare))
         state.effort = np.zeros(0)
         sent.append((topic, kind, stamp, state))
@@ -163,5 +165,7 @@ def test_a_bag_that_was_not_closed(tmp_path):
 def test_a_stamp_that_jumps(row, tmp_path):
     time = LOG.time.copy()
     time[row:] += 1e15
-    with pytest.raises(LogError, match=rf"time jumps by 1e\+15 s after row {row - 1}, from .* s; expected the stamps of"):
+    with pytest.raises(
+        LogError, match=rf"time jumps by 1e\+15 s after row {row - 1}, from .* s; expected the stamps of"
+    ):
         regularise(dataclasses.replace(LOG, time=time), LogTable())
