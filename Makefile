@@ -5,7 +5,7 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 UNTRACED := tests/simulation tests/studies
 BENCHMARKS := startup friction_torque identify whole_log walking balance
 
-.PHONY: demo test lint coverage bench paper docs accuracy ablation real clean
+.PHONY: demo test lint coverage bench fuzz paper docs accuracy ablation real clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -33,6 +33,9 @@ coverage: .venv/.dev
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
+
+fuzz: .venv/.dev
+	$(BIN)/python -m fuzz --seed 0 --inputs 10000
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper
