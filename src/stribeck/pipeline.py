@@ -11,11 +11,11 @@ from stribeck.audit import audit
 from stribeck.compose import compose
 from stribeck.errors import LogError, SettingsError, errors_about, findings_kept
 from stribeck.finding import Finding
-from stribeck.friction_torque.stage import FrictionTorqueStage
+from stribeck.friction_torque.stage import FrictionTorqueStage, with_filter
 from stribeck.log import RobotLog
 from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method
-from stribeck.outputs import whole_or_not_at_all
+from stribeck.outputs import check_outputs, whole_or_not_at_all
 from stribeck.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.result import Result
 from stribeck.robot import Robot
@@ -61,7 +61,8 @@ def identify(
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If the input or the settings are wrong, two logs hold the same samples, or the audit finds what makes every number wrong, unless forced.
+        If the input or the settings are wrong, two logs hold the same samples, or, unless forced, the audit finds what
+        makes every number wrong.
     NothingIdentifiedError
         If no joint moves enough for any number; what was found before an error are its notes.
 
@@ -76,6 +77,9 @@ def identify(
     chosen, friction_law, settings = get_method(settings, robot)
     _refuse_unknown_joints(settings, robot)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
+    if table:
+        files = [Path(log.path if isinstance(log, RobotLog) else log) for log in sources]
+        check_outputs([Path(table)], [*files, Path(robot.path), Path(robot.model_path)], overwrite=True)
     where = whole_or_not_at_all(table) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
         prepared = []
@@ -88,6 +92,7 @@ def identify(
         progress("auditing", 0.0)
         audited = _audit(prepared, robot, settings, force)
         findings += [str(each) for each in audited]
+        with_filter(prepared[0], robot, settings)  # refused now, and not once a method has worked for minutes
         friction_torque = FrictionTorqueStage(place, progress)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)

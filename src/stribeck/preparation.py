@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stribeck.contact import SupportPhases, find_support_phases
-from stribeck.errors import errors_about, findings_kept
+from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.log import RobotLog
 from stribeck.log.overlap import Prints, prints
 from stribeck.log.readers import read_log
@@ -50,9 +50,14 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
 
     Raises
     ------
-    LogError, SettingsError
-        If the log cannot be used, or the filter of the settings does not suit it.
+    LogError, SettingsError, RobotFileError
+        If the log cannot be used, the filter of the settings does not suit it, or no joint's torque is measured.
     """
+    if not robot.torque_controlled.size:
+        raise RobotFileError(
+            f"{robot.path or 'robot'}: position_controlled names every joint; expected at least one joint whose torque "
+            "is measured"
+        )
     with errors_about(log.path if isinstance(log, RobotLog) else str(log)), findings_kept() as notes:
         if not isinstance(log, RobotLog):
             log = read_log(log, robot)

@@ -40,8 +40,8 @@ def refuse_jump(time: Array, path: str) -> None:
     if steps.size and steps.max() > LONGEST_STEP:
         before = rows[int(np.argmax(steps))]
         raise LogError(
-            f"{path or 'log'}: time jumps by {steps.max():.4g} s after row {before}, from {time[before]:.9g} s; expected "
-            "the stamps of one clock (split the log there)"
+            f"{path or 'log'}: time jumps by {steps.max():.4g} s after row {before}, from {time[before]:.9g} s; "
+            "expected the stamps of one clock (split the log there)"
         )
 
 

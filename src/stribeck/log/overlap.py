@@ -24,7 +24,7 @@ SHARED = 0.01
 
 
 def prints(log: RobotLog) -> Prints:
-    """Return numbers that stand for windows of a log's positions and torques, bit by bit; none where nothing changes."""
+    """Return numbers that stand for windows of a log's positions and torques, bit by bit; none of a robot at rest."""
     rows = _row_hashes(log)
     starts = np.flatnonzero(rows[: max(len(rows) - WINDOW + 1, 0)] % EVERY == 0)
     changes = np.concatenate(([0], np.cumsum(rows[1:] != rows[:-1])))

@@ -200,7 +200,7 @@ class Robot:
     @cached_property
     def torque_controlled(self) -> NDArray[np.int64]:
         """Columns of the joints whose torque is measured (the selection S_tc of (5.3))."""
-        return np.array([k for k, name in enumerate(self.joint_names) if name not in self.position_controlled])
+        return np.flatnonzero([name not in self.position_controlled for name in self.joint_names])
 
     def coefficients(self, joints: Sequence[str], couplings: Sequence[str]) -> Array:
         """Return the coefficients of some joints in some couplings, shape (joints, couplings)."""

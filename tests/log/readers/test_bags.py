@@ -162,7 +162,7 @@ def test_a_bag_that_was_not_closed(tmp_path):
 
 
 @pytest.mark.parametrize("row", [1, 30, 59])
-def test_a_stamp_that_jumps(row, tmp_path):
+def test_a_stamp_that_jumps(row):
     time = LOG.time.copy()
     time[row:] += 1e15
     with pytest.raises(

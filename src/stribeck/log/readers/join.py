@@ -133,11 +133,12 @@ def _too_slow(stream: Stream) -> bool:
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
     rate, of_clock = _rate(stream), _rate(clock)
-    if stream.kind == "joints" and rate < max(of_clock / SLOWEST, RATES[0]):
+    slowest = max(of_clock / SLOWEST, RATES[0])
+    if stream.kind == "joints" and rate < slowest:
         raise LogError(
-            f"{path}: '{stream.topic}' sends {listed(list(stream.values))} of {listed(stream.labels)} at {rate:.4g} Hz, "
-            f"and '{clock.topic}' sends at {of_clock:.4g} Hz; expected at least {max(of_clock / SLOWEST, RATES[0]):.4g} "
-            "Hz, since values between messages are made up"
+            f"{path}: '{stream.topic}' sends {listed(list(stream.values))} of {listed(stream.labels)} at {rate:.4g} "
+            f"Hz, and '{clock.topic}' sends at {of_clock:.4g} Hz; expected at least {slowest:.4g} Hz, since values "
+            "between messages are made up"
         )
 
 

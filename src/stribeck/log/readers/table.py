@@ -22,6 +22,7 @@ from stribeck.settings import LogTable
 Batches = Callable[[list[str]], Iterator[pa.RecordBatch]]
 CSV_BLOCK = 1 << 23  # bytes parsed at once
 PARQUET_BUFFER = 1 << 18  # bytes read ahead of each column
+LONGEST_HEADER = 1 << 20  # bytes; the names of ten thousand columns
 SEPARATORS = ",;\t"
 
 
@@ -57,7 +58,7 @@ def open_csv(path: Path, table: LogTable) -> Source:
         As `open_parquet`.
     """
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        header = file.readline().decode("utf-8-sig").strip()
+        header = file.readline(LONGEST_HEADER).decode("utf-8-sig").strip()
         rows = sum(block.count(b"\n") for block in iter(partial(file.read, CSV_BLOCK), b"")) + 1
         separator = max(SEPARATORS, key=header.count)
         cells = csv.reader([header.removeprefix("#")], delimiter=separator, skipinitialspace=True)
