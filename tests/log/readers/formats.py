@@ -96,7 +96,9 @@ def write_csv(folder, log):
 
 
 def write_parquet(folder, log):
-    pyarrow.parquet.write_table(pa.table(columns_of(log)), folder / "log.parquet", row_group_size=64)
+    pyarrow.parquet.write_table(
+        pa.table(columns_of(log)), folder / "log.parquet", row_group_size=64, write_page_checksum=True
+    )
     return folder / "log.parquet"
 
 

@@ -1,4 +1,4 @@
-"""Whether the files of a bag are whole: what their formats let one check before any message is believed."""
+"""Whether the files of a bag are whole: what their formats let one check before any message is read."""
 
 from __future__ import annotations
 

@@ -39,7 +39,9 @@ def open_parquet(path: Path, table: LogTable) -> Source:
         # Without prefetching and with small buffers, a file that is one row group does not enter memory whole.
         with (
             foreign(str(path), "Parquet"),
-            pyarrow.parquet.ParquetFile(path, pre_buffer=False, buffer_size=PARQUET_BUFFER) as file,
+            pyarrow.parquet.ParquetFile(
+                path, pre_buffer=False, buffer_size=PARQUET_BUFFER, page_checksum_verification=True
+            ) as file,
         ):
             yield from file.iter_batches(BLOCK_ROWS, columns=columns)
 
