@@ -23,6 +23,7 @@ lint: .venv/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/bandit --quiet --configfile pyproject.toml --recursive src fuzz
 
 test: lint
 	$(PYTEST) $(UNTRACED:%=--ignore=%) --cov --cov-report=

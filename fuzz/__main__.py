@@ -41,10 +41,10 @@ def main() -> int:
 
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz.") as folder:
-        seeds = apart(partial(make_seeds, Path(folder)))
+        fork = multiprocessing.get_context("fork")
+        seeds = apart(partial(make_seeds, Path(folder)))  # this process must have no threads, as of OpenMP
         import_all()
         apart(partial(make_outputs, seeds / "runs", seeds))
-        fork = multiprocessing.get_context("fork")
         with ProcessPoolExecutor(os.cpu_count(), mp_context=fork) as processes:
             try_one = partial(attempt, seeds=seeds, keep=options.keep)
             attempts = list(processes.map(try_one, *zip(*inputs, strict=True), chunksize=1))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzz import log_file, robot_file, runs
+from fuzz import log_file, model_file, result_file, robot_file, runs, scenario_file, set_option
 
 Make = Callable[[np.random.Generator, Path, Path], list[str]]
 Differs = Callable[[list[str], Path, Path], bool]
@@ -31,6 +31,10 @@ class Kind:
 
 KINDS = {
     "robot-file": Kind(robot_file.make, 1.0),
+    "model-file": Kind(model_file.make, 1.5),
+    "set-option": Kind(set_option.make, 0.7),
+    "result-file": Kind(result_file.make, 1.0),
+    "scenario-file": Kind(scenario_file.make, 0.3),
     **{
         f"log-{name}": Kind(
             partial(log_file.make_damaged, name),

@@ -29,7 +29,7 @@ USED = (
 )
 
 
-def make_seeds(folder: Path) -> Path:
+def make_seeds(folder: Path) -> None:
     """Write an arm's models, its robot file, a log (log.npz), and what is found in a longer one (result.json)."""
     for path in MODELS.iterdir():
         shutil.copy(path, folder)
@@ -47,7 +47,6 @@ def make_seeds(folder: Path) -> Path:
     found = identify(long.log, Robot.from_file(folder / "robot.toml"), Settings())
     write_simulated(long.log, long.truth, folder / "long/log.npz")
     (folder / "result.json").write_text(found.to_json(), encoding="utf-8")
-    return folder
 
 
 def import_all() -> None:

@@ -90,7 +90,7 @@ def information(case: str, walks: list[Simulated], free: Literal["none", "inerti
     curvatures = []
     for model in (fit.model, replace(fit.model, prior_std=np.ones_like(fit.model.prior_std))):
         matrix = derivatives(normal_equations, fit.curves, model, at)[1]
-        matrix[own, own] -= (fit.curves.prior()[1][legs] ** -2).ravel()
+        matrix[own, own] -= (fit.curves.prior[1][legs] ** -2).ravel()
         curvatures.append(matrix[np.ix_(order, order)])
     return curvatures[0], curvatures[1], [found.joints[k] for k in legs]
 

@@ -10,7 +10,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src"
 GROUND = {"errors", "typing", "settings", "samples", "weak_equations", "inertial_parameters", "outputs", "version"}
-GROUND |= {"threads", "finding"}
+GROUND |= {"threads", "finding", "files"}
 """Carriers and small tools; of a room below, a carrier alone may be named with a dot."""
 
 ABOVE: dict[str, set[str]] = {
@@ -27,7 +27,7 @@ ABOVE: dict[str, set[str]] = {
     "audit": GROUND | {"audit", "friction_torque", "preparation", "contact", "dynamics", "log", "motion", "robot"},
     "equations": GROUND | {"equations", "contact", "dynamics", "log", "motion", "robot"},
     "identification": GROUND | {"identification", "friction", "result"},
-    "export": GROUND | {"export", "result", "robot"},
+    "export": GROUND | {"export", "friction", "result", "robot"},
     "report": GROUND | {"report", "friction", "result"},
 }
 """Room -> what it may import. Methods, the spine and the command line stand above all of them."""

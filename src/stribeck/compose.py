@@ -113,9 +113,9 @@ def _joints(
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
-    for name, (terms, load, direction, per_turn) in fitted.terms.items():
+    for name, (terms, load, deviation, direction, per_turn) in fitted.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], terms, load, direction, per_turn)
+            joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn)
     return joints
 
 

@@ -82,11 +82,11 @@ def check_name(path: Path) -> None:
     ------
     SettingsError
     """
-    name = str(path)
-    if name != name.encode(errors="ignore").decode():
-        shown = name.encode(errors="backslashreplace").decode()
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
         encoding = sys.getfilesystemencoding().upper()
-        raise SettingsError(f"{shown}: is a path that is not {encoding}; expected one that is (mv renames it)")
+        raise SettingsError(f"{path}: is not {encoding}; expected files and folders with names that are") from error
 
 
 def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from typing import Annotated, Any, Literal
+from difflib import get_close_matches
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -188,16 +189,38 @@ class RobotFile(Table):
     identify: Settings = Settings()
 
 
-def describe(error: ValidationError) -> str:
-    """Return pydantic's first complaint as one sentence: which key, what was found, what would be valid."""
-    first = error.errors()[0]
+def describe(error: ValidationError, table: type[BaseModel] | None = None) -> str:
+    """Return pydantic's first complaint as one sentence: which key, what was found, what would be valid.
+
+    `table` is what was validated; its nearest key is named where one is unknown. An unknown key comes first: another
+    one may be missing because it is misspelt.
+    """
+    first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in first["loc"])
     message = str(first["msg"])
     if first["type"] == "extra_forbidden":
-        return f"unknown key '{key}'"
+        *tables, last = first["loc"]
+        return f"unknown key '{key}'" + (f"; expected {_nearest(str(last), _keys(table, tables))}" if table else "")
     if first["type"] == "missing":
         return f"key '{key}' is missing"
+    if not key:  # of the document as a whole
+        return message.removeprefix("Value error, ")
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
+
+
+def _keys(table: type[BaseModel], loc: list[int | str]) -> list[str]:
+    """Return the keys of a table within a table."""
+    for part in loc:
+        if str(part) in table.model_fields:
+            annotation = table.model_fields[str(part)].annotation
+            inner = [annotation, *get_args(annotation)]
+            table = next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), table)
+    return list(table.model_fields)
+
+
+def _nearest(key: str, valid: list[str]) -> str:
+    near = get_close_matches(key, valid, n=1)
+    return f"'{near[0]}'" if near else f"one of {', '.join(valid)}"
 
 
 def _shown(value: object) -> str:

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from stribeck.errors import SettingsError
+from stribeck.files import read_text
 from stribeck.settings import Finite, NonNegative, Positive, Table, describe, parse_toml
 from stribeck_simulation.prescribed.gait import Gait
 
 Named = dict[str, Finite]
 Share = Annotated[float, Field(ge=0, lt=1)]
+LONGEST = 1000.0
+"""Of a simulation [s]; a log of it fits memory."""
+PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]
+"""[s]; coarser ones are longer than a period of the log."""
 
 
 class StepsTable(Table):
     """`[[walk]]`: some steps of one kind; see `walking.footsteps.Steps`."""
 
-    count: int = Field(ge=0)
+    count: int = Field(ge=0, le=10_000)
     forward: Finite = 0.0  # [m]
     sideways: Finite = 0.0  # [m]
     turn: Finite = 0.0  # [rad]
@@ -74,14 +79,22 @@ class Scenario(Table):
     state: Literal["estimated", "true"] = "estimated"  # what the controller knows (mujoco)
     seed: int = Field(default=0, ge=0)
     model_error: Share = 0.0  # of the masses that the controller believes in (mujoco)
-    physics_step: Positive = 0.00025  # [s] (mujoco)
+    physics_step: PhysicsStep = 0.00025  # [s] (mujoco)
     posture: Named = {}  # joint -> position [rad]
     walk: list[StepsTable] = []
     push: list[PushTable] = []
     soles: dict[str, SoleTable] = {}
     gait: Gait = "walk"  # (exact)
-    duration: Positive = 20.0  # [s] (exact)
+    duration: Annotated[float, Field(gt=0, le=LONGEST)] = 20.0  # [s] (exact)
     friction: FrictionTable = FrictionTable()
+
+    @model_validator(mode="after")
+    def _ends(self) -> Self:
+        """Refuse a walk that is longer than a simulation may be."""
+        walked = sum(steps.stand + steps.count * (steps.single_support + steps.double_support) for steps in self.walk)
+        if walked > LONGEST:
+            raise ValueError(f"[[walk]] takes {walked:.4g} s, expected {LONGEST:g} s at most")
+        return self
 
 
 def read_scenario(path: Path) -> Scenario:
@@ -92,12 +105,11 @@ def read_scenario(path: Path) -> Scenario:
     SettingsError
         If it is missing, is not TOML, or has a wrong key or value.
     """
+    text = read_text(path, "a scenario (TOML)", SettingsError)
     try:
-        return Scenario.model_validate(parse_toml(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a scenario (TOML)") from error
+        return Scenario.model_validate(parse_toml(text))
     except ValidationError as error:
-        raise SettingsError(f"{path}: {describe(error)}") from error
+        raise SettingsError(f"{path}: {describe(error, Scenario)}") from error
     except ValueError as error:
         raise SettingsError(f"{path}: is not TOML: {error}") from error
 

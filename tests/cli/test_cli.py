@@ -242,7 +242,8 @@ def test_a_wrong_robot_file(
         (["--law", "karnopp"], ["karnopp", "coulomb-viscous"]),
         (["--method", "guess"], ["method", "'guess'"]),
         (["--set", "filter.window"], ["KEY=VALUE"]),
-        (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'"]),
+        (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'; expected 'window'"]),
+        (["--set", "filter.window=100000001"], ["key 'filter.window'", "less than 100000"]),
         (["--set", "holdout=1"], ["holdout", "greater than or equal to 2"]),
         (["--set", f"fit_armature={'[' * 3000}{']' * 3000}"], ["--set fit_armature", "nested too deeply"]),
         (["--set", f"fit_armature{'.a' * 3000}=1"], ["key 'fit_armature", "too large to show"]),
@@ -363,22 +364,9 @@ def test_a_path_that_is_not_utf_8(arm: Path, tmp_path: Path, capsys: pytest.Capt
         ("identify", arm / "log.npz", *robot, "-o", tmp_path / "o\udcff"),
     ]
     for command in commands:
-        assert "\\udcff" in (sentence := refused(capsys, *command))
-        assert "is a path that is not UTF-8; expected one that is" in sentence
+        sentence = refused(capsys, *command)
+        assert "is not UTF-8; expected files and folders with names that are" in sentence
     assert len(os.listdir(tmp_path)) == 1
-
-
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
-def test_any_encoding_of_what_is_printed(encoding: str, arm: Path, tmp_path: Path) -> None:
-    log = shutil.copy(arm / "log.npz", tmp_path / "lög → µ.npz")
-    for words in (["inspect", log], ["inspect", log, "-o", tmp_path / "ä.html"], ["inspect", tmp_path / "ö.npz"]):
-        ended = subprocess.run(
-            [sys.executable, "-m", "stribeck", *words, "-r", arm / "robot.toml"],
-            env={**os.environ, "PYTHONIOENCODING": encoding},
-            capture_output=True,
-            check=False,
-        )
-        assert (ended.returncode, ended.stderr.count(b"\n")) == ((2, 1) if "ö.npz" in str(words[-1]) else (0, 0))
 
 
 def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

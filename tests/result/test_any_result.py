@@ -117,6 +117,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         positive_power_fraction=draw(st.none() | st.floats(0, 1)),
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+        load_deviation=draw(st.none() | POSITIVE) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
         torque_r2=draw(st.none() | built(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)),
         mean_direction=draw(st.none() | st.tuples(NUMBERS, NUMBERS)) if law == AUTO else None,
@@ -299,11 +300,12 @@ def plain(name: str = "shoulder", **parameter: float) -> Result:
     )
 
 
-@pytest.mark.parametrize("name", ["[/]", "[red]", ":cat:"])
+@pytest.mark.parametrize("name", ["[/]", "[red]", "[left]", ":cat:", "left's", "el\\", "\\[x]"])
 def test_names_are_printed_as_they_are(name: str) -> None:
     result = replace(plain(name), robot=name)
     silent = replace(result.joints[name], parameters={}, reason=name)
     assert printed(console.print_result, result).count(name) == 3  # title, line, parameters
+    assert f"{name}\\" not in printed(console.print_result, result)
     assert printed(console.print_comparison, compare(result, result)).count(name) == 1
     quiet = replace(result, joints={name: silent})
     assert printed(lambda found: console.print_truth(found, {}), quiet).count(name) == 3
@@ -318,7 +320,7 @@ def test_a_difference_of_values_without_errors_to_speak_of_is_written() -> None:
 @pytest.mark.parametrize("name", ["walk---1.npz", "walk\x01.npz", "walk\n-->.npz"])
 def test_a_model_may_name_any_log(tmp_path: Path, name: str) -> None:
     robot = Robot.from_file(write_robot(tmp_path))
-    result = plain()
+    result, _ = found_in(robot)
     export(replace(result, log=replace(result.log, path=name)), robot, tmp_path / "out.urdf", "urdf")
     ElementTree.parse(tmp_path / "out.urdf")
 

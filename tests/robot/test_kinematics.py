@@ -14,7 +14,8 @@ from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
 
 SAMPLES = 5
 CRANE = """<robot name="crane">
-  <link name="base"/><link name="mast"/><link name="boom"/><link name="hook"/>
+  <link name="base"/><link name="mast"/><link name="boom"/><link name="hook"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <joint name="turn" type="continuous"><parent link="base"/><child link="mast"/>
     <origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.5"/><axis xyz="0.6 0.8 0"/></joint>
   <joint name="slide" type="prismatic"><parent link="mast"/><child link="boom"/>

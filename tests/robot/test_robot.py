@@ -69,7 +69,8 @@ SDF = """<sdf version="1.6"><model name="post">
   <link name="root"><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
   <link name="rod"><pose>0 0 1 0 0.3 0</pose><inertial><pose>0 0 0.5 0 0 0</pose><mass>2</mass>
     <inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
-  <link name="disc"><pose>1 0 1 0 0 0</pose></link>
+  <link name="disc"><pose>1 0 1 0 0 0</pose><inertial><mass>0</mass>
+    <inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link>
   <joint name="pivot" type="revolute"><parent>root</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint>
   <joint name="weld" type="fixed"><parent>rod</parent><child>disc</child></joint>
 </model></sdf>"""
@@ -168,7 +169,9 @@ def test_coupled_joints_of_mjcf_are_warned_of(tmp_path):
 def test_impossible_and_missing_inertias_are_warned_of(tmp_path):
     bad = URDF.replace('iyy="0.01" izz="0.005"', 'iyy="0.5" izz="0.005"')
     (warning,) = Robot.from_file(write_robot(tmp_path, "", bad)).warnings
-    assert warning.endswith("no rigid body has the inertia given for what these joints carry: elbow")
+    assert warning.endswith(
+        "no rigid body has the inertia given for what these joints carry: elbow (link 'lower' in line 5)"
+    )
     empty = URDF.replace('<mass value="1"/>', '<mass value="0"/>').replace(
         'ixx="0.01" iyy="0.01" izz="0.005"', 'ixx="0" iyy="0" izz="0"'
     )
@@ -232,7 +235,7 @@ def test_missing_files_are_refused(tmp_path):
     path.write_text("[robot]\nbase = 'fixed'")
     refuse(path, "key 'robot.model' is missing")
     path.write_bytes(b"[robot]\nmodel = '\xff'")
-    refuse(path, "is not TOML")
+    refuse(path, "line 2 has the byte 0xff, which is not UTF-8")
 
 
 WRONG_MODELS = {
@@ -249,7 +252,7 @@ WRONG_MODELS = {
     "loop": (
         URDF.replace('<parent link="base"/>', '<parent link="lower"/>'),
         "arm.urdf",
-        "lost joint\\(s\\) elbow, shoulder",
+        "line 3: link 'upper' is in a loop of joints",
     ),
     "planar joint": (URDF.replace('"continuous"', '"planar"'), "arm.urdf", "joint 'shoulder' is a Planar"),
     "body in a frame": (
@@ -282,12 +285,12 @@ WRONG_MODELS = {
     "no axis": (
         SDF.replace("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>"),
         "post.sdf",
-        "joint 'pivot' has the axis .*, expected finite numbers",
+        "line 7: joint 'pivot' has the axis .*; expected finite numbers",
     ),
     "pose not finite": (
         SDF.replace("<pose>0 0 1 0 0.3 0</pose>", "<pose>0 0 nan 0 0.3 0</pose>"),
         "post.sdf",
-        "pose or inertia of joint 'pivot' holds a value that is not finite",
+        "line 3: the pose of <link> is '0 0 nan 0 0.3 0'; expected 6 finite numbers",
     ),
     "no direction": (
         URDF.replace('<axis xyz="0 1 0"/><limit', '<axis xyz="0 0 0"/><limit'),
@@ -298,9 +301,9 @@ WRONG_MODELS = {
     "five numbers": (
         SDF.replace("0 0 1 0 0.3 0", "0 0 1 0 0.3"),
         "post.sdf",
-        "expected 6 numbers, found '0 0 1 0 0.3'",
+        "line 3: the pose of <link> is '0 0 1 0 0.3'; expected 6 finite numbers",
     ),
-    "negative mass": (SDF.replace("<mass>2</mass>", "<mass>-2</mass>"), "post.sdf", "'rod' has a mass of -2.0 kg"),
+    "negative mass": (SDF.replace("<mass>2</mass>", "<mass>-2</mass>"), "post.sdf", "link 'rod' has a mass of -2 kg"),
 }
 
 
@@ -340,7 +343,7 @@ def test_mujoco_leaves_no_file_behind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = MJCF.replace('pos="0 0 -.3"', 'pos="0 0 nan"')
     path = write_robot(tmp_path, "", text, "hopper.xml", "floating")
-    refuse(path, "differs from MuJoCo's by nan")
+    refuse(path, "hopper.xml: line 5: pos of <body> is '0 0 nan'; expected 3 finite numbers")
     assert sorted(found.name for found in tmp_path.iterdir()) == ["hopper.xml", "robot.toml"]
 
 

@@ -20,7 +20,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError, findings_kept
-from stribeck.outputs import check_outputs, staged_folder
+from stribeck.outputs import check_name, check_outputs, staged_folder
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -35,7 +35,7 @@ SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
-FORMATS = ("mjcf", "urdf")
+FORMATS = ("mjcf", "urdf", "c", "python", "yaml", "table")
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -121,11 +121,14 @@ def inspect(
 def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
-    to: Annotated[str, typer.Option(help=f"Format, that of the robot's model: {', '.join(FORMATS)}.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The model file to write.")],
+    to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write.")],
+    joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
+    include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Write the robot's model with the inertias and the friction that were found."""
+    """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
     from stribeck.export import export as write_model
     from stribeck.result import read_result
     from stribeck.robot import Robot
@@ -134,7 +137,8 @@ def export(
     machine = Robot.from_file(robot)
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
-        lines = write_model(found, machine, output, to)
+        asked = None if joints is None else [name.strip() for name in joints.split(",")]
+        lines = write_model(found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict)
     typer.echo("\n".join(lines))
     console.print_paths([output])
 
@@ -265,7 +269,7 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     try:
         chosen = Settings.model_validate(document)
     except ValidationError as error:
-        raise SettingsError(f"settings: {describe(error)}") from error
+        raise SettingsError(f"settings: {describe(error, Settings)}") from error
     return chosen
 
 
@@ -283,7 +287,7 @@ def _result_file(path: Path) -> Path:
 @contextmanager
 def progress_bar() -> Iterator[Any]:
     """Give a function to call with a stage and its share; it draws on stderr if that is a terminal."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console.ERRORS, transient=True, disable=not console.ERRORS.is_terminal) as progress:
         task = progress.add_task("starting", total=1.0)
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
@@ -298,6 +302,8 @@ def run() -> None:
         if isinstance(stream, TextIOWrapper):  # an encoding may lack what a file is called
             stream.reconfigure(errors="backslashreplace")
     try:
+        for word in sys.argv[1:]:
+            check_name(Path(word))
         app()
     except StribeckError as error:
         for finding in getattr(error, "__notes__", ()):

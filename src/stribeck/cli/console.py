@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from rich.cells import cell_len
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from stribeck.inspection import Inspection
@@ -48,10 +48,10 @@ def number(value: float) -> str:
 
 def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Sequence[str] = ()) -> Table:
     """Return an empty table: columns of text, of numbers, and of text again; what is too long is broken, never cut."""
-    table = Table(title=escape(title))
+    table = Table(title=Text(title, style="table.title"))
     for headings, justify in ((left, "left"), (right, "right"), (last, "left")):
         for heading in headings:
-            table.add_column(escape(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
+            table.add_column(Text(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
     return table
 
 
@@ -100,7 +100,7 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
         friction = [point_text(point) + f" {point.unit}" * mixed if point else "" for point in points]
         r2 = f"{found.torque_r2.best:.3f}" if found.torque_r2 else ""
         verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
-        table.add_row(escape(joint), *friction, r2, verdict, escape(advice(found)))
+        table.add_row(Text(joint), *friction, r2, verdict, Text(advice(found)))
     return table
 
 
@@ -115,7 +115,7 @@ def _columns_of_parameters(result: Result) -> Table:
     for joint, found in result.all_friction.items():
         cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
         if found.parameters:
-            table.add_row(escape(joint), *cells, number(found.validation.rms) if found.validation else "")
+            table.add_row(Text(joint), *cells, number(found.validation.rms) if found.validation else "")
     return table
 
 
@@ -135,17 +135,15 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
         compared = {name: value for name, value in found.parameters.items() if name in true}
         if not compared:
             verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
-            table.add_row(
-                escape(joint), "", "" if true else "none", "", "", f"[dim]{escape(verdict)}[/]", end_section=True
-            )
+            table.add_row(Text(joint), "", "" if true else "none", "", "", Text(verdict, style="dim"), end_section=True)
         for k, (name, value) in enumerate(compared.items()):
             low, high = value.interval_95
             parameters += 1
             identified += value.verdict == "identified"
             covered += low <= true[name] <= high
             table.add_row(
-                escape(joint) if k == 0 else "",
-                escape(f"{name} [{value.unit}]"),
+                Text(joint) if k == 0 else "",
+                Text(f"{name} [{value.unit}]"),
                 number(true[name]),
                 number(value.value),
                 f"{number(low)} ... {number(high)}",
@@ -175,7 +173,7 @@ def print_inspection(found: Inspection) -> None:
     for name, joint in found.joints.items():
         ranges = (joint.position_range, joint.velocity_range, joint.torque_range)
         table.add_row(
-            escape(name),
+            Text(name),
             *(f"{number(low)} ... {number(high)}" for low, high in ranges),
             "" if joint.correlation is None else f"{joint.correlation:.2f}",
             "" if joint.delay is None else f"{1e3 * joint.delay:+.2f}",
@@ -203,8 +201,8 @@ def print_comparison(found: Comparison) -> None:
     for row in found.rows:
         low, high = row.interval_95
         table.add_row(
-            escape(row.joint),
-            escape(f"{row.parameter} [{row.unit}]"),
+            Text(row.joint),
+            Text(f"{row.parameter} [{row.unit}]"),
             number(row.a),
             number(row.b),
             number(row.difference),

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
+from stribeck.dynamics.rooted import RootMotion
 from stribeck.dynamics.state import Orientation, State
 from stribeck.inertial_parameters import SIZE, carried
 from stribeck.robot import Robot
@@ -42,24 +42,15 @@ def inertia_regressors(
     body that is passed the other way has moved into another frame, which its parameters follow linearly.
     """
     model, data = _workspace(rooted)
-    size, columns, samples = rooted.root_size, rooted.columns, len(state.position)
-    order = np.concatenate([np.arange(size), size + np.argsort(columns)])[rows]
     places, moves = _bodies_in(rooted, robot.tree)
-    configuration = np.tile(pin.neutral(model), (samples, 1))
-    configuration[:, model.nq - len(columns) :] = state.position[:, columns]
-    rates = np.zeros((2, samples, model.nv))
-    rates[0, :, size:], rates[1, :, size:] = state.velocity[:, columns], state.acceleration[:, columns]
-    if root is not None:
-        rates[0, :, :size] = 0.0 if root.velocity is None else root.velocity
-        rates[1, :, :size] = 0.0 if root.acceleration is None else root.acceleration
-        rates[1, :, :3] -= root.gravity
-    found = np.empty((samples, len(rows), len(places), SIZE))
-    for k, (q, v, a) in enumerate(zip(configuration, *rates, strict=True)):  # Pinocchio has no batched call for it
-        regressor = pin.computeJointTorqueRegressor(model, data, q, v, a)
+    order, motion = _order(rooted)[rows], _motion(rooted, model, state, root)
+    found = np.empty((len(state.position), len(rows), len(places), SIZE))
+    for k, each in enumerate(zip(*motion, strict=True)):  # Pinocchio has no batched call for it
+        regressor = pin.computeJointTorqueRegressor(model, data, *each)
         found[k] = regressor.reshape(model.nv, -1, SIZE)[order[:, None], places]
     for body, move in moves.items():
         found[:, :, body] = found[:, :, body] @ move
-    return found.reshape(samples, len(rows), -1)
+    return found.reshape(*found.shape[:2], -1)
 
 
 @cache
@@ -85,14 +76,51 @@ def zero_regressors(
     They are the effect of encoder zeros, and of the tilt of an IMU (none on a fixed base, or where the foot is taken to
     be level).
     """
-    count, windows = state.position.shape[1], len(state.position)
-    moved = _moved(state)
-    motion = moved.position, moved.velocity, moved.acceleration
-    effort = np.hstack(rooted_inverse_dynamics(rooted, *motion, root_of(moved)))
-    torque = effort[:, rows].reshape(-1, windows, len(rows))
+    model, data = _workspace(rooted)
+    count, windows, size = state.position.shape[1], len(state.position), rooted.root_size
+    order, motion = _order(rooted)[rows], _motion(rooted, model, state, root_of(state))
     columns = np.zeros((windows, len(rows), count + 3))
-    columns[:, :, : len(torque) - 1] = (torque[:1] - torque[1:]).transpose(1, 2, 0) / TURN
+    by_root = np.empty((windows, len(rows), 2 * size))
+    for k, each in enumerate(zip(*motion, strict=True)):  # Pinocchio has no batched call for it
+        by_position, by_velocity, inertia = pin.computeRNEADerivatives(model, data, *each)
+        columns[k, :, :count] = -by_position[order][:, _order(rooted)[size:]]
+        by_root[k] = np.hstack([by_velocity[order, :size], inertia[order, :size]])
+    if size:  # which moves and is tilted as the joints and the base have it
+        moved = _moved(state)
+        roots = np.hstack(_root_rates(root_of(moved), len(moved.position))).reshape(-1, windows, 2 * size)
+        change = (roots[1:] - roots[:1]).transpose(1, 2, 0) / TURN
+        columns[:, :, : change.shape[2]] -= by_root @ change
     return columns
+
+
+def _order(rooted: RootedModel) -> NDArray[np.int64]:
+    """Return the place in Pinocchio's vectors of a floating root and of the robot's joints, as rows are counted."""
+    size = rooted.root_size
+    return np.concatenate([np.arange(size), size + np.argsort(rooted.columns)])
+
+
+def _motion(rooted: RootedModel, model: pin.Model, state: State, root: RootMotion | None) -> tuple[Array, Array, Array]:
+    """Return configurations, velocities and accelerations in Pinocchio's order, gravity in the root's acceleration."""
+    columns, samples = rooted.columns, len(state.position)
+    configuration = np.tile(pin.neutral(model), (samples, 1))
+    configuration[:, model.nq - len(columns) :] = state.position[:, columns]
+    of_root = _root_rates(root, samples)
+    of_joints = state.velocity[:, columns], state.acceleration[:, columns]
+    velocity, acceleration = (np.hstack(parts) for parts in zip(of_root, of_joints, strict=True))
+    return configuration, velocity, acceleration
+
+
+def _root_rates(root: RootMotion | None, samples: int) -> tuple[Array, Array]:
+    """Return velocity and acceleration of a root, gravity in it, shape (samples, 6) each; (samples, 0) of none."""
+    if root is None:
+        return np.zeros((samples, 0)), np.zeros((samples, 0))
+    velocity, acceleration = np.zeros((2, samples, 6))
+    if root.velocity is not None:
+        velocity += root.velocity
+    if root.acceleration is not None:
+        acceleration += root.acceleration
+    acceleration[:, :3] -= root.gravity
+    return velocity, acceleration
 
 
 def _moved(state: State) -> State:

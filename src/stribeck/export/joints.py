@@ -1,25 +1,27 @@
-"""What a result says of each joint, in a model format's own words."""
+"""What a result says of each joint, in a format's own words, and what the format cannot say."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from stribeck.result import JointResult, Result, at_load
+import numpy as np
 
-SOURCES = {
-    "coulomb": ("coulomb", "coulomb_positive", "coulomb_negative"),
-    "viscous": ("viscous", "viscous_positive", "viscous_negative"),
-    "armature": ("armature",),
-}
-"""Parameters of laws behind each term that models know; of the two directions they get the mean."""
+from stribeck.errors import SettingsError
+from stribeck.export.forms import Form, nearest, top_speed
+from stribeck.friction import get_law
+from stribeck.friction.terms import SLOW
+from stribeck.result import JointResult, Result
+from stribeck.result.joint import law_values
 
-NO_FRICTION = {
-    "N m": {"coulomb": "N m", "viscous": "N m s/rad"},
-    "N": {"coulomb": "N", "viscous": "N s/m"},
-}
-"""Unit of a joint's friction -> units of its terms, of a joint that has none."""
+ALONE = ("offset", "armature", *(parameter.name for terms in SLOW.values() for parameter in terms))
+"""Parameters that no form of friction contains: what pulls by itself, rotors, and what changes slowly around zero."""
+
+WITHOUT_PLACE = ("armature", *(parameter.name for parameter in SLOW["drift"]))
+"""Parameters that friction by itself has no place for: rotors, and what changed in the course of a log."""
+
+SIGNIFICANT = 2
+"""Digits of a standard error that a number is rounded to [1]."""
 
 Quantity = tuple[float, str]
 """Value and unit."""
@@ -27,14 +29,51 @@ Quantity = tuple[float, str]
 
 @dataclass(frozen=True, kw_only=True)
 class JointTerms:
-    """What is stated of a joint, by the format's attribute, the parameters that it has no place for, and a note."""
+    """What a format says of a joint.
 
-    stated: dict[str, Quantity] = field(default_factory=dict)
+    Attributes
+    ----------
+    stated
+        By the format's own word.
+    projected
+        Parameters that its form of friction lacks: it is the nearest to the friction with them.
+    remains, of
+        Root mean square of what it cannot say, and of the friction found; None of a joint whose friction it says not.
+    left_out
+        Parameters that it has no place for.
+    note
+        On a joint without friction.
+    """
+
+    stated: dict[str, Quantity]
+    projected: dict[str, Quantity] = field(default_factory=dict)
+    remains: Quantity | None = None
+    of: Quantity | None = None
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
 
+    def __str__(self) -> str:
+        """Return all of it in words."""
+        text = listed(self.stated) + f" ({self.note})" * bool(self.note)
+        if self.projected:
+            text += f"; the nearest to what was found with {listed(self.projected)}"
+        if self.remains is not None and self.of is not None and self.projected:
+            text += f", off by {self.remains[0]:.2g} {self.remains[1]}, {100 * self.share:.2g} % of the friction"
+        return text + (f"; no place here for {listed(self.left_out)}" if self.left_out else "")
 
-def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerms]:
+    @property
+    def share(self) -> float:
+        """What remains over the friction found [1]."""
+        return 0.0 if self.remains is None or not self.of or not self.of[0] else self.remains[0] / self.of[0]
+
+
+def joint_terms(
+    result: Result,
+    form: Form | None,
+    words: Mapping[str, str],
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+) -> dict[str, JointTerms]:
     """Return the terms of the joints that the log identified.
 
     Friction is stated as a whole if it is identified, or Coulomb or viscous friction is, of any direction: the two make
@@ -44,75 +83,111 @@ def joint_terms(result: Result, words: Mapping[str, str]) -> dict[str, JointTerm
     ----------
     result
         What was found.
+    form
+        Of the format's friction; None if it says all of it.
     words
-        Term of `SOURCES` -> the format's attribute, of the terms that it has a place for.
+        Number of the form, or "armature" -> the format's word, of what it has a place for.
+    joints
+        Those that are asked for; all if None.
+    include_weak
+        Whether weak friction and rotor inertias are stated too.
+
+    Raises
+    ------
+    SettingsError
+        If a joint is asked for that the result has not.
     """
-    terms = {name: _terms(joint, words) for name, joint in result.joints.items()}
+    unknown = [name for name in joints or () if name not in result.joints]
+    if unknown:
+        raise SettingsError(f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}")
+    own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
+    terms = {name: _terms(joint, form, words, include_weak) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, words: Mapping[str, str]) -> JointTerms:
-    there, loaded = joint.parameters, {}
-    if "load" in there:  # formats know no load: what resists at the mean one
-        loaded = at_load({name: found.value for name, found in there.items()}, joint.mean_load or 0.0)
-    names = {term: [name for name in sources if name in there] for term, sources in SOURCES.items()}
-    identified = {term for term, own in names.items() if any(there[name].verdict == "identified" for name in own)}
-    if joint.verdict == "identified" or identified & {"coulomb", "viscous"}:
-        identified |= {"coulomb", "viscous"}
-    stated: dict[str, Quantity] = {}
+def _terms(joint: JointResult, form: Form | None, words: Mapping[str, str], include_weak: bool) -> JointTerms:
+    if form is None:
+        return _all_terms(joint, include_weak)
+    there, stated = joint.parameters, {}
+    good = ("identified", "weak") if include_weak else ("identified",)
+    if "armature" in there and "armature" in words and there["armature"].verdict in good:
+        stated[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
+    left_out = {
+        name: (found.value, found.unit)
+        for name, found in there.items()
+        if name in ALONE and words.get(name) not in stated and (name != "armature" or "armature" not in words)
+    }
     if joint.verdict == "no friction" and joint.curve:
-        units = NO_FRICTION[joint.curve[0].unit]
-        stated = {words[term]: (0.0, unit) for term, unit in units.items() if term in words}
-    for term in words:
-        if term in identified and names[term]:
-            values = [loaded.get(name, there[name].value) for name in names[term]]
-            stated[words[term]] = sum(values) / len(values), there[names[term][0]].unit
-    bound = joint.reason if joint.verdict == "no friction" else ""
-    left_out = {name: (found.value, found.unit) for name, found in there.items() if name not in words}
-    return JointTerms(stated=stated, left_out=left_out, note=bound)
+        units = _units(joint.curve[0].unit)
+        zero = {words[name]: (0.0, units[name]) for name in form.numbers if name in words and name in units}
+        return JointTerms(stated=zero | stated, left_out=left_out, note=joint.reason)
+    if not _has_friction(joint, good):
+        return JointTerms(stated=stated, left_out=left_out)
+    unit = joint.curve[0].unit if joint.curve else _unit_of(joint)
+    found, units, errors = nearest(joint, form), _units(unit), _errors(joint)
+    friction = {
+        words[name]: (_rounded(value, errors.get(name, 0.0)), units.get(name) or there[name].unit)
+        for name, value in found.numbers.items()
+        if name in words
+    }
+    projected = {
+        name: (own.value, own.unit) for name, own in there.items() if name not in ALONE and name not in form.of_law
+    }
+    return JointTerms(
+        stated=friction | stated,
+        projected=projected,
+        remains=(found.remains, unit),
+        of=(found.of, unit),
+        left_out=left_out,
+    )
 
 
-def summary(result: Result, model: str, joints: Mapping[str, JointTerms], mended: list[str]) -> list[str]:
-    """Return the lines.
-
-    Parameters
-    ----------
-    result
-        What was found.
-    model
-        Name of the robot's model file.
-    joints
-        What is stated of each joint.
-    mended
-        Joints whose body was found to be impossible.
-    """
-    paths = result.log.path if isinstance(result.log.path, list) else [result.log.path]
-    logs = ", ".join(Path(path).name for path in paths if path) or "a log"
-    lines = [
-        f"Written by stribeck from {model} and what was found in {logs} (method {result.method}, law {result.law})."
-    ]
-    corrections = result.corrections
-    if corrections and corrections.bodies:
-        lines.append(f"Inertias are changed of what these joints carry: {', '.join(corrections.bodies)}.")
-    if mended:
-        lines.append(
-            f"No body has the inertia found for these, so they have the nearest possible: {', '.join(mended)}."
-        )
-    for name, terms in joints.items():
-        lost = f"; no place here for {_listed(terms.left_out)}" if terms.left_out else ""
-        note = f" ({terms.note})" if terms.note else ""
-        lines.append(f"Joint {name}: {_listed(terms.stated)}{note}{lost}.")
-    kept = [name for name in result.joints if name not in joints]
-    if kept:
-        lines.append(f"Not identified, so that these joints keep what the model said: {', '.join(kept)}.")
-    if result.couplings:
-        lines.append(f"The friction of couplings has no place here: {', '.join(result.couplings)}.")
-    if corrections and (corrections.torque_gain or corrections.encoder_zero):
-        lines.append(
-            "Gains of torque sensors and zeros of encoders were found too; they are the sensors', not the model's."
-        )
-    return lines
+def _all_terms(joint: JointResult, include_weak: bool) -> JointTerms:
+    """Return all that was found of a joint, rotor and drift apart."""
+    quantities = {name: (found.value, found.unit) for name, found in joint.parameters.items()}
+    left_out = {name: own for name, own in quantities.items() if name in WITHOUT_PLACE}
+    if joint.verdict == "no friction":
+        return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
+    if not _has_friction(joint, ("identified", "weak") if include_weak else ("identified",)):
+        return JointTerms(stated={})
+    return JointTerms(stated={n: own for n, own in quantities.items() if n not in WITHOUT_PLACE}, left_out=left_out)
 
 
-def _listed(quantities: Mapping[str, Quantity]) -> str:
+def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
+    """Return whether a joint's friction is known, as well as asked for."""
+    names = [name for name in joint.parameters if name.startswith(("coulomb", "viscous"))]
+    values = {name: parameter.value for name, parameter in joint.parameters.items()}
+    known = bool(names) and law_values(get_law(joint.law), values) is not None
+    return known and (joint.verdict in good or any(joint.parameters[name].verdict in good for name in names))
+
+
+def _unit_of(joint: JointResult) -> str:
+    """Return the unit of a joint's friction: "N m" or "N"."""
+    return next((own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")), "N m")
+
+
+def _units(torque: str) -> dict[str, str]:
+    """Return the units of a form's numbers, given the one of the joint's friction."""
+    viscous = {"N m": "N m s/rad", "N": "N s/m"}.get(torque, f"{torque} s/rad")
+    return {"coulomb": torque, "stribeck": torque, "static": torque, "viscous": viscous, "load": "1"}
+
+
+def _errors(joint: JointResult) -> dict[str, float]:
+    """Return standard errors of a form's numbers: the curve's, which is surer than each parameter by itself."""
+    own = {name: parameter.standard_error for name, parameter in joint.parameters.items()}
+    if not joint.curve:
+        return own
+    slow, top = joint.curve[0].standard_error, joint.curve[-1].standard_error
+    return own | {"coulomb": slow, "stribeck": slow, "viscous": top / max(top_speed(joint), 1e-9)}
+
+
+def _rounded(value: float, error: float) -> float:
+    """Return a value with as many digits as its standard error supports."""
+    if not np.isfinite(error) or error <= 0:
+        return float(f"{value:.6g}")
+    return round(value, SIGNIFICANT - 1 - int(np.floor(np.log10(error))))
+
+
+def listed(quantities: Mapping[str, Quantity]) -> str:
+    """Return quantities in words."""
     return ", ".join(f"{name} {value:.4g}" + f" {unit}" * (unit != "1") for name, (value, unit) in quantities.items())

@@ -2,41 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from xml.dom.minidom import Document, Element
+from xml.dom.minidom import Element
 
-from stribeck.export.document import child, children, moved, read_document, remove, set_numbers
-from stribeck.export.joints import JointTerms
+from stribeck.export.document import child, children, document_text, moved, read_document, remove, set_numbers
+from stribeck.export.forms import PLAIN
 from stribeck.export.links import LinkInertia
-
-TERMS = {"coulomb": "frictionloss", "viscous": "damping", "armature": "armature"}
-"""How MJCF calls what it has a place for."""
+from stribeck.export.target import Request, Target
 
 ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia")
 """What an inertial may state and must not beside the whole matrix."""
 
 
-def changed_mjcf(
-    path: Path, links: Mapping[str, LinkInertia], joints: Mapping[str, JointTerms], folder: Path
-) -> Document:
-    """Return an MJCF file's document with bodies and joints changed, for a file in another folder.
-
-    Included files are put in their place.
-    """
-    document, root = read_document(path)
-    _include(root, path.parent)
+def mjcf_text(request: Request) -> str:
+    """Return the robot's MJCF with bodies and joints changed; included files are put in their place."""
+    document, root = read_document(request.model)
+    _include(root, request.model.parent)
     for world in children(root, "worldbody"):
         for name, body in _bodies(world, ""):
-            if name in links:
-                _set_inertia(child(body, "inertial"), links[name])
+            if name in request.links:
+                _set_inertia(child(body, "inertial"), request.links[name])
             for joint in children(body, "joint"):
-                terms = joints.get(joint.getAttribute("name"), JointTerms())
-                set_numbers(joint, **{name: value for name, (value, _) in terms.stated.items()})
-    if links:
+                if terms := request.joints.get(joint.getAttribute("name")):
+                    set_numbers(joint, **{name: value for name, (value, _) in terms.stated.items()})
+    if request.links:
         _state_inertias(root)
-    _move_files(root, path.parent, folder)
-    return document
+    _move_files(root, request.model.parent, request.folder)
+    return document_text(document, request.lines)
+
+
+TARGET = Target(
+    title="MuJoCo: frictionloss, damping, armature",
+    form=PLAIN,
+    words={"coulomb": "frictionloss", "viscous": "damping", "armature": "armature"},
+    text=mjcf_text,
+    models=("mjcf",),
+)
 
 
 def _include(parent: Element, folder: Path) -> None:

@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from xml.dom.minidom import Document, Element
+from xml.dom.minidom import Element
 
 import numpy as np
 
-from stribeck.export.document import child, children, moved, read_document, set_numbers
-from stribeck.export.joints import JointTerms
+from stribeck.export.document import child, children, document_text, moved, read_document, set_numbers
+from stribeck.export.forms import PLAIN
 from stribeck.export.links import LinkInertia
-
-TERMS = {"coulomb": "friction", "viscous": "damping"}
-"""How URDF calls what it has a place for; no rotor inertia is among it."""
+from stribeck.export.target import Request, Target
 
 
-def changed_urdf(
-    path: Path, links: Mapping[str, LinkInertia], joints: Mapping[str, JointTerms], folder: Path
-) -> Document:
-    """Return a URDF file's document with links and joints changed, for a file in another folder."""
-    document, root = read_document(path)
+def urdf_text(request: Request) -> str:
+    """Return the robot's URDF with links and joints changed."""
+    document, root = read_document(request.model)
     for link in children(root, "link"):
-        if link.getAttribute("name") in links:
-            _set_inertia(child(link, "inertial"), links[link.getAttribute("name")])
+        if link.getAttribute("name") in request.links:
+            _set_inertia(child(link, "inertial"), request.links[link.getAttribute("name")])
     for joint in children(root, "joint"):
-        terms = joints.get(joint.getAttribute("name"))
-        if terms is not None:
+        if terms := request.joints.get(joint.getAttribute("name")):
             set_numbers(child(joint, "dynamics"), **{name: value for name, (value, _) in terms.stated.items()})
-    _move_files(root, path.parent, folder)
-    return document
+    _move_files(root, request.model.parent, request.folder)
+    return document_text(document, request.lines)
+
+
+TARGET = Target(
+    title="URDF: friction, damping",
+    form=PLAIN,
+    words={"coulomb": "friction", "viscous": "damping"},
+    text=urdf_text,
+    models=("urdf",),
+)
 
 
 def _set_inertia(inertial: Element, link: LinkInertia) -> None:

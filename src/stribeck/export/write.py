@@ -1,32 +1,47 @@
-"""Writes the robot's own model file again, with what was found in its logs."""
+"""Writes what was found as a simulator or a controller reads it: a robot's model again, or a file of its own kind."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 from stribeck.errors import NothingIdentifiedError, SettingsError
-from stribeck.export import mjcf, urdf
-from stribeck.export.document import document_text
-from stribeck.export.joints import joint_terms, summary
-from stribeck.export.links import corrected_links
+from stribeck.export import c_header, mjcf, python_module, table, urdf, yaml_file
+from stribeck.export.joints import JointTerms, joint_terms
+from stribeck.export.links import LinkInertia, corrected_links
+from stribeck.export.summary import summary
+from stribeck.export.target import Request, Target
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import Corrections, Result, read_result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of, load_model
 
-TARGETS = {"mjcf": (mjcf.changed_mjcf, mjcf.TERMS), "urdf": (urdf.changed_urdf, urdf.TERMS)}
-"""Format -> how a model file of it is changed, and its words for what it has a place for.
+TARGETS: dict[str, Target] = {
+    "mjcf": mjcf.TARGET,
+    "urdf": urdf.TARGET,
+    "c": c_header.TARGET,
+    "python": python_module.TARGET,
+    "yaml": yaml_file.TARGET,
+    "table": table.TARGET,
+}
+"""As typed after `--to` -> target."""
 
-To add a format: write `export/<format>.py` with a function that takes the robot's model file, the new inertias by link,
-the new terms by joint, and the folder that the file will lie in, and returns an XML document; then add it here.
-"""
 
+def export(
+    result: Result | str | Path,
+    robot: Robot | str | Path,
+    path: str | Path,
+    target: str,
+    *,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+    strict: bool = False,
+) -> list[str]:
+    """Write what was found of a robot as a simulator or a controller reads it.
 
-def export(result: Result | str | Path, robot: Robot | str | Path, path: str | Path, target: str) -> list[str]:
-    """Write the robot's model with the inertias and the friction that its logs have shown.
-
-    Inertias are those of the method `whole-log`. Joints whose friction was not identified keep what the model says of
-    them, and so does everything else. The file's head says what was changed.
+    Friction that a target cannot say is replaced by the nearest that it can, and what that loses is told. Inertias are
+    those of the method `whole-log`, for targets that are models. Joints whose friction was not identified keep what the
+    model says of them, and so does everything else. The file's head says what was changed.
 
     Parameters
     ----------
@@ -37,19 +52,26 @@ def export(result: Result | str | Path, robot: Robot | str | Path, path: str | P
     path
         The file to write, whole or not at all.
     target
-        "urdf" or "mjcf", which is also the format of the robot's model.
+        One of `TARGETS`; "urdf" and "mjcf" write the robot's model again, which must be of that format.
+    joints
+        Those whose friction is written; all if None.
+    include_weak
+        Whether weak friction is written too.
+    strict
+        Whether to refuse a target that cannot say all of the friction.
 
     Returns
     -------
     summary
-        What was changed and what the format has no place for, a line each.
+        What was changed, what is only nearly said, and what the target has no place for, a line each.
 
     Raises
     ------
     SettingsError
-        If the format is another one, the result is of another robot or model, or the file would be the model itself.
+        If the target is another one, the result is of another robot or model, the file would be the model itself, a
+        joint is asked for that the result has not, or, if `strict`, something would be lost.
     NothingIdentifiedError
-        If the result holds nothing that the format has a place for.
+        If the result holds nothing that the target has a place for.
     RobotFileError
         If a robot file is given and cannot be used.
 
@@ -66,37 +88,40 @@ def export(result: Result | str | Path, robot: Robot | str | Path, path: str | P
     result = result if isinstance(result, Result) else read_result(result)
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     if target not in TARGETS:
-        raise SettingsError(f"export: the format is '{target}'; expected {' or '.join(TARGETS)}")
-    change, words = TARGETS[target]
-    model = Path(robot.model_path)
-    _check(result, robot, model, Path(path), target)
-    corrections = result.corrections or Corrections(chi_square=0.0)
-    file, _ = load_model(model, robot.base)
-    links, mended = corrected_links(file, robot.tree.model, corrections, str(model))
-    joints = joint_terms(result, words)
-    if not links and not joints:
+        raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}")
+    own = TARGETS[target]
+    _check(result, robot, Path(path), target)
+    terms = joint_terms(result, own.form, own.words, joints, include_weak)
+    links: dict[str, LinkInertia] = {}
+    mended: list[str] = []
+    if own.models:
+        file, _ = load_model(Path(robot.model_path), robot.base)
+        corrections = result.corrections or Corrections(chi_square=0.0)
+        links, mended = corrected_links(file, robot.tree.model, corrections, robot.model_path)
+    if not links and not terms:
         raise NothingIdentifiedError(
             f"export: the result has neither corrected inertias nor an identified friction that {target.upper()} has a "
             "place for"
         )
-    lines = summary(result, model.name, joints, mended)
-    text = document_text(change(model, links, joints, Path(path).parent), lines)
+    if strict:
+        _refuse_losses(terms, target)
+    lines = summary(result, robot, own, terms, mended)
+    request = Request(result=result, robot=robot, joints=terms, links=links, lines=lines, folder=Path(path).parent)
+    text = own.text(request)
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return lines
 
 
-def _check(result: Result, robot: Robot, model: Path, path: Path, target: str) -> None:
-    """Refuse a target of another format, a result of another robot, and writing over the model."""
+def _check(result: Result, robot: Robot, path: Path, target: str) -> None:
+    """Refuse a model of another format, a result of another robot, and writing over the model."""
+    model, models = Path(robot.model_path), TARGETS[target].models
     kind = kind_of(model)
-    if kind not in TARGETS:
+    if models and kind not in models:
+        others = [name for name, own in TARGETS.items() if not own.models or kind in own.models]
         raise SettingsError(
-            f"{model}: is {kind.upper()}, which is not written; expected a robot whose model is URDF or MJCF"
-        )
-    if kind != target:
-        raise SettingsError(
-            f"{model}: is {kind.upper()}, and models are not converted; export to {kind}, or name a robot file whose "
-            f"model is {target.upper()}"
+            f"{model}: is {kind.upper()}, which '{target}' does not write again; expected a robot whose model is "
+            f"{_either([own.upper() for own in models])}" + f", or export to {_either(others)}" * bool(others)
         )
     unknown = [joint for joint in result.joints if joint not in robot.joint_names]
     if unknown:
@@ -106,3 +131,17 @@ def _check(result: Result, robot: Robot, model: Path, path: Path, target: str) -
         )
     if path.exists() and path.samefile(model):
         raise SettingsError(f"{path}: is the robot's own model; expected another file to write to")
+
+
+def _refuse_losses(terms: dict[str, JointTerms], target: str) -> None:
+    for name, own in terms.items():
+        if lost := [*own.projected, *own.left_out]:
+            raise SettingsError(
+                f"export: joint '{name}' has {', '.join(lost)}, which {target} cannot say; export without --strict, "
+                "or to a target that can"
+            )
+
+
+def _either(names: Collection[str]) -> str:
+    *first, last = names or [""]
+    return f"{', '.join(first)} or {last}" if first else last

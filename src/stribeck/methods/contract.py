@@ -57,8 +57,8 @@ class Fitted:
     corrections
         What was found of model and calibration, if that was looked for.
     terms
-        By joint, of the law "auto": which terms it has, the torque that it carries [N m], and the means of cosine
-        and sine of its position, None of a prismatic joint, and the periods of its torque ripple a turn.
+        By joint, of the law "auto": which terms it has, the torque that it carries and its deviation [N m], the means
+        of cosine and sine of its position, None of a prismatic joint, and the periods of its torque ripple a turn.
     couplings
         Names of the robot's that were looked for.
     findings, notes
@@ -72,7 +72,7 @@ class Fitted:
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
-    terms: Mapping[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None, float]] = field(
+    terms: Mapping[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float]] = field(
         default_factory=dict
     )
     couplings: Sequence[str] = ()

@@ -112,12 +112,14 @@ class WholeLog:
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
-    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, tuple[float, ...] | None, float]]:
-        """Which terms each joint has, of the law "auto", the torque it carries [N m], mean direction and ripple."""
-        if self.fit.mean_load is None or self.fit.mean_direction is None or self.fit.per_turn is None:
+    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float]]:
+        """Of the law "auto": terms of each joint, its load and the deviation of that [N m], mean direction, ripple."""
+        numbers = (self.fit.mean_load, self.fit.load_deviation, self.fit.mean_direction, self.fit.per_turn)
+        if any(own is None for own in numbers):
             return {}
-        directions = [tuple(own.tolist()) if np.isfinite(own).all() else None for own in self.fit.mean_direction]
-        own = zip(self.fit.terms, self.fit.mean_load.tolist(), directions, self.fit.per_turn.tolist(), strict=True)
+        loads, deviations, means, per_turn = (own.tolist() for own in numbers if own is not None)
+        directions = [tuple(own) if np.isfinite(own).all() else None for own in means]
+        own = zip(self.fit.terms, loads, deviations, directions, per_turn, strict=True)
         return dict(zip(self.joints, own, strict=True))
 
     @property

@@ -107,7 +107,8 @@ class JointResult:
 
     `curve` is its friction as a whole, at slow, middle and top speed; the verdict is the curve's. A joint without
     detectable friction has no parameters but those of other torques, an offset or a rotor inertia.
-    Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], and
+    Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], of
+    which `load_deviation` is the standard deviation, and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
     how many periods a turn its torque ripple has; None without any.
     `torque_r2` is how much of its torque is explained, None where that is not known.
@@ -125,6 +126,7 @@ class JointResult:
     positive_power_fraction: float | None = None
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
+    load_deviation: float | None = None
     mean_direction: tuple[float, ...] | None = None
     ripple_per_turn: float | None = None
     curve: tuple[CurvePoint, ...] = ()

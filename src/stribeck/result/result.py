@@ -12,6 +12,7 @@ from pydantic_core import from_json
 from typing_extensions import TypedDict
 
 from stribeck.errors import SettingsError
+from stribeck.files import read_text
 from stribeck.finding import Finding
 from stribeck.result.corrections import Corrections
 from stribeck.result.coupling import CouplingResult
@@ -155,11 +156,9 @@ def read_result(path: str | Path) -> Result:
     >>> read_result("out/result.json") == result
     True
     """
+    text = read_text(Path(path), "a result.json", SettingsError)
     try:
-        text = Path(path).read_text(encoding="utf-8")
         document = from_json(text)
-    except OSError as error:
-        raise SettingsError(f"{path}: cannot be read ({error.strerror}); expected a result.json") from error
     except ValueError as error:
         raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
@@ -187,6 +186,10 @@ class _Document(TypedDict):
     findings: NotRequired[list[Finding]]
 
 
+OF_SOME = ("terms", "mean_load", "load_deviation", "mean_direction", "ripple_per_turn", "torque_r2")
+"""Fields of a joint that only some laws or methods have."""
+
+
 def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     """Return a joint as plain data; what only some laws or methods have is left out of others."""
     plain = asdict(joint)
@@ -194,8 +197,4 @@ def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
     for parameter in plain["parameters"].values():
         if parameter["variance_shares"] is None:
             del parameter["variance_shares"]
-    return {
-        key: value
-        for key, value in plain.items()
-        if value is not None or key not in ("terms", "mean_load", "mean_direction", "ripple_per_turn", "torque_r2")
-    }
+    return {key: value for key, value in plain.items() if value is not None or key not in OF_SOME}

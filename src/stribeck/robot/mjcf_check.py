@@ -36,15 +36,14 @@ def _quiet_mujoco() -> Iterator[None]:
 
 
 @_quiet_mujoco()
-def check_mjcf(path: Path, model: pin.Model) -> list[str]:
-    """Compile the file with MuJoCo, compare joints, mass and inertia matrix, and return warnings.
+def check_mjcf(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
+    """Compare joints, mass and inertia matrix with those that MuJoCo reads, and return warnings.
 
     Raises
     ------
     RobotFileError
-        If MuJoCo cannot compile the file, or the two read different robots from it.
+        If the two read different robots from the file.
     """
-    compiled = _compile_mjcf(path)
     hinges = [
         joint
         for joint in range(compiled.njnt)
@@ -71,22 +70,37 @@ def check_mjcf(path: Path, model: pin.Model) -> list[str]:
     return warnings
 
 
-def _compile_mjcf(path: Path) -> mujoco.MjModel:
-    """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia."""
+@_quiet_mujoco()
+def compile_mjcf(path: Path) -> mujoco.MjModel:
+    """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia.
+
+    Raises
+    ------
+    RobotFileError
+        If MuJoCo cannot compile the file.
+    """
     try:
-        return mujoco.MjSpec.from_file(str(path)).compile()
+        return _compiled(path, with_meshes=True)
     except ValueError:
         pass
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        return _compiled(path, with_meshes=False)
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
+
+
+def _compiled(path: Path, *, with_meshes: bool) -> mujoco.MjModel:
+    spec = mujoco.MjSpec.from_file(str(path))
+    spec.memory = spec.njmax = spec.nconmax = spec.nstack = -1  # nothing is simulated
+    spec.nuserdata = 0
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    if not with_meshes:
         for geom in list(spec.geoms):
             if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):
                 spec.delete(geom)
         for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
             spec.delete(asset)
-        return spec.compile()
-    except ValueError as error:
-        raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
+    return spec.compile()
 
 
 def _inertia_difference(

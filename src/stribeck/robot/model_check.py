@@ -6,63 +6,19 @@ independent: each is found, here by parsing the file a second time, in `mjcf_che
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
+from stribeck.typing import Array
 
+ROUNDING, LEAST = 1e-3, 1e-9
+"""By how much moments of inertia may miss what a rigid body has: relative, and below zero [kg m^2]; digits are few."""
 RELATIVE_TOLERANCE = 1e-5
 """Largest relative difference of mass and inertia matrix that counts as equal; model files have six digits."""
-
-
-def check_urdf_links(path: Path) -> None:
-    """Refuse a URDF whose joints name links that it does not define, or that has no name.
-
-    Raises
-    ------
-    RobotFileError
-        Naming the joint and the link.
-    """
-    root = ElementTree.parse(path).getroot()
-    links = {link.get("name") for link in root.findall("link")}
-    if not root.get("name"):
-        raise RobotFileError(f'{path}: the <robot> element has no name; write <robot name="...">')
-    for joint in root.findall("joint"):
-        for end in ("parent", "child"):
-            element = joint.find(end)
-            link = element.get("link") if element is not None else None
-            if link not in links:
-                raise RobotFileError(
-                    f"{path}: joint '{joint.get('name')}' has the {end} link '{link}', which the file does not define; "
-                    f'add <link name="{link}"/> or remove the joint'
-                )
-
-
-def check_urdf(path: Path, model: pin.Model) -> list[str]:
-    """Compare joints and total mass with the URDF's own text, and return warnings.
-
-    Raises
-    ------
-    RobotFileError
-        If joints or mass differ.
-    """
-    root = ElementTree.parse(path).getroot()
-    moving = {
-        str(joint.get("name"))
-        for joint in root.findall("joint")
-        if joint.get("type") not in ("fixed", "floating", "planar")
-    }
-    require_same_joints(path, moving, model)
-    mass = sum(float(element.get("value", "nan")) for element in root.findall("link/inertial/mass"))
-    require_same_mass(path, mass, model)
-    coupled = [name for name in moving if root.find(f"joint[@name='{name}']/mimic") is not None]
-    warnings = []
-    if coupled:
-        warnings.append(f"{path.name}: mimic joints are taken as independent: {', '.join(sorted(coupled))}")
-    return warnings + check_inertias(path.name, model)
 
 
 def check_finite(path: Path, model: pin.Model) -> None:
@@ -82,15 +38,20 @@ def check_finite(path: Path, model: pin.Model) -> None:
             )
 
 
-def check_inertias(name: str, model: pin.Model) -> list[str]:
-    """Return warnings: a body whose inertia no rigid body can have, a joint that moves neither mass nor inertia."""
+def check_inertias(name: str, model: pin.Model, lines: Mapping[str, str] | None = None) -> list[str]:
+    """Return warnings: a body whose inertia no rigid body can have, a joint that moves neither mass nor inertia.
+
+    `lines` says in which line of the file each link of impossible inertia is; only what a joint carries as a whole
+    changes its torque.
+    """
     warnings = []
     impossible = []
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
-        moments = np.linalg.eigvalsh(inertia.inertia)
-        if inertia.mass < 0 or moments[0] < -1e-9 or moments[0] + moments[1] < moments[2] * (1 - 1e-3):
-            impossible.append(str(model.names[joint]))
+        if inertia.mass < 0 or not is_possible(inertia.inertia):
+            own = [frame.name for frame in model.frames if frame.parentJoint == joint and frame.name in (lines or {})]
+            links = ", ".join(f"link '{link}' in {lines[link]}" for link in own) if lines else ""
+            impossible.append(f"{model.names[joint]} ({links})" if links else str(model.names[joint]))
     if impossible:
         warnings.append(
             f"{name}: no rigid body has the inertia given for what these joints carry: {', '.join(impossible)}"
@@ -104,6 +65,12 @@ def check_inertias(name: str, model: pin.Model) -> list[str]:
     if empty:
         warnings.append(f"{name}: these joints move neither mass nor inertia: {', '.join(empty)}")
     return warnings
+
+
+def is_possible(moments: Array) -> bool:
+    """Return whether moments of inertia, shape (3, 3), are positive semidefinite and obey the triangle inequality."""
+    least, middle, most = np.linalg.eigvalsh(moments)
+    return bool(least >= -LEAST and least + middle >= most * (1 - ROUNDING))
 
 
 def require_same_joints(path: Path, expected: set[str], model: pin.Model) -> None:

@@ -6,15 +6,17 @@ import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import RobotFileError
-from stribeck.robot.model_check import check_finite, check_inertias, check_urdf, check_urdf_links
+from stribeck.robot.mjcf_file import check_mjcf_file
+from stribeck.robot.model_check import check_finite, check_inertias, require_same_joints, require_same_mass
 from stribeck.robot.rooting import FLOATING, is_floating
 from stribeck.robot.sdf import build_from_sdf
+from stribeck.robot.urdf_check import check_urdf, moving_joints, total_mass
+from stribeck.robot.xml_file import XmlFile, read_xml
 from stribeck.typing import Array
 
 MARK = " (body)"
@@ -36,34 +38,43 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     RobotFileError
         If the file cannot be read, or Pinocchio reads another robot from it than it describes.
     """
-    kind = kind_of(path)
+    xml = read_xml(path)
+    kind = _kind(xml)
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     try:
         if kind == "urdf":
-            check_urdf_links(path)
-            model = pin.buildModelFromUrdf(str(path), root) if root else pin.buildModelFromUrdf(str(path))
-            check_finite(path, model)
-            notes = check_urdf(path, model)
+            model, notes = _build_from_urdf(xml, root)
         elif kind == "sdf":
-            model, notes = build_from_sdf(path, root)
+            model, notes = build_from_sdf(xml, root)
             check_finite(path, model)
-            notes += check_inertias(model.name, model)
         else:
             try:
-                from stribeck.robot.mjcf_check import check_mjcf
+                from stribeck.robot.mjcf_check import check_mjcf, compile_mjcf
             except ModuleNotFoundError as error:
                 raise RobotFileError(f"{path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
+            check_mjcf_file(xml)
+            compiled = compile_mjcf(path)
             model = pin.buildModelFromMJCF(str(path))
             check_finite(path, model)
-            notes = check_mjcf(path, model)
+            notes = check_mjcf(path, compiled, model)
             if root and not is_floating(model):
                 model = _mjcf_with_root(path, root)
         if base == "fixed" and is_floating(model):
             model = _without_joints(model, [1], pin.neutral(model))
     except (ValueError, RuntimeError, IndexError) as error:
-        detail = " ".join(str(error).split())[:200]
+        detail = " ".join(str(error).rpartition("message:")[2].split())[:200]
         raise RobotFileError(f"{path}: Pinocchio cannot read this {kind.upper()} model: {detail}") from error
     return model, notes
+
+
+def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
+    """Return the model of a URDF, whatever its encoding, and warnings."""
+    notes, impossible = check_urdf(xml)
+    model = pin.buildModelFromXML(xml.text, root) if root else pin.buildModelFromXML(xml.text)
+    check_finite(xml.path, model)
+    require_same_joints(xml.path, moving_joints(xml.root), model)
+    require_same_mass(xml.path, total_mass(xml.root), model)
+    return model, notes + check_inertias(xml.path.name, model, impossible)
 
 
 def _mjcf_with_root(path: Path, root: pin.JointModelFreeFlyer) -> pin.Model:
@@ -81,18 +92,16 @@ def kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:
     RobotFileError
         If there is no such file, or it is none of these.
     """
-    if not path.is_file():
-        raise RobotFileError(f"{path}: no such model file; [robot] model is taken relative to the robot file")
-    try:
-        tag = ElementTree.parse(path).getroot().tag
-    except (ElementTree.ParseError, UnicodeDecodeError, ValueError) as error:
-        raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF, MJCF or SDF model") from error
+    return _kind(read_xml(path))
+
+
+def _kind(xml: XmlFile) -> Literal["urdf", "mjcf", "sdf"]:
     kinds: dict[str, Literal["urdf", "mjcf", "sdf"]] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
-    if tag not in kinds:
+    if xml.root.tag not in kinds:
         raise RobotFileError(
-            f"{path}: the root element is <{tag}>; expected <robot> (URDF), <mujoco> (MJCF) or <sdf> (SDF)"
+            f"{xml.path}: the root element is <{xml.root.tag}>; expected <robot> (URDF), <mujoco> (MJCF) or <sdf> (SDF)"
         )
-    return kinds[tag]
+    return kinds[xml.root.tag]
 
 
 def lock_joints(model: pin.Model, locked: Mapping[str, float], where: str) -> pin.Model:

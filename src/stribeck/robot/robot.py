@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from stribeck.errors import RobotFileError
+from stribeck.files import read_text
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
@@ -240,10 +241,9 @@ def read_robot_file(path: Path) -> RobotFile:
     RobotFileError
         If it is missing, is not TOML, or has a wrong key or value.
     """
+    text = read_text(path, "a robot file (TOML)", RobotFileError)
     try:
-        document = parse_toml(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RobotFileError(f"{path}: cannot be read ({error.strerror}); expected a robot file (TOML)") from error
+        document = parse_toml(text)
     except ValueError as error:
         raise RobotFileError(f"{path}: is not TOML: {error}") from error
     return _validated(document, path)
@@ -254,7 +254,7 @@ def _validated(document: dict[str, Any], path: Path) -> RobotFile:
     try:
         return RobotFile.model_validate(document)
     except ValidationError as error:
-        raise RobotFileError(f"{path}: {describe(error)}") from error
+        raise RobotFileError(f"{path}: {describe(error, RobotFile)}") from error
 
 
 def from_robot_file(file: RobotFile, path: Path) -> Robot:
@@ -280,21 +280,37 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         raise RobotFileError(
             f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
         )
-    frames = {str(frame.name) for frame in model.frames}
+    measured = [name for name in joint_names(model) if name not in table.position_controlled]
+    if not measured:
+        raise RobotFileError(
+            f"{path}: [robot] position_controlled names every joint; expected one at least whose torque is measured"
+        )
+    frames = {str(frame.name) for frame in model.frames} - {"universe"}
     contacts = {name: Contact(name, value.frame, value.kind) for name, value in file.contacts.items()}
     wanted = {f"[contacts.{contact.name}] frame": contact.frame for contact in contacts.values()}
     if table.base_frame:
         wanted["[robot] base_frame"] = table.base_frame
     for key, frame in wanted.items():
         if frame not in frames:
-            there = ", ".join(sorted(frames - {"universe"}))
-            raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {there}")
+            raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}")
+    by_frame: dict[str, str] = {}
+    for contact in contacts.values():
+        other = by_frame.setdefault(contact.frame, contact.name)
+        if other != contact.name:
+            raise RobotFileError(
+                f"{path}: [contacts.{contact.name}] and [contacts.{other}] have the frame '{contact.frame}'; "
+                "expected a frame for each contact"
+            )
     gravity = np.array(table.gravity)
     model.gravity.linear = gravity
     try:
         tree = root_at(model)
     except RobotFileError as error:
         raise RobotFileError(f"{path}: {error}") from error
+    if not any(inertia.mass > 0 or np.any(inertia.inertia) for inertia in list(tree.model.inertias)[1:]):
+        raise RobotFileError(
+            f"{path.parent / table.model}: no link that moves has a mass; expected the masses and inertias of the links"
+        )
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
     order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
     if table.torque_source == "link_side_sensor" and np.any(tree.model.armature):

@@ -67,7 +67,7 @@ def _by_another_process(backend: str, request: bytes) -> NDArray[np.uint8] | Non
     command = [sys.executable, "-P", str(Path(drawing.__file__))]
     with tempfile.TemporaryDirectory() as folder:  # where MuJoCo leaves its own log
         try:
-            done = subprocess.run(
+            done = subprocess.run(  # this Python, and a file of this package  # nosec B603
                 command, input=request, env=environment, cwd=folder, capture_output=True, timeout=PATIENCE, check=True
             )
             return np.asarray(np.load(io.BytesIO(done.stdout), allow_pickle=False)["pixels"])

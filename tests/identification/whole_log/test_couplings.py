@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from stribeck import Robot, identify, write_report
-from stribeck.export.joints import summary
+from stribeck.export.summary import summary
+from stribeck.export.write import TARGETS
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.result import Result, read_result
@@ -82,7 +83,7 @@ def test_couplings_are_kept_and_shown(arm: Robot, log: RobotLog, tmp_path: Path)
         left = shown.friction_torque[:, column] - each.friction(shown.velocity[:, column])
         moving = np.abs(shown.velocity[:, column]) > 0.05
         assert np.sqrt(np.mean(left[moving] ** 2)) < 0.3
-    assert "The friction of couplings has no place here: motor." in summary(result, "arm.urdf", {}, [])
+    assert "The friction of couplings has no place here: motor." in summary(result, arm, TARGETS["urdf"], {}, [])
 
 
 def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log: RobotLog) -> None:

@@ -156,6 +156,18 @@ are corrected with; gains being right on average, the legs' would make up for th
 MEAN_GAIN_STD = 1e-3
 """Standard deviation of the mean gain in units of its prior [1]: held at one, as a common gain is friction's scale."""
 
+# Long logs
+
+SELECTION_SEGMENTS = 200
+"""Segments that terms are selected on, at most [1]: of a longer log, evenly spread ones, to save time."""
+
+DRAWN_CURVES, DRAWN_STD = 100, 3.0
+"""Curves that a long log's coefficients are reduced to, and how far from the estimate by a part they are drawn, in its
+standard errors [1]: the rest of the log moves it by less."""
+
+REDUCTION_TOLERANCE = 0.1
+"""What is left out of any of these curves at most [1]: by it, chi^2 of the whole log changes by its square."""
+
 # Gauss-Newton
 
 CONVERGED = 5e-4

@@ -17,6 +17,7 @@ from stribeck.identification.whole_log.constants import (
     SAMPLED_SEGMENTS,
     SAMPLED_STEPS,
     SEGMENTS_PER_HELD_OUT,
+    SELECTION_SEGMENTS,
 )
 from stribeck.identification.whole_log.model.covariates import unsupported
 from stribeck.identification.whole_log.model.friction_curves import Curves
@@ -29,6 +30,7 @@ from stribeck.identification.whole_log.solver.empirical_bayes import group_mean_
 from stribeck.identification.whole_log.solver.multistart import with_other_starts
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations, merged
 from stribeck.identification.whole_log.solver.pilot_fit import PilotFit, fit_pilot, pilot_places, with_all_terms
+from stribeck.identification.whole_log.solver.reduction import reduced, reduced_basis
 from stribeck.identification.whole_log.solver.solve import Solution, solve
 from stribeck.identification.whole_log.terms.term_selection import Choice, select_terms
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import find_alternatives
@@ -66,8 +68,9 @@ class WholeLogFit:
         Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
     validation
         Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
-    terms, mean_load, mean_direction, per_turn
-        Of the law "auto": which terms each joint has, the mean torque that it carries [N m], shape (n,), the means of
+    terms, mean_load, load_deviation, mean_direction, per_turn
+        Of the law "auto": which terms each joint has, the torque that it carries, mean and standard deviation of its
+        size [N m], shape (n,) each, the means of
         cosine and sine of its position, shape (n, 2), and the periods of its torque ripple a turn, if any, shape (n,).
     heterogeneity, joint_heterogeneity
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
@@ -92,6 +95,7 @@ class WholeLogFit:
     undiscounted: Array
     terms: tuple[dict[str, TermVerdict], ...] = ()
     mean_load: Array | None = None
+    load_deviation: Array | None = None
     mean_direction: Array | None = None
     per_turn: Array | None = None
 
@@ -195,24 +199,21 @@ def fit_whole_log(
         priors.torque_delay,
         per_turn,
     )
-    folds, sampled = accumulate_folds(
-        equations,
-        _folds(training, gaits),
-        pilot.components,
-        pilot.curves,
-        pilot.model,
-        gaits,
-        alternatives,
-        pilot.prediction,
-    )
+    first, others = _folds(training, gaits)
+    folds, sampled = accumulate_folds(equations, first, pilot.prediction, gaits, alternatives)
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
     pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn)
+    part = normal_equations
+    if any(others):
+        pilot, folds = _with_rest(pilot, equations, part, folds, others)
+        normal_equations = merged(folds)
+        pilot = _with_empirical_bayes(pilot, normal_equations)
     undiscounted = pilot.solution.corrections
     pilot, of_model, joint_heterogeneity = _with_overdispersion(pilot, normal_equations, folds)
     unseen = list(held_out.values())
-    validation = validate(unseen, normal_equations, pilot.curves, pilot.components, *pilot.known)
+    validation = validate(unseen, part, pilot.unreduced.curves, pilot.components, *pilot.unreduced.known)
     normal_equations.merge(accumulate(unseen, pilot.components, pilot.curves, pilot.model))
-    pilot = _with_empirical_bayes(pilot, normal_equations)
+    pilot = _with_empirical_bayes(pilot, normal_equations).unreduced
     curves, model, solution = pilot.curves, pilot.model, pilot.solution
     effect_std, effect_covariance = random_effect_covariance(
         steps, normal_equations.count, curves, model, solution, pilot.components.root_turns
@@ -236,7 +237,8 @@ def fit_whole_log(
         joint_heterogeneity=joint_heterogeneity,
         undiscounted=undiscounted,
         terms=choice.verdicts if choice else (),
-        mean_load=normal_equations.loads[1] / normal_equations.loads[0] if choice else None,
+        mean_load=normal_equations.mean_load if choice else None,
+        load_deviation=normal_equations.load_deviation if choice else None,
         mean_direction=modulated.direction if modulated else None,
         per_turn=per_turn,
         misfits=run_score_tests(
@@ -290,10 +292,30 @@ def _with_empirical_bayes(pilot: PilotFit, normal_equations: NormalEquations) ->
     return replace(pilot, curves=curves, model=model, solution=solution)
 
 
-def _folds(training: list[int], gaits: int) -> list[tuple[list[int], list[int]]]:
-    """Return the folds: places of segments that are sampled for random effects and score tests, and of the others."""
-    stride = max(1, len(training) // max(SAMPLED_SEGMENTS, SAMPLED_STEPS * gaits))
-    share = set(training[:: stride | 1])  # odd, as left and right alternate
-    count = min(FOLDS, len(training))
-    folds = [training[k::count] for k in range(count)]
-    return [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]
+def _with_rest(
+    pilot: PilotFit,
+    equations: Sequence[WeakEquations],
+    part: NormalEquations,
+    folds: list[NormalEquations],
+    others: list[list[int]],
+) -> tuple[PilotFit, list[NormalEquations]]:
+    """Return a fit to a part of a log in fewer coefficients, and in these the folds with the rest of the log."""
+    whole = 1 + sum(map(len, others)) / SELECTION_SEGMENTS
+    curves = replace(pilot.curves, basis=reduced_basis(part, pilot.curves, pilot.solution, whole))
+    pilot = replace(pilot, curves=curves)
+    rest, _ = accumulate_folds(equations, [([], own) for own in others], pilot.prediction)
+    return pilot, [merged([reduced(fold, curves.basis), more]) for fold, more in zip(folds, rest, strict=True)]
+
+
+def _folds(training: list[int], gaits: int) -> tuple[list[tuple[list[int], list[int]]], list[list[int]]]:
+    """Return the folds of the part of a log that terms are selected on, and for each fold the rest of it.
+
+    A fold is the places of its segments that are sampled for random effects and score tests, and of its others.
+    """
+    count, every = min(FOLDS, len(training)), -(-len(training) // SELECTION_SEGMENTS)
+    part = [place for k, place in enumerate(training) if k // count % every == 0]
+    stride = max(1, len(part) // max(SAMPLED_SEGMENTS, SAMPLED_STEPS * gaits))
+    share = set(part[:: stride | 1])  # odd, as left and right alternate
+    folds = [part[k::count] for k in range(count)]
+    own = [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]
+    return own, [[place for place in training[k::count] if place not in part] for k in range(count)]

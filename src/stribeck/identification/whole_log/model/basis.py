@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -42,24 +43,38 @@ class Basis:
         Phi, values at the knots of a joint: orthonormal columns, the same for all joints, shape (N, r).
     modulated
         Functions that each covariate multiplies, as sums of the others, shape (r, s) each.
+    reduced
+        Few sums of all these that the curves of each joint are known to be made of, if any: coefficients as sums of
+        fewer, and fewer from coefficients, shape (n, R, m) and (n, m, R).
     """
 
     velocity: Array
     functions: Array
     modulated: tuple[Array, ...] = ()
+    reduced: tuple[Array, Array] | None = None
 
     @property
     def size(self) -> int:
-        """Number of coefficients of all joints, n R with R = r and all s."""
+        """Number of coefficients of all joints, n R with R = r and all s, or n m."""
+        if self.reduced is not None:
+            return int(self.velocity.shape[0] * self.reduced[0].shape[2])
         return int(self.velocity.shape[0] * (self.functions.shape[-1] + sum(each.shape[1] for each in self.modulated)))
+
+    def fewer(self, coefficients: Array) -> Array:
+        """Return what is left of the coefficients of all joints, shape (n, R, ...) -> (n, m, ...)."""
+        return coefficients if self.reduced is None else np.einsum("nmr,nr...->nm...", self.reduced[1], coefficients)
 
     def coefficients(self, curves: Array, *times_covariates: Array) -> Array:
         """Return coefficients, shape (R, ...), of a joint's curves, shape (N, ...), and of those times covariates."""
-        base = self.functions.T @ curves
-        missing = [np.zeros_like(curves)] * (len(self.modulated) - len(times_covariates))
-        each_times = zip(self.modulated, (*times_covariates, *missing), strict=True)
-        changed = [functions.T @ (self.functions.T @ each) for functions, each in each_times]
-        return np.concatenate([base, *changed])
+        found = [self.functions.T @ curves]
+        for functions, each in zip_longest(self._modulated, times_covariates):
+            found.append(np.zeros((functions.shape[1], *curves.shape[1:])) if each is None else functions.T @ each)
+        return np.concatenate(found)
+
+    @cached_property
+    def _modulated(self) -> list[Array]:
+        """Values at the knots of the functions that each covariate multiplies, shape (N, s) each."""
+        return [self.functions @ each for each in self.modulated]
 
     def windows(self, velocity: Array, taps: Array, step: int, count: int) -> Array:
         """Return the windows of all functions of the velocities (T, n), shape (count, n, r)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -65,7 +66,7 @@ class Curves:
         free = None if self.free is None else self.free[joints]
         return replace(self, basis=basis, top_speed=self.top_speed[joints], torque=self.torque[joints], free=free)
 
-    @property
+    @cached_property
     def having(self) -> NDArray[np.bool_]:
         """Which parameters each joint has, shape (n, p)."""
         return np.broadcast_to(True if self.free is None else self.free, (len(self.top_speed), len(self.parameters)))
@@ -78,17 +79,17 @@ class Curves:
         """Return the curves of joints with none but these of their parameters, shape (n, p)."""
         return replace(self, free=free & self.having)
 
-    @property
+    @cached_property
     def neutral(self) -> Array:
         """Internal coordinates of a joint that does without, shape (p,); nan for what every joint has."""
         return to_internal(np.array([neutral_value(parameter) for parameter in self.parameters]), self.logarithmic)
 
-    @property
+    @cached_property
     def logarithmic(self) -> NDArray[np.bool_]:
         """Which parameters are fitted by their logarithm, shape (p,)."""
         return np.array([parameter.logarithmic for parameter in self.parameters])
 
-    @property
+    @cached_property
     def bounds(self) -> Array:
         """Bounds of the internal coordinates, shape (2, n, p): one value where a joint does without."""
         bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.parameters]).T
@@ -102,17 +103,18 @@ class Curves:
         """Return the coefficients of all joints' friction curves [N m], shape (n r,)."""
         values = self.external(internal)
         curves = [self.law.torque(v, p) for v, p in zip(self.basis.velocity, values, strict=True)]
-        return (np.stack(curves) @ self.basis.functions).ravel()
+        return self.basis.fewer(np.stack(curves) @ self.basis.functions).ravel()
 
     def jacobians(self, internal: Array) -> Array:
         """Return their derivatives by each joint's own internal coordinates, shape (n, r, p)."""
         values = self.external(internal)
         factor = np.where(self.logarithmic, values, 1.0)
         jacobians = [self.law.jacobian(v, p) for v, p in zip(self.basis.velocity, values, strict=True)]
-        return np.asarray(self.basis.functions.T @ (np.stack(jacobians) * factor[:, None, :]))
+        return self.basis.fewer(self.basis.functions.T @ (np.stack(jacobians) * factor[:, None, :]))
 
+    @cached_property
     def prior(self) -> tuple[Array, Array]:
-        """Return mean and standard deviation of the prior of the internal coordinates, shape (n, p) each."""
+        """Mean and standard deviation of the prior of the internal coordinates, shape (n, p) each."""
         count = len(self.parameters)
         mean, prior_std = np.zeros((2, len(self.top_speed), count))
         units = {"N m": self.torque, "N m s/rad": self.torque / self.top_speed, "rad/s": self.top_speed}

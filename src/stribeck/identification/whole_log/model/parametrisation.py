@@ -55,6 +55,6 @@ class Parametrisation:
     @cached_property
     def prior(self) -> tuple[Array, Array]:
         """Return mean, shape (m,), and inverse covariance, shape (m, m), of the prior of x."""
-        mean, deviation = self.curves.prior()
+        mean, deviation = self.curves.prior
         precision = block_diag(np.diag(deviation.ravel() ** -2.0), self.model.precision)
         return np.concatenate([mean.ravel(), np.zeros(self.model.size)]), precision

@@ -26,6 +26,9 @@ from stribeck.identification.whole_log.model.basis import Basis, grid_of, spanni
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.typing import Array
 
+SLOPE = [parameter.name for parameter in Assembled.parameters].index("slope")
+"""Place of the slope a among the law's parameters."""
+
 
 @dataclass(frozen=True, eq=False)
 class VaryingCurves(Curves):
@@ -46,31 +49,37 @@ class VaryingCurves(Curves):
 
     def coefficients(self, internal: Array) -> Array:
         """Return the coefficients of all joints' curves [N m], shape (n R,)."""
-        blocks = []
-        for v, p in zip(self.basis.velocity, self.external(internal), strict=True):
-            (*law, load, coulomb, viscous, cosine, sine, of_cosine, of_sine), rise = p, np.tanh(p[5] * v)
-            torque, slow, same = self.law.torque(v, np.array(law)), coulomb * rise + viscous * v, np.ones_like(v)
-            changed = load * rise, slow, cosine * rise, sine * rise, of_cosine * same, of_sine * same
-            blocks.append(self.basis.coefficients(torque, *changed))
-        return np.concatenate(blocks)
+        values, v, count = self.external(internal), self.basis.velocity, len(self.law.parameters)
+        torque = np.stack([self.law.torque(*each) for each in zip(v, values[:, :count], strict=True)])
+        load, coulomb, viscous, cosine, sine, of_cosine, of_sine = values[:, count:].T[:, :, None]
+        rise, same = np.tanh(values[:, [SLOPE]] * v), np.ones_like(v)
+        changed = (
+            load * rise,
+            coulomb * rise + viscous * v,
+            cosine * rise,
+            sine * rise,
+            of_cosine * same,
+            of_sine * same,
+        )
+        return self.basis.fewer(self.basis.coefficients(torque.T, *(each.T for each in changed)).T).ravel()
 
     def jacobians(self, internal: Array) -> Array:
         """Return their derivatives by each joint's own internal coordinates, shape (n, R, p)."""
-        found = []
-        for v, p in zip(self.basis.velocity, self.external(internal), strict=True):
-            (*law, load, coulomb, _, cosine, sine, _, _), count = p, len(self.law.parameters)
-            rise = np.tanh(p[5] * v)
-            slope = v * (1 - rise**2)
-            base, loaded, slow, of_cosine, of_sine, *ripple = np.zeros((7, len(v), len(p)))
-            base[:, :count] = self.law.jacobian(v, np.array(law))
-            loaded[:, 5], loaded[:, count] = load * slope, rise
-            slow[:, 5], slow[:, count + 1], slow[:, count + 2] = coulomb * slope, rise, v
-            of_cosine[:, 5], of_cosine[:, count + 3] = cosine * slope, rise
-            of_sine[:, 5], of_sine[:, count + 4] = sine * slope, rise
-            ripple[0][:, count + 5] = ripple[1][:, count + 6] = 1.0
-            curves = self.basis.coefficients(base, loaded, slow, of_cosine, of_sine, *ripple)
-            found.append(curves * np.where(self.logarithmic, p, 1.0))
-        return np.stack(found)
+        values, v, count = self.external(internal), self.basis.velocity, len(self.law.parameters)
+        base, *changed = np.zeros((7, v.shape[1], *values.shape))  # of each function, at each knot
+        for joint, each in enumerate(zip(v, values[:, :count], strict=True)):
+            base[:, joint, :count] = self.law.jacobian(*each)
+        rise = np.tanh(values[:, [SLOPE]] * v)
+        slope = (v * (1 - rise**2)).T
+        loaded, slow, of_cosine, of_sine, *ripple = changed
+        for function, place in ((loaded, 0), (slow, 1), (of_cosine, 3), (of_sine, 4)):
+            function[:, :, SLOPE] = values[:, count + place] * slope
+            function[:, :, count + place] = rise.T
+        slow[:, :, count + 2] = v.T
+        ripple[0][:, :, count + 5] = ripple[1][:, :, count + 6] = 1.0
+        flat = (each.reshape(v.shape[1], -1) for each in (base, *changed))
+        found = self.basis.coefficients(*flat).reshape(-1, *values.shape).transpose(1, 0, 2)
+        return self.basis.fewer(found * np.where(self.logarithmic, values, 1.0)[:, None])
 
     def inside(self, values: Array) -> Array:
         """Return internal coordinates, shape (n, p), from values of the law alone: nothing changes with a covariate."""

@@ -36,12 +36,9 @@ def accumulate(
 def accumulate_folds(
     equations: Sequence[WeakEquations],
     folds: Sequence[tuple[Sequence[int], Sequence[int]]],
-    components: VarianceComponents,
-    curves: Curves,
-    model: ModelCorrections,
-    gaits: int,
-    alternatives: AlternativeTerms,
     prediction: Prediction,
+    gaits: int = 0,
+    alternatives: AlternativeTerms | None = None,
 ) -> tuple[list[NormalEquations], NormalEquations]:
     """Return the normal equations of folds, and those of a sample of all segments, with more columns.
 
@@ -51,13 +48,15 @@ def accumulate_folds(
         Of all segments.
     folds
         Places of the segments of each: of those in the sample, and of the others.
+    prediction
+        By the pilot fit, whose curves, model and components are used; windows far from it are set aside.
     gaits, alternatives
         The further columns: random effects of so many gait phases, and alternative terms.
-    prediction
-        Windows far from it are set aside.
     """
+    curves, model, components = prediction.parameters.curves, prediction.parameters.model, prediction.components
     effects = COSINES * (len(curves.top_speed) + len(components.root_turns))
-    layout = replace(_layout(curves, model), gaits=gaits, gait_effects=effects, alternatives=alternatives.size)
+    more = {"gaits": gaits, "gait_effects": effects, "alternatives": alternatives.size if alternatives else 0}
+    layout = replace(_layout(curves, model), **more)
     shares = [NormalEquations(curves.basis, layout, alternatives) for _ in range(THREADS)]
     by_fold = [_nothing(curves, model) for _ in folds]
     tasks: list[tuple[int, ByWorker, ByWorker | None]] = []

@@ -70,12 +70,12 @@ def _determined(curves: Curves, solution: Solution, parameter: int) -> tuple[NDA
     """Return the joints that have a parameter, shape (m,), and how much of each the log determines, from 0 to 1."""
     joints = range(len(solution.internal))
     own = np.array([joint for joint in joints if curves.has(joint)[parameter]], dtype=np.int64)
-    return own, (1 - solution.variance[own, parameter] / curves.prior()[1][own, parameter] ** 2).clip(0, 1)
+    return own, (1 - solution.variance[own, parameter] / curves.prior[1][own, parameter] ** 2).clip(0, 1)
 
 
 def learn_group_prior(curves: Curves, solution: Solution) -> Curves:
     """Return curves with the group prior of equations (24) and (25)."""
-    mean, group_prior = curves.prior()[0], np.full((2, solution.internal.shape[1]), np.nan)
+    mean, group_prior = curves.prior[0], np.full((2, solution.internal.shape[1]), np.nan)
     for k in curves.shared:
         own, known = _determined(curves, solution, k)
         if not len(own):

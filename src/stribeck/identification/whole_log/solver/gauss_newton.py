@@ -49,9 +49,8 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
     """Return where descents from `start`, shape (b, m), end, between bounds of the same shape."""
     x = np.clip(start, low, high)
     cost, damping = problem.costs(x), np.full(len(x), FIRST_DAMPING)
-    converged, going = np.zeros(len(x), dtype=bool), np.arange(len(x))
+    converged, going, own = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
     for _ in range(MOST_STEPS):
-        own = problem.of(going)
         gradient, hessian = own.derivatives(x[going])
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
         step = _steps(gradient, hessian, free, damping[going])
@@ -63,9 +62,11 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         damping[going] *= np.where(better, 1 / DAMPING_FACTOR, DAMPING_FACTOR)
         damping = np.maximum(damping, LEAST_DAMPING)
         converged[going] = (better & (gain < CONVERGED)) | (damping[going] > MOST_DAMPING)
-        going = np.flatnonzero(~converged)
-        if not len(going):
-            break
+        if converged[going].any():
+            going = np.flatnonzero(~converged)
+            if not len(going):
+                break
+            own = problem.of(going)
     return Minimum(x, cost, converged)
 
 

@@ -28,14 +28,14 @@ class JointCosts:
 
     def costs(self, x: Array) -> Array:
         """Return the costs at internal coordinates, shape (n, p) -> (n,)."""
-        mean, deviation = self.curves.prior()
+        mean, deviation = self.curves.prior
         values = self.curves.coefficients(x).reshape(self.right_hand_side.shape)
         squares = np.sum(values * (_times(self.information, values) - 2 * self.right_hand_side), axis=1)
         return np.asarray(squares + np.sum(((x - mean) / deviation) ** 2, axis=1)) / 2
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
         """Return gradients, shape (n, p), and Gauss-Newton's second derivatives, shape (n, p, p)."""
-        mean, deviation = self.curves.prior()
+        mean, deviation = self.curves.prior
         jacobians = self.curves.jacobians(x)
         slope = (
             _times(self.information, self.curves.coefficients(x).reshape(self.right_hand_side.shape))

@@ -103,6 +103,16 @@ class NormalEquations:
             load = equations.covariates[:, :, 0]
             self.loads += [np.full(load.shape[1], len(load)), load.sum(axis=0), (load**2).sum(axis=0)]
 
+    @property
+    def mean_load(self) -> Array:
+        """Of each joint [N m], shape (n,)."""
+        return np.asarray(self.loads[1] / self.loads[0])
+
+    @property
+    def load_deviation(self) -> Array:
+        """Standard deviation of each joint's load [N m], shape (n,)."""
+        return np.asarray(np.sqrt(np.maximum(self.loads[2] / self.loads[0] - self.mean_load**2, 0.0)))
+
     def merge(self, other: NormalEquations) -> None:
         """Add other normal equations of the same basis and layout."""
         self.information += other.information
@@ -159,9 +169,11 @@ def design(equations: WeakEquations, basis: Basis, behind: Sequence[Array] = ())
 
 
 def curve_windows(equations: WeakEquations, basis: Basis) -> Array:
-    """Return the windows of the basis, functions that covariates multiply after the others, shape (K, n, R)."""
-    plain = basis.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
-    return plain if equations.covariates is None else times_covariates(plain, equations.covariates, basis)
+    """Return the windows of the basis, functions that covariates multiply after the others, shape (K, n, R or m)."""
+    windows = basis.windows(equations.velocity, equations.taps, equations.step, len(equations.residual))
+    if equations.covariates is not None:
+        windows = times_covariates(windows, equations.covariates, basis)
+    return windows if basis.reduced is None else (windows.transpose(1, 0, 2) @ basis.reduced[0]).transpose(1, 0, 2)
 
 
 def times_covariates(plain: Array, covariates: Array, basis: Basis) -> Array:

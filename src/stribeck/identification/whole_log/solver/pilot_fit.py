@@ -45,6 +45,12 @@ class PilotFit:
         return _known(self.curves, self.model, self.solution)
 
     @property
+    def unreduced(self) -> PilotFit:
+        """The same with all coefficients of the curves."""
+        basis = replace(self.curves.basis, reduced=None)
+        return replace(self, curves=replace(self.curves, basis=basis))
+
+    @property
     def prediction(self) -> Prediction:
         """What it says of other segments."""
         parameters = Parametrisation(self.curves, self.model)

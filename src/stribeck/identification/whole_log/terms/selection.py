@@ -148,6 +148,7 @@ def with_terms(
     joint: JointResult,
     terms: dict[str, TermVerdict],
     mean_load: float,
+    load_deviation: float,
     mean_direction: tuple[float, ...] | None,
     per_turn: float | None,
 ) -> JointResult:
@@ -169,4 +170,11 @@ def with_terms(
             found, verdict="weak", reason=f"{sizes}, are as large: noise, a dead sensor, a sign or the model"
         )
     ripple = per_turn if terms["ripple"].kept else None
-    return replace(found, terms=terms, mean_load=mean_load, mean_direction=mean_direction, ripple_per_turn=ripple)
+    return replace(
+        found,
+        terms=terms,
+        mean_load=mean_load,
+        load_deviation=load_deviation,
+        mean_direction=mean_direction,
+        ripple_per_turn=ripple,
+    )

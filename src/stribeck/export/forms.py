@@ -1,0 +1,143 @@
+"""Forms of friction that simulators know, and the nearest of a form to the friction that was found.
+
+With R the friction found, without its offset, at speeds, loads and positions x_k of the log, and B(x) the columns of a
+form, its numbers c are those of
+
+    min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
+
+What remains is a loss that is stated, and no term is dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from stribeck.errors import SettingsError
+from stribeck.result import JointResult
+from stribeck.typing import Array
+
+SPEEDS, POSITIONS = 40, 64
+"""Speeds in each direction up to the top speed, and positions in a turn, that friction is compared at [1]."""
+
+GOLDEN = 0.5 * (5**0.5 - 1)
+"""Multiples of it, less whole numbers, fill a turn evenly, and any part of a turn (Weyl 1916)."""
+
+OF_POSITION = ("coulomb_cosine", "coulomb_sine", "ripple_cosine", "ripple_sine")
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """Friction as a sum of functions of velocity and load, whose coefficients are not negative.
+
+    Attributes
+    ----------
+    numbers
+        Names of the coefficients.
+    columns
+        The functions, shape (N, k), from velocities and loads, shape (N,), and the parameters found by name.
+    of_law
+        Parameters of laws that the form has too: no others are projected.
+    kept
+        Parameters of the functions that are not coefficients, and are taken as they were found.
+    """
+
+    numbers: tuple[str, ...]
+    columns: Callable[[Array, Array, Mapping[str, float]], Array]
+    of_law: frozenset[str]
+    kept: tuple[str, ...] = ()
+
+
+def _plain(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
+    return np.column_stack([np.sign(velocity), velocity])
+
+
+def _stribeck(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
+    rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
+    return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * rise])
+
+
+def _loaded(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
+    return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * np.abs(load)])
+
+
+PLAIN = Form(("coulomb", "viscous"), _plain, frozenset({"coulomb", "viscous"}))
+"""Fc sign(v) + Fv v."""
+
+STRIBECK = Form(
+    ("coulomb", "viscous", "stribeck"),
+    _stribeck,
+    frozenset({"coulomb", "viscous", "stribeck_gain", "stribeck_velocity"}),
+    kept=("stribeck_velocity",),
+)
+"""Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
+
+LOADED = Form(("coulomb", "viscous", "load"), _loaded, frozenset({"coulomb", "viscous", "load"}))
+"""(Fc + mu |load|) sign(v) + Fv v."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nearest:
+    """The nearest friction of a form.
+
+    Attributes
+    ----------
+    numbers
+        Its coefficients and the parameters that it keeps, by name.
+    remains, of
+        Root mean square of what the form cannot say, and of the friction found [N m], [N].
+    """
+
+    numbers: dict[str, float]
+    remains: float
+    of: float
+
+    @property
+    def share(self) -> float:
+        """What remains over the friction found [1]."""
+        return self.remains / self.of if self.of else 0.0
+
+
+def nearest(joint: JointResult, form: Form) -> Nearest:
+    """Return the friction of a form that is nearest to what was found of a joint.
+
+    Compared are speeds up to the curve's top speed in both directions, the loads of the log by their mean and standard
+    deviation, and all positions of a turn, where friction depends on these.
+
+    Raises
+    ------
+    SettingsError
+        If the friction is not finite there.
+    """
+    found = {name: parameter.value for name, parameter in joint.parameters.items()}
+    velocity, load, position = _visited(joint, found)
+    with np.errstate(all="ignore"):  # numbers that no joint has are refused below
+        friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
+        columns = form.columns(velocity, load, found)
+        unit = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        if not np.isfinite(np.append(unit, np.linalg.norm(friction))).all():
+            raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
+    coefficients = nnls(columns / unit, friction)[0] / unit
+    numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
+    numbers |= {name: found[name] for name in form.kept if name in found}
+    remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
+    return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
+
+
+def top_speed(joint: JointResult) -> float:
+    """Return the speed up to which a joint's friction is known [rad/s], [m/s]."""
+    return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
+
+
+def _visited(joint: JointResult, found: Mapping[str, float]) -> tuple[Array, Array, Array]:
+    """Return speeds, loads and positions, shape (N,) each."""
+    positive = np.arange(1, SPEEDS + 1) / SPEEDS * top_speed(joint)
+    mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
+    loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
+    positions = 2 * np.pi * (GOLDEN * np.arange(POSITIONS) % 1) if any(name in found for name in OF_POSITION) else [0.0]
+    grid = np.meshgrid(np.concatenate([-positive, positive]), loads, positions, indexing="ij")
+    velocity, load, position = (axis.ravel() for axis in grid)
+    return velocity, load, position

@@ -1,0 +1,131 @@
+"""An XML model file, read with the lines of its elements, and bounded before any native reader sees it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+from xml.etree.ElementTree import Element, TreeBuilder, tostring
+from xml.parsers import expat
+
+from stribeck.errors import RobotFileError
+from stribeck.files import read_bytes
+
+MOST_ELEMENTS, DEEPEST = 200_000, 200
+"""Of a file [1]; native readers recurse into elements, and no robot comes near these."""
+MOST_BODIES, MOST_JOINTS = 1000, 150
+"""Links and joints of a robot [1]; Pinocchio's memory grows with the cube of the joints, of 150 to 0.4 GB."""
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""What every reader takes for the same number."""
+
+
+@dataclass(frozen=True, eq=False)
+class XmlFile:
+    """A file's elements, and the line in which each begins."""
+
+    path: Path
+    root: Element
+    lines: Mapping[Element, int]
+
+    @property
+    def text(self) -> str:
+        """The document again, whatever the encoding of the file."""
+        return tostring(self.root, encoding="unicode")
+
+    def refuse(self, element: Element, message: str) -> NoReturn:
+        """Raise a RobotFileError about an element."""
+        raise RobotFileError(f"{self.path}: line {self.lines[element]}: {message}")
+
+    def named(self, parent: Element, tag: str, kind: str = "") -> dict[str, Element]:
+        """Return an element's children of a tag by their names, which they must have and share with no other."""
+        found: dict[str, Element] = {}
+        for element in parent.findall(tag):
+            name = element.get("name")
+            if not name:
+                self.refuse(element, f'a <{tag}> has no name; write <{tag} name="...">')
+            if name in found:
+                self.refuse(element, f"{kind or tag} '{name}' is there already, in line {self.lines[found[name]]}")
+            found[name] = element
+        return found
+
+    def only(self, parent: Element, tag: str, of: str) -> Element | None:
+        """Return an element's one child of a tag, None where there is none."""
+        found = parent.findall(tag)
+        if len(found) > 1:
+            self.refuse(found[1], f"{of} has {len(found)} <{tag}>; expected one")
+        return found[0] if found else None
+
+    def numbers(self, element: Element, text: str | None, count: int, what: str) -> list[float]:
+        """Return the plain, finite numbers of a text."""
+        words = (text or "").split()
+        values = [float(word) for word in words if NUMBER.fullmatch(word)]
+        if len(values) != len(words) or len(words) != count or not all(map(math.isfinite, values)):
+            found = "nothing" if text is None else f"'{text[:60]}'"
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
+            self.refuse(element, f"{what} is {found}; expected {expected}")
+        return values
+
+
+def read_xml(path: Path) -> XmlFile:
+    """Read an XML file.
+
+    Raises
+    ------
+    RobotFileError
+        If it cannot be read, is not well-formed, defines entities, or is larger or deeper than any robot's.
+    """
+    if _is_missing(path):
+        raise RobotFileError(f"{path}: no such model file; [robot] model is taken relative to the robot file")
+    content = read_bytes(path, "a URDF, MJCF or SDF model", RobotFileError)
+    builder, lines, depth = TreeBuilder(), dict[Element, int](), 0
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        element = builder.start(tag, attributes)
+        lines[element] = parser.CurrentLineNumber
+        if depth > DEEPEST or len(lines) > MOST_ELEMENTS:
+            raise RobotFileError(
+                f"{path}: line {parser.CurrentLineNumber}: <{tag[:60]}> is the {len(lines):,}th element and lies "
+                f"{depth} deep; expected a model of {MOST_ELEMENTS:,} elements at most, nested {DEEPEST} deep at most"
+            )
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def entity(name: str, *_: object) -> None:
+        raise RobotFileError(
+            f"{path}: line {parser.CurrentLineNumber}: defines the entity '{name}'; expected a model without entities"
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, entity
+    parser.buffer_text = True
+    try:
+        parser.Parse(content, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:  # of an unknown encoding
+        raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF, MJCF or SDF model") from error
+    return XmlFile(path, builder.close(), lines)
+
+
+def _is_missing(path: Path) -> bool:
+    try:
+        path.stat()
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError):  # it may be there, and cannot be read
+        return False
+    return False
+
+
+def require_few(xml: XmlFile, elements: Sequence[Element], most: int) -> None:
+    """Refuse a model of more links or moving joints than a robot has."""
+    if len(elements) > most:
+        tag = elements[most].tag
+        xml.refuse(elements[most], f"is the {most + 1}th of {len(elements)} <{tag}>; expected {most} at most")

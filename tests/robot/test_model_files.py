@@ -1,0 +1,333 @@
+"""What a model file says is read as it says it, or refused by link and line: never taken for something else."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.models import EXAMPLES
+from tests.robot.test_robot import HIP, MJCF, SDF, URDF, inertia, refuse, write_robot
+
+from stribeck.robot import Robot
+from stribeck.robot.urdf_check import check_urdf
+from stribeck.robot.xml_file import DEEPEST, MOST_BODIES, MOST_JOINTS, read_xml
+
+LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
+UNSOUND_URDF = {
+    "moment missing": (LOWER, LOWER.replace(' izz="0.005"', ""), "line 6: izz of link 'lower' is nothing; expected a"),
+    "no moments": (LOWER, "", "line 5: link 'lower' has an <inertial> without <inertia>"),
+    "moment nan": ('izz="0.005"', 'izz="nan"', "line 6: izz of link 'lower' is 'nan'; expected a finite number"),
+    "moment text": ('izz="0.005"', 'izz="5e-3m"', "line 6: izz of link 'lower' is '5e-3m'"),
+    "moment negative": ('izz="0.005"', 'izz="-0.005"', "izz of link 'lower' is -0.005 kg m.2; expected zero or more"),
+    "mass infinite": ('<mass value="1"/>', '<mass value="inf"/>', "line 5: the mass of link 'lower' is 'inf'"),
+    "mass too large": ('<mass value="1"/>', '<mass value="1e999"/>', "line 5: the mass of link 'lower' is '1e999'"),
+    "mass negative": ('<mass value="1"/>', '<mass value="-1"/>', "line 5: link 'lower' has a mass of -1 kg"),
+    "mass of decimal comma": ('<mass value="1"/>', '<mass value="1,5"/>', "the mass of link 'lower' is '1,5'"),
+    "no mass": ('<mass value="1"/>', "", "line 5: link 'lower' has an <inertial> without <mass>"),
+    "mass without value": ('<mass value="1"/>', "<mass>1</mass>", "the mass of link 'lower' is nothing"),
+    "two masses": ('<mass value="1"/>', '<mass value="1"/><mass value="2"/>', "link 'lower' has 2 <mass>"),
+    "two inertials": ("</inertial></link>\n  <joint", "</inertial><inertial/></link>\n  <joint", "has 2 <inertial>"),
+    "place of two numbers": ('xyz="0 0 0.1"', 'xyz="0 0.1"', "line 5: xyz of link 'lower' is '0 0.1'; expected 3"),
+    "turn not finite": ('xyz="0 0 0.1"', 'rpy="0 0 nan"', "line 5: rpy of link 'lower' is '0 0 nan'"),
+    "joint's place": ('xyz="0 0 0.4"', 'xyz="0 0 up"', "line 8: xyz of joint 'elbow' is '0 0 up'"),
+    "limit not a number": ('upper="1"', 'upper="nan"', "line 9: upper of joint 'elbow' is 'nan'"),
+    "no limit": ('<limit lower="-2" upper="1" effort="1" velocity="1"/>', "", "line 8: joint 'elbow' has no limit"),
+    "joint type": ('"revolute"', '"hinge"', "line 8: joint 'elbow' has the type 'hinge'; expected one of revolute"),
+    "two links": ('name="lower"', 'name="upper"', "line 5: link 'upper' is there already, in line 3"),
+    "two joints": ('"elbow" type', '"shoulder" type', "line 8: joint 'shoulder' is there already, in line 7"),
+    "nameless joint": ('name="elbow" ', "", "line 8: a <joint> has no name"),
+    "two parents": ('<child link="lower"/>', '<child link="upper"/>', "'elbow' gives link 'upper' a second parent"),
+    "two roots": ("</robot>", '<link name="loose"/></robot>', "link 'loose' is a root, as 'base' is"),
+    "macros": ("</robot>", "<xacro:arm/></robot>", "line 10: <xacro:arm> is a macro; expected the URDF that `xacro`"),
+    "entities": ("<robot", '<!DOCTYPE r [<!ENTITY m "1">]><robot', "line 1: defines the entity 'm'"),
+}
+
+
+@pytest.mark.parametrize("case", UNSOUND_URDF)
+def test_an_unsound_urdf_is_refused_by_line(tmp_path: Path, case: str) -> None:
+    old, new, words = UNSOUND_URDF[case]
+    assert old in URDF
+    refuse(write_robot(tmp_path, "", URDF[::-1].replace(old[::-1], new[::-1], 1)[::-1]), words)  # the last of them
+
+
+def test_every_urdf_of_the_makers_passes() -> None:
+    """Some have links of impossible inertia, most of them dummies or sensors: these are not refused."""
+    paths = [path for path in sorted(EXAMPLES.rglob("*.urdf")) if path.name != "ur3.urdf"]  # it is empty
+    impossible = {path.name for path in paths if check_urdf(read_xml(path))[1]}
+    assert len(paths) > 60
+    assert 5 < len(impossible) < 20
+
+
+def test_a_urdf_may_have_any_declared_encoding(tmp_path: Path) -> None:
+    text = '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + URDF.replace("elbow", "coudé")
+    path = write_robot(tmp_path)
+    (tmp_path / "arm.urdf").write_bytes(text.encode("latin-1"))
+    assert Robot.from_file(path).joint_names == ("shoulder", "coudé")
+
+
+@pytest.mark.parametrize("name", ["left's", '"', "[left]", "[/]", "a&lt;b", "ä ö", "x" * 300])
+def test_a_joint_may_have_any_name(tmp_path: Path, name: str) -> None:
+    robot = Robot.from_file(write_robot(tmp_path, "", URDF.replace('"elbow"', f'"{name.replace(chr(34), "&quot;")}"')))
+    assert robot.joint_names == ("shoulder", name.replace("&lt;", "<"))
+
+
+def chain(links: int) -> str:
+    body = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    parts = ['<robot name="chain"><link name="l0"/>']
+    for k in range(1, links):
+        parts.append(f'<link name="l{k}">{body}</link><joint name="j{k}" type="continuous"><parent link="l{k - 1}"/>')
+        parts.append(f'<child link="l{k}"/><axis xyz="0 1 0"/></joint>')
+    return "".join([*parts, "</robot>"])
+
+
+ABSURD = {
+    "links": (
+        chain(MOST_BODIES + 1),
+        "arm.urdf",
+        f"line 1: is the {MOST_BODIES + 1}th of {MOST_BODIES + 1} <link>; expected {MOST_BODIES}",
+    ),
+    "joints": (chain(MOST_JOINTS + 2), "arm.urdf", f"is the {MOST_JOINTS + 1}th of {MOST_JOINTS + 1} <joint>"),
+    "depth": ("<robot>" + "<a>" * 10**6, "arm.urdf", f"lies {DEEPEST + 1} deep; expected"),
+    "elements": ("<robot>" + "<a/>" * 10**6, "arm.urdf", "is the 200,001th element"),
+    "size": ("<robot>" + " " * (1 << 25), "arm.urdf", "has 33,554,439 bytes; expected"),
+    "bodies": (
+        MJCF.replace(HIP, "".join(f'<body name="b{k}"/>' for k in range(MOST_BODIES)) + HIP),
+        "hopper.xml",
+        f"is the {MOST_BODIES + 1}th of {MOST_BODIES + 3} <body>",
+    ),
+    "deep bodies": ("<mujoco><worldbody>" + "<body>" * 10**5, "hopper.xml", "deep; expected"),
+    "numbers of users": (
+        MJCF.replace("<worldbody>", '<size nuser_body="2000000000"/><worldbody>'),
+        "hopper.xml",
+        "at most",
+    ),
+    "picture": (
+        MJCF.replace(
+            "<worldbody>",
+            '<asset><texture name="t" type="2d" builtin="flat" width="99999" height="99999"/></asset><worldbody>',
+        ),
+        "hopper.xml",
+        "line 1: width of <texture> is 99999; expected 10000 at most",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ABSURD)
+def test_an_absurd_model_is_refused_before_native_code_sees_it(tmp_path: Path, case: str) -> None:
+    text, name, words = ABSURD[case]
+    refuse(write_robot(tmp_path, "", text, name), words)
+
+
+def test_a_long_chain_is_read(tmp_path: Path) -> None:
+    assert len(Robot.from_file(write_robot(tmp_path, "", chain(MOST_JOINTS + 1))).joint_names) == MOST_JOINTS
+
+
+UNSOUND_MJCF = {
+    "mass": ('mass="1"', 'mass="nan"', "line 4: mass of <geom> is 'nan'; expected a finite number"),
+    "negative": ('mass="1"', 'mass="-1"', "line 4: mass of <geom> is -1; expected zero or more"),
+    "place": ('pos="0 0.1 -.1"', 'pos="0 inf -.1"', "line 3: pos of <body> is '0 inf -.1'"),
+    "rotor": ('armature="0.02"', 'armature="nan"', "line 3: armature of <joint> is 'nan'"),
+    "default": ("<worldbody>", '<default><geom density="nan"/></default><worldbody>', "density of <geom> is 'nan'"),
+    "copies": ("<worldbody>", '<worldbody><replicate count="1000000000"/>', "<replicate> makes bodies that Pinocchio"),
+}
+
+
+@pytest.mark.parametrize("case", UNSOUND_MJCF)
+def test_an_unsound_mjcf_is_refused_by_line(tmp_path: Path, case: str) -> None:
+    old, new, words = UNSOUND_MJCF[case]
+    assert old in MJCF
+    refuse(write_robot(tmp_path, "", MJCF.replace(old, new), "hopper.xml", "floating"), words)
+
+
+def test_an_mjcf_needs_no_memory_of_its_own(tmp_path: Path) -> None:
+    text = MJCF.replace("<worldbody>", '<size memory="100000G"/><worldbody>')
+    assert Robot.from_file(write_robot(tmp_path, "", text, "hopper.xml", "floating")).mass == pytest.approx(4.5)
+
+
+def test_an_mjcf_in_another_encoding_is_refused(tmp_path: Path) -> None:
+    path = write_robot(tmp_path, "", "", "hopper.xml")
+    text = '<?xml version="1.0" encoding="ISO-8859-1"?>' + MJCF.replace("hip", "coudé")
+    (tmp_path / "hopper.xml").write_bytes(text.encode("latin-1"))
+    refuse(path, "line 3 has the byte 0xe9, which is not UTF-8")
+
+
+@pytest.mark.parametrize("asset", ['<mesh name="m" file="pipe.stl"/>', '<texture name="t" type="2d" file="pipe.stl"/>'])
+def test_an_mjcf_reads_no_pipes(tmp_path: Path, asset: str) -> None:
+    os.mkfifo(tmp_path / "pipe.stl")
+    text = MJCF.replace("<worldbody>", f"<asset>{asset}</asset><worldbody>")
+    refuse(write_robot(tmp_path, "", text, "hopper.xml"), "line 1: .* which is a named pipe; expected a file")
+
+
+def test_what_an_mjcf_includes_is_checked_too(tmp_path: Path) -> None:
+    (tmp_path / "more.xml").write_text('<mujoco><worldbody><body name="x" pos="0 0 nan"/></worldbody></mujoco>')
+    text = MJCF.replace("<worldbody>", '<include file="more.xml"/><worldbody>')
+    refuse(write_robot(tmp_path, "", text, "hopper.xml"), "more.xml: line 1: pos of <body> is '0 0 nan'")
+
+
+def joint_of(robot: Robot) -> tuple[pin.SE3, np.ndarray]:
+    """Return where the first joint is, and its axis."""
+    return robot.tree.model.jointPlacements[1], robot.tree.axes[0].direction
+
+
+def sdf_robot(folder: Path, text: str) -> Robot:
+    return Robot.from_file(write_robot(folder, "", text, "post.sdf"))
+
+
+ROD = '<link name="rod"><pose>0 0 1 0 0.3 0</pose>'
+SAME_PLACE = {
+    "of a link": ROD.replace("<pose>0 0 1 0", '<pose relative_to="root">0 0 1 0'),
+    "of the model": ROD.replace("<pose>", '<pose relative_to="__model__">'),
+    "of a frame": '<frame name="half"><pose>0 0 0.5 0 0 0</pose></frame>'
+    + ROD.replace("<pose>0 0 1 0", '<pose relative_to="half">0 0 0.5 0'),
+    "of an attached frame": '<frame name="half" attached_to="root"><pose>0 0 0.5 0 0 0</pose></frame>'
+    + ROD.replace("<pose>0 0 1 0", '<pose relative_to="half">0 0 0.5 0'),
+    "in degrees": ROD.replace("<pose>0 0 1 0 0.3 0", f'<pose degrees="true">0 0 1 0 {np.degrees(0.3)} 0'),
+    "as a quaternion": ROD.replace(
+        "<pose>0 0 1 0 0.3 0",
+        f'<pose rotation_format="quat_xyzw">0 0 1 0 {np.sin(0.15)} 0 {np.cos(0.15)}',
+    ),
+    "of nothing": ROD.replace("<pose>", "<pose frame=''>"),
+}
+
+
+@pytest.mark.parametrize("case", SAME_PLACE)
+def test_an_sdf_pose_may_be_given_anyhow(tmp_path: Path, case: str) -> None:
+    given, usual = sdf_robot(tmp_path, SDF.replace(ROD, SAME_PLACE[case])), sdf_robot(tmp_path, SDF)
+    np.testing.assert_allclose(joint_of(given)[0].homogeneous, joint_of(usual)[0].homogeneous, atol=1e-12)
+    np.testing.assert_allclose(inertia(given), inertia(usual), atol=1e-12)
+
+
+def test_an_sdf_joint_is_where_its_pose_says(tmp_path: Path) -> None:
+    text = SDF.replace('<joint name="pivot" type="revolute">', '<joint name="pivot" type="revolute">@').replace
+    in_link = sdf_robot(tmp_path, text("@", "<pose>0 0 -0.2 0 0 0</pose>"))
+    in_model = sdf_robot(tmp_path, text("@", '<pose relative_to="root">0 0 0.2 0 0 0</pose>'))
+    lean = np.array([np.sin(0.3), 0, np.cos(0.3)])
+    np.testing.assert_allclose(joint_of(in_link)[0].translation, [0, 0, 1] - 0.2 * lean, atol=1e-12)
+    np.testing.assert_allclose(joint_of(in_model)[0].translation, [0, 0, 0.2], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("version", "axis"),
+    [
+        ("1.4", "<xyz>0 0 1</xyz>"),
+        ("1.6", "<xyz>0 0 1</xyz><use_parent_model_frame>true</use_parent_model_frame>"),
+        ("1.9", '<xyz expressed_in="__model__">0 0 1</xyz>'),
+        ("1.9", '<xyz expressed_in="root">0 0 1</xyz>'),
+    ],
+)
+def test_an_sdf_axis_may_be_given_in_another_frame(tmp_path: Path, version: str, axis: str) -> None:
+    text = SDF.replace("1.6", version).replace("<xyz>0 1 0</xyz>", axis)
+    np.testing.assert_allclose(joint_of(sdf_robot(tmp_path, text))[1], [-np.sin(0.3), 0, np.cos(0.3)], atol=1e-12)
+
+
+def test_sdf_has_its_own_defaults(tmp_path: Path) -> None:
+    robot = sdf_robot(tmp_path, SDF.replace("<mass>2</mass>", ""))
+    assert robot.mass == pytest.approx(1 + 1)
+    assert robot.warnings == (
+        "post.sdf: these links state no mass or no moments, and have 1 kg or 1 kg m^2, as SDF says: 'rod' (line 3)",
+    )
+    inertias = [sdf_robot(tmp_path, SDF.replace(old, "")) for old in ("<ixx>0.1</ixx>", "<iyy>0.1</iyy>")]
+    assert inertia(inertias[0])[0, 0] == pytest.approx(0.1 + 2 * 0.5**2)
+    assert inertia(inertias[1])[0, 0] == pytest.approx(1 + 2 * 0.5**2)
+
+
+UNREAD_SDF = {
+    "include": ("</model>", "<include><uri>model://hand</uri></include></model>", "<include> in <model>"),
+    "second model": ("</model>", '</model><model name="other"><link name="x"/></model>', "'other' follows 'post'"),
+    "model in it": ("</model>", '<model name="hand"><link name="x"/></model></model>', "'hand' follows 'post'"),
+    "static": ('name="post">', 'name="post"><static>1</static>', "<model> sets <static> to true; expected false"),
+    "no gravity": (ROD, ROD + "<gravity>false</gravity>", "line 3: <link> sets <gravity> to false; expected true"),
+    "kinematic": (ROD, ROD + "<kinematic>1</kinematic>", "<link> sets <kinematic> to true"),
+    "frame of a pose": ("<pose>0 0 1 0", '<pose frame="root">0 0 1 0', '<pose> has the attribute frame="root"'),
+    "unknown frame": ("<pose>0 0 1 0", '<pose relative_to="rot">0 0 1 0', "'rod' refers to 'rot', which is no link"),
+    "own frame": ("<pose>0 0 1 0", '<pose relative_to="rod">0 0 1 0', "the pose of 'rod' is relative to itself"),
+    "automatic": ("<inertial><pose>", '<inertial auto="true"><pose>', '<inertial> has the attribute auto="true"'),
+    "added mass": ("<mass>2</mass>", "<mass>2</mass><fluid_added_mass/>", "line 3: <fluid_added_mass> in <inertial>"),
+    "second axis": ("</axis>", "</axis><axis2><xyz>1 0 0</xyz></axis2>", "<axis2> in <joint> is not understood"),
+    "mimic": ("</axis>", '<mimic joint="weld"/></axis>', "<mimic> in <axis> is not understood"),
+    "placement": ('name="post"', 'name="post" placement_frame="rod"', 'the attribute placement_frame="rod"'),
+    "two masses": ("<mass>2</mass>", "<mass>2</mass><mass>3</mass>", "line 3: <inertial> has 2 <mass>"),
+    "two links": ('"disc"', '"rod"', "link 'rod' is there already, in line 3"),
+    "two joints": ('"weld"', '"pivot"', "joint 'pivot' is there already"),
+    "nothing stated": (
+        "<inertial><mass>0</mass>\n    <inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial>",
+        "",
+        "line 5: link 'disc' has no <inertial>, which is 1 kg and 1 kg m.2 in SDF",
+    ),
+    "moment": ("<ixx>0.1</ixx>", "<ixx>nan</ixx>", "line 4: ixx of link 'rod' is 'nan'"),
+    "mass": ("<mass>2</mass>", "<mass>inf</mass>", "line 3: mass of link 'rod' is 'inf'"),
+    "flag": ("<xyz>0 1 0</xyz>", "<xyz>0 1 0</xyz><use_parent_model_frame>no</use_parent_model_frame>", "is 'no'"),
+}
+
+
+@pytest.mark.parametrize("case", UNREAD_SDF)
+def test_what_an_sdf_says_beyond_the_tree_is_refused_by_name(tmp_path: Path, case: str) -> None:
+    old, new, words = UNREAD_SDF[case]
+    assert old in SDF
+    refuse(write_robot(tmp_path, "", SDF.replace(old, new), "post.sdf"), words)
+
+
+@pytest.mark.parametrize("what", ["folder", "named pipe", "device"])
+@pytest.mark.parametrize("name", ["robot.toml", "arm.urdf"])
+def test_only_regular_files_are_opened(tmp_path: Path, what: str, name: str) -> None:
+    path = write_robot(tmp_path)
+    (tmp_path / name).unlink()
+    if what == "folder":
+        (tmp_path / name).mkdir()
+    elif what == "named pipe":
+        os.mkfifo(tmp_path / name)
+    else:
+        (tmp_path / name).symlink_to("/dev/zero")
+    refuse(path, f"{name}: is a {what}; expected")
+
+
+def test_a_robot_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    path = write_robot(tmp_path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert Robot.from_file(path).joint_names == ("shoulder", "elbow")
+
+
+UNSOUND_ROBOTS = {
+    "world": ("[contacts.left]\nframe = 'universe'", "frame = 'universe' is not in the model"),
+    "base in the world": ("base_frame = 'universe'", "base_frame = 'universe' is not in the model"),
+    "one frame": (
+        "[contacts.left]\nframe = 'lower'\n[contacts.right]\nframe = 'lower'",
+        r"\[contacts.right\] and \[contacts.left\] have the frame 'lower'; expected a frame for each contact",
+    ),
+    "no torque": ("position_controlled = ['shoulder', 'elbow']", "position_controlled names every joint; expected one"),
+    "near key": ("[identify]\nlow = 'auto'", "unknown key 'identify.low'; expected 'law'"),
+    "near key of a channel": ("[log.torque]\nunits = 'Nm'", "unknown key 'log.torque.units'; expected 'unit'"),
+    "near key of a contact": ("[contacts.left]\nfame = 'x'", "'contacts.left.fame'; expected 'frame'"),
+    "far key": ("[identify.filter]\ncolour = 1", "'identify.filter.colour'; expected one of kind, window, order"),
+    "no path": ('[identify]\n[contacts.a]\nframe = "lower\\u0000"', "is not in the model"),
+}
+
+
+@pytest.mark.parametrize("case", UNSOUND_ROBOTS)
+def test_an_unsound_robot_file_is_refused(tmp_path: Path, case: str) -> None:
+    table, words = UNSOUND_ROBOTS[case]
+    refuse(write_robot(tmp_path, table, base="floating"), words)
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        ("arm\\u0000.urdf", "embedded null byte"),
+        ("x" * 300, "File name too long"),
+        ("", "is a folder; expected a URDF"),
+        ("robot.toml/arm.urdf", "Not a directory"),
+    ],
+)
+def test_a_model_that_no_file_can_be_is_refused(tmp_path: Path, model: str, words: str) -> None:
+    (tmp_path / "robot.toml").write_text(f'[robot]\nmodel = "{model}"')
+    refuse(tmp_path / "robot.toml", words)
+
+
+def test_a_model_without_masses_is_named(tmp_path: Path) -> None:
+    text = URDF.replace('<mass value="2"/>', '<mass value="0"/>').replace('<mass value="1"/>', '<mass value="0"/>')
+    for number in ("0.02", "0.01", "0.005"):
+        text = text.replace(f'"{number}"', '"0"')
+    refuse(write_robot(tmp_path, "", text), "arm.urdf: no link that moves has a mass; expected the masses and inertias")
