@@ -42,7 +42,8 @@ def main() -> int:
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz.") as folder:
         fork = multiprocessing.get_context("fork")
-        seeds = apart(partial(make_seeds, Path(folder)))  # this process must have no threads, as of OpenMP
+        seeds = Path(folder)
+        apart(partial(make_seeds, seeds))  # this process must have no threads, as of OpenMP
         import_all()
         apart(partial(make_outputs, seeds / "runs", seeds))
         with ProcessPoolExecutor(os.cpu_count(), mp_context=fork) as processes:
