@@ -61,6 +61,13 @@ def test_every_urdf_of_the_makers_passes() -> None:
     assert 5 < len(impossible) < 20
 
 
+def test_what_is_only_drawn_is_not_complained_of(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    drawn = '<visual><geometry><box size="0.1"/></geometry></visual><collision/></link>'
+    robot = Robot.from_file(write_robot(tmp_path, "", URDF.replace("</link>", drawn)))
+    assert robot.mass == pytest.approx(3.0)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_urdf_may_have_any_declared_encoding(tmp_path: Path) -> None:
     text = '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + URDF.replace("elbow", "coudé")
     path = write_robot(tmp_path)
