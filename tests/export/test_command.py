@@ -72,7 +72,7 @@ def _same(result: Result) -> Result:
 
 
 REFUSED: list[tuple[Callable[[Result], Result], str, str, list[str]]] = [
-    (_same, "isaac", "new.urdf", ["'isaac'", "mjcf or urdf"]),
+    (_same, "unity", "new.urdf", ["'unity'", "expected mjcf, urdf"]),
     (_same, "mjcf", "new.xml", ["arm.urdf", "is URDF", "export to urdf"]),
     (_same, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
     (_other_joints, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),

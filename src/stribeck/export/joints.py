@@ -17,6 +17,9 @@ from stribeck.result.joint import law_values
 ALONE = ("offset", "armature", *(parameter.name for terms in SLOW.values() for parameter in terms))
 """Parameters that no form of friction contains: what pulls by itself, rotors, and what changes slowly around zero."""
 
+WITHOUT_PLACE = ("armature", *(parameter.name for parameter in SLOW["drift"]))
+"""Parameters that friction by itself has no place for: rotors, and what changed in the course of a log."""
+
 SIGNIFICANT = 2
 """Digits of a standard error that a number is rounded to [1]."""
 
@@ -66,7 +69,7 @@ class JointTerms:
 
 def joint_terms(
     result: Result,
-    form: Form,
+    form: Form | None,
     words: Mapping[str, str],
     joints: Collection[str] | None = None,
     include_weak: bool = False,
@@ -81,7 +84,7 @@ def joint_terms(
     result
         What was found.
     form
-        Of the format's friction.
+        Of the format's friction; None if it says all of it.
     words
         Number of the form, or "armature" -> the format's word, of what it has a place for.
     joints
@@ -102,7 +105,9 @@ def joint_terms(
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, form: Form, words: Mapping[str, str], include_weak: bool) -> JointTerms:
+def _terms(joint: JointResult, form: Form | None, words: Mapping[str, str], include_weak: bool) -> JointTerms:
+    if form is None:
+        return _all_terms(joint, include_weak)
     there, stated = joint.parameters, {}
     good = ("identified", "weak") if include_weak else ("identified",)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
@@ -135,6 +140,17 @@ def _terms(joint: JointResult, form: Form, words: Mapping[str, str], include_wea
         of=(found.of, unit),
         left_out=left_out,
     )
+
+
+def _all_terms(joint: JointResult, include_weak: bool) -> JointTerms:
+    """Return all that was found of a joint, rotor and drift apart."""
+    quantities = {name: (found.value, found.unit) for name, found in joint.parameters.items()}
+    left_out = {name: own for name, own in quantities.items() if name in WITHOUT_PLACE}
+    if joint.verdict == "no friction":
+        return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
+    if not _has_friction(joint, ("identified", "weak") if include_weak else ("identified",)):
+        return JointTerms(stated={})
+    return JointTerms(stated={n: own for n, own in quantities.items() if n not in WITHOUT_PLACE}, left_out=left_out)
 
 
 def _has_friction(joint: JointResult, good: Collection[str]) -> bool:

@@ -56,7 +56,7 @@ class Target:
     title
         What it is for, a few words.
     form
-        Of its friction.
+        Of its friction; None if it says all of it.
     words
         Number of the form, or "armature" -> the target's own word, of what it has a place for.
     text
@@ -66,7 +66,7 @@ class Target:
     """
 
     title: str
-    form: Form
+    form: Form | None
     words: Mapping[str, str]
     text: Callable[[Request], str]
     models: tuple[str, ...] = ()

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from stribeck.errors import NothingIdentifiedError, SettingsError
-from stribeck.export import mjcf, urdf
+from stribeck.export import c_header, mjcf, python_module, table, urdf, yaml_file
 from stribeck.export.joints import JointTerms, joint_terms
 from stribeck.export.links import LinkInertia, corrected_links
 from stribeck.export.summary import summary
@@ -16,7 +16,14 @@ from stribeck.result import Corrections, Result, read_result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of, load_model
 
-TARGETS: dict[str, Target] = {"mjcf": mjcf.TARGET, "urdf": urdf.TARGET}
+TARGETS: dict[str, Target] = {
+    "mjcf": mjcf.TARGET,
+    "urdf": urdf.TARGET,
+    "c": c_header.TARGET,
+    "python": python_module.TARGET,
+    "yaml": yaml_file.TARGET,
+    "table": table.TARGET,
+}
 """As typed after `--to` -> target."""
 
 
