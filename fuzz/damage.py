@@ -106,7 +106,7 @@ def xml_damaged(generator: Generator, text: str) -> str:
             element.append(ElementTree.Element(pick(generator, others).tag, pick(generator, others).attrib))
         case 7 if element in parents:
             deep = element
-            for _ in range(int(10 ** generator.uniform(0, 3))):
+            for _ in range(int(10 ** generator.uniform(0, 2.4))):
                 outer = ElementTree.Element(element.tag, element.attrib)
                 outer.append(deep)
                 deep = outer

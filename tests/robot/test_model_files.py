@@ -304,7 +304,6 @@ UNSOUND_ROBOTS = {
         "[contacts.left]\nframe = 'lower'\n[contacts.right]\nframe = 'lower'",
         r"\[contacts.right\] and \[contacts.left\] have the frame 'lower'; expected a frame for each contact",
     ),
-    "no torque": ("position_controlled = ['shoulder', 'elbow']", "position_controlled names every joint; expected one"),
     "near key": ("[identify]\nlow = 'auto'", "unknown key 'identify.low'; expected 'law'"),
     "near key of a channel": ("[log.torque]\nunits = 'Nm'", "unknown key 'log.torque.units'; expected 'unit'"),
     "near key of a contact": ("[contacts.left]\nfame = 'x'", "'contacts.left.fame'; expected 'frame'"),
