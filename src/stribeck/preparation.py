@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,3 +68,8 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is taken to be level")
     return PreparedLog(log=log, sampling=sampling, support=support, notes=tuple(notes))
+
+
+def log_names(prepared: Sequence[PreparedLog]) -> list[str]:
+    """Return what each log is called where something is said of it: its path, or its number."""
+    return [part.log.path or ("log" if len(prepared) == 1 else f"log {k}") for k, part in enumerate(prepared, 1)]

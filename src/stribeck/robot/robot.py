@@ -194,6 +194,13 @@ class Robot:
         return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
     @cached_property
+    def effort_limits(self) -> Array:
+        """Largest torque of each joint [N m] or [N] by the model, shape (n,); infinite where it says none."""
+        found = np.empty(len(self.joint_names))
+        found[self.tree.columns] = self.tree.model.effortLimit[self.tree.root_size :]
+        return np.where(found > 0, found, np.inf)
+
+    @cached_property
     def prismatic(self) -> tuple[bool, ...]:
         """Whether each joint is prismatic."""
         return tuple(axis.prismatic for axis in self.tree.axes)
