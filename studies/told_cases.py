@@ -172,7 +172,15 @@ FRICTION = {
 }
 """Of all joints of the arm."""
 
-ON_THE_ARM = ["A", "B", *IN_SOME, "14-bit encoders", "all torques 4 ms late", "1 kg not in the model"]
+ON_THE_ARM = [
+    "A",
+    "B",
+    *IN_SOME,
+    "14-bit encoders",
+    "10-bit encoders",
+    "all torques 4 ms late",
+    "1 kg not in the model",
+]
 
 
 def of_the_arm(case: str, seed: int) -> tuple[str, tuple[str, ...], Robot, list[RobotLog]]:
@@ -196,8 +204,8 @@ def of_the_arm(case: str, seed: int) -> tuple[str, tuple[str, ...], Robot, list[
         cause = "payload"
     noise = USUAL["B" if case == "B" else "A"]
     log = with_noise(log, position=noise.encoder, torque=noise.torque, seed=seed)
-    if case == "14-bit encoders":
-        cause, step = "quantisation", 2 * np.pi / 2**14
+    if case.endswith("-bit encoders"):
+        cause, step = "quantisation", 2 * np.pi / 2 ** int(case.removesuffix("-bit encoders"))
         log = replace(log, position=step * np.round(log.position / step))
     return cause, joints, robot, [log]
 

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 from unittest import mock
 
 import pyarrow.parquet as pq
@@ -36,6 +36,7 @@ from stribeck import Robot, identify
 from stribeck.audit import channels
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
+from stribeck.finding import Finding
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import WIDEST
@@ -54,6 +55,7 @@ from stribeck.result import (
     Validation,
     read_result,
 )
+from stribeck.result.joint import Verdict, verdict_place
 from stribeck.robot import from_robot_file
 from stribeck.settings import (
     ChannelTable,
@@ -328,12 +330,26 @@ def test_the_lies_shown_are_the_studys() -> None:
     assert not any(row["wrong"] for row in study["lies"])
 
 
-def test_every_check_of_the_audit_is_explained() -> None:
-    files = sorted((ROOT / "src/stribeck/audit").glob("*.py"))
+def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
+    files = sorted((ROOT / "src/stribeck").rglob("*.py"))
     named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
-    explained = set(re.findall(r"^### ([\w-]+)$", PAGES["docs/findings.md"], re.MULTILINE))
-    assert len(named) > 15
-    assert named | set(channels.TEXTS) <= explained
+    named |= {*channels.TEXTS, *(BEFORE + kind for kind in SENTENCES), UNCLEAR, "base-orientation-delay"}
+    page = PAGES["docs/findings.md"]
+    parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", page, re.MULTILINE | re.DOTALL))
+    assert len(named) > 40
+    assert set(parts) == named
+    for name, text in parts.items():
+        assert re.search(r"^> .*^Cure: ", text, re.MULTILINE | re.DOTALL), name
+    finding = Finding(check="clock", text="")
+    assert finding.place == "docs/findings.md#clock"
+
+
+def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
+    parts = dict(re.findall(r"^## ([\w ]+)\n(.*?)(?=^##|\Z)", PAGES["docs/verdicts.md"], re.MULTILINE | re.DOTALL))
+    for verdict in get_args(Verdict):
+        heading = verdict.capitalize()
+        assert re.search(r"^> .*^Cure: ", parts[heading], re.MULTILINE | re.DOTALL), verdict
+        assert verdict_place(verdict) == f"docs/verdicts.md#{heading.lower().replace(' ', '-')}"
 
 
 def test_the_coverage_where_steps_disagree_shown_is_the_studys() -> None:

@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.audit import model_findings
 from stribeck.errors import NothingIdentifiedError
+from stribeck.finding import merged
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
@@ -18,7 +20,7 @@ from stribeck.identification.judgement.torque_r2 import torque_r2
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
 from stribeck.methods import Fitted, Method
-from stribeck.preparation import PreparedLog
+from stribeck.preparation import PreparedLog, log_names
 from stribeck.result import CouplingResult, Evidence, JointResult, Result, TorqueR2
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
@@ -59,18 +61,13 @@ def compose(
     fits = {name: _with_model_armature(fit, name, robot) for name, fit in fitted.fits.items()}
     found = _joints(fitted, fits, samples, law, settings)
     correction = None if fitted.robot is robot else _before_and_after(friction, prepared, robot)
-    shown = correction or (_swinging(friction.samples, robot),)
-    r2 = [torque_r2(own_friction(part, fitted.fits, law, couplings), fitted.fits, law) for part in shown]
-    found |= {
-        name: replace(
-            found[name], torque_r2=TorqueR2(nominal=r2[0][name], corrected=r2[-1].get(name) if correction else None)
-        )
-        for name in r2[0]
-        if found[name].curve
-    }
+    for name, r2 in _torque_r2(fitted, friction, prepared, robot, law).items():
+        if found[name].curve:
+            found[name] = replace(found[name], torque_r2=r2)
     joints = {name: found[name] for name in friction.samples.joint_names}
     findings = [
-        *(each for part in friction.logs for each in part.findings),
+        *model_findings(robot),
+        *merged([(name, part.findings) for name, part in zip(log_names(prepared), friction.logs, strict=True)]),
         *passivity_violated(found, samples),
         *fitted.findings,
     ]
@@ -88,10 +85,7 @@ def compose(
         joints=joints,
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         findings=findings,
-        warnings=[
-            *robot.warnings,
-            *map(str, findings),
-        ],
+        warnings=[str(finding) for finding in findings],
         corrections=fitted.corrections,
         stribeck=__version__,
         evidence=_evidence(
@@ -117,6 +111,23 @@ def _joints(
         if joints[name].parameters:
             joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn)
     return joints
+
+
+def _torque_r2(
+    fitted: Fitted, friction: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
+) -> dict[str, TorqueR2]:
+    """Return how much of each joint's torque is explained in the parts that a fit has not seen."""
+    if fitted.unseen is None:
+        return {}
+    fits, couplings = fitted.unseen.fits, {name: robot.couplings[name] for name in fitted.couplings}
+    shares = [
+        torque_r2(own_friction(_swinging(part, robot), fits, law, couplings), fits, law)
+        for part in fitted.unseen.samples(friction, prepared, robot)
+    ]
+    return {
+        name: TorqueR2(nominal=nominal, corrected=shares[1].get(name) if len(shares) > 1 else None)
+        for name, nominal in (shares[0] if shares else {}).items()
+    }
 
 
 def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+NAMED = 6
+"""Logs that a sentence names before it counts the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +23,10 @@ class Finding:
         What mends it, with the line of the robot file where there is one; empty if nothing is known.
     joints
         That it is about; none if it is about the log or the robot as a whole.
+    channel
+        Of the log that is wrong, where it is a single one, e.g. "torque".
+    logs
+        Paths of those that it was found in, where there are several.
     stops
         Whether it makes every number wrong: `identify` ends, unless it is told to go on.
     """
@@ -27,6 +35,8 @@ class Finding:
     text: str
     cure: str = ""
     joints: tuple[str, ...] = ()
+    channel: str = ""
+    logs: tuple[str, ...] = ()
     stops: bool = False
 
     def __str__(self) -> str:
@@ -34,6 +44,42 @@ class Finding:
         return f"{self.text}; {self.cure}" if self.cure else self.text
 
     @property
+    def place(self) -> str:
+        """Where the check is explained, with an example."""
+        return f"docs/findings.md#{self.check}"
+
+    @property
     def line(self) -> str:
-        """That line, with the place where the check is explained."""
-        return f"{self} (docs/findings.md#{self.check})"
+        """That line, with its place."""
+        return f"{self} ({self.place})"
+
+
+def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
+    """Return the findings of logs, given with their paths; one of the same kind in several logs is told once.
+
+    Those are of one check, channel and joints. Where their evidence differs it is the first log's. The findings of a
+    single log stay as they are.
+    """
+    if len(by_log) == 1:
+        return list(by_log[0][1])
+    groups: dict[tuple[object, ...], list[tuple[str, Finding]]] = {}
+    for path, findings in by_log:
+        for finding in findings:
+            kind = (finding.check, finding.channel, finding.joints, finding.stops)
+            groups.setdefault(kind, []).append((path, finding))
+    return [_of_logs(group) for group in groups.values()]
+
+
+def _of_logs(group: list[tuple[str, Finding]]) -> Finding:
+    """Return one finding for those of one kind."""
+    first = group[0][1]
+    logs = tuple(dict.fromkeys(path for path, _ in group))
+    if all(finding.text == first.text for _, finding in group):
+        return replace(first, text=f"{_listed(logs)}: {first.text}", logs=logs)
+    more = f" (and likewise in {_listed(logs[1:])})" if logs[1:] else ""
+    return replace(first, text=f"{logs[0]}: {first.text}{more}", logs=logs)
+
+
+def _listed(paths: Sequence[str]) -> str:
+    more = f" and {len(paths) - NAMED} more" if len(paths) > NAMED else ""
+    return ", ".join(paths[:NAMED]) + more

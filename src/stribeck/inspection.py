@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.audit import Evidence, delays, findings, gather
+from stribeck.audit import Evidence, delays, findings, gather, model_findings
 from stribeck.errors import errors_about, findings_kept
 from stribeck.finding import Finding
 from stribeck.friction_torque.stage import with_filter
@@ -65,7 +65,7 @@ class Inspection:
     findings
         What a user should act on, a sentence each: what makes every number wrong comes first.
     audit
-        The same in parts, without what is said of the robot file alone: check, evidence, cure, joints.
+        The same in parts: check, evidence, cure, joints.
     """
 
     robot: str
@@ -129,7 +129,7 @@ def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, chosen: tu
     with_its_filter, choices = chosen
     evidence = gather(prepared, robot, settings)
     late = delays(evidence)
-    found = findings(evidence, late)
+    found = [*findings(evidence, late), *model_findings(robot)]
     opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
     joints = {
         name: _inspect_joint(evidence, k, late.get(name), "opposite" if name in opposite else None)
@@ -153,7 +153,7 @@ def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, chosen: tu
         ],
         filter=make_filter(with_its_filter.filter, sampling.period).name,
         joints=joints,
-        findings=[*(str(each) for each in found), *robot.warnings],
+        findings=[str(each) for each in found],
         notes=[*prepared.notes, *choices],
         audit=found,
     )

@@ -10,13 +10,13 @@ from pathlib import Path
 from stribeck.audit import audit
 from stribeck.compose import compose
 from stribeck.errors import LogError, SettingsError, errors_about, findings_kept
-from stribeck.finding import Finding
-from stribeck.friction_torque.stage import FrictionTorqueStage, with_filter
+from stribeck.finding import Finding, merged
+from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method
 from stribeck.outputs import check_outputs, whole_or_not_at_all
-from stribeck.preparation import PreparedLog, Progress, prepare, quiet
+from stribeck.preparation import PreparedLog, Progress, log_names, prepare, quiet
 from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -78,8 +78,8 @@ def identify(
     _refuse_unknown_joints(settings, robot)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     if table:
-        files = [Path(log.path if isinstance(log, RobotLog) else log) for log in sources]
-        check_outputs([Path(table)], [*files, Path(robot.path), Path(robot.model_path)], overwrite=True)
+        files = [log.path if isinstance(log, RobotLog) else log for log in (*sources, robot.path, robot.model_path)]
+        check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # in memory: no file
     where = whole_or_not_at_all(table) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
         prepared = []
@@ -92,8 +92,7 @@ def identify(
         progress("auditing", 0.0)
         audited = _audit(prepared, robot, settings, force)
         findings += [str(each) for each in audited]
-        with_filter(prepared[0], robot, settings)  # refused now, and not once a method has worked for minutes
-        friction_torque = FrictionTorqueStage(place, progress)
+        friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen)
@@ -105,7 +104,7 @@ def identify(
 
 
 def _audit(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, force: bool) -> list[Finding]:
-    """Return what is wrong with the logs, each with its log where there are several.
+    """Return what is wrong with the logs, each once, with its logs where there are several.
 
     Raises
     ------
@@ -113,16 +112,15 @@ def _audit(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, fo
         If something makes every number wrong, unless forced; all else that was found are its notes.
     """
     found = []
-    for part in prepared:
-        where = part.log.path or "log"
+    for where, part in zip(log_names(prepared), prepared, strict=True):
         with errors_about(where):
             each = audit(part, robot, settings)
-        stopping = [finding for finding in each if finding.stops]
-        if stopping and not force:
-            with findings_kept([str(finding) for finding in each if finding is not stopping[0]]):
-                raise LogError(f"{where}: {stopping[0]}; every number would be wrong, force (--force) goes on")
-        found += [replace(f, text=f"{where}: {f.text}") for f in each] if len(prepared) > 1 else each
-    return found
+        stops = next((finding for finding in each if finding.stops), None)
+        if stops and not force:
+            with findings_kept([str(finding) for finding in each if finding is not stops]):
+                raise LogError(f"{where}: {stops}; every number would be wrong, --force goes on ({stops.place})")
+        found.append((where, each))
+    return merged(found)
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:

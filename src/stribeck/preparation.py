@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,14 +50,11 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
 
     Raises
     ------
-    LogError, SettingsError, RobotFileError
-        If the log cannot be used, the filter of the settings does not suit it, or no joint's torque is measured.
+    RobotFileError
+        If no joint's torque is measured.
+    LogError, SettingsError
+        If the log cannot be used, or the filter of the settings does not suit it.
     """
-    if not robot.torque_controlled.size:
-        raise RobotFileError(
-            f"{robot.path or 'robot'}: position_controlled names every joint; expected at least one joint whose torque "
-            "is measured"
-        )
     with errors_about(log.path if isinstance(log, RobotLog) else str(log)), findings_kept() as notes:
         if not isinstance(log, RobotLog):
             log = read_log(log, robot)
@@ -65,6 +62,10 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         of_log = prints(log)
         log, sampling = regularise(log, robot.log_table)
         notes += sampling.notes
+        if not len(robot.torque_controlled):
+            raise RobotFileError(
+                f"{robot.path}: [robot] position_controlled names every joint; expected one whose torque is measured"
+            )
         support = find_support_phases(log, robot, sampling.segments, settings.support)
         notes += support.notes
     if settings.filter.kind != "auto":
@@ -72,3 +73,8 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is taken to be level")
     return PreparedLog(log=log, sampling=sampling, support=support, prints=of_log, notes=tuple(notes))
+
+
+def log_names(prepared: Sequence[PreparedLog]) -> list[str]:
+    """Return what each log is called where something is said of it: its path, or its number."""
+    return [part.log.path or ("log" if len(prepared) == 1 else f"log {k}") for k, part in enumerate(prepared, 1)]

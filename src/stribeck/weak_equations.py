@@ -114,6 +114,8 @@ class WeakEquations:
         [deg C], shape (K, n); None if the log has none.
     position
         Of the joints at the full rate [rad], shape (T, n); NaN of prismatic joints and couplings.
+    position_noise
+        Standard deviations of the noise of `position` [rad], shape (n,); zero of couplings, None where not known.
     covariates
         Of friction, shape (K, n, f); None if it is not.
     couplings
@@ -146,6 +148,7 @@ class WeakEquations:
     elapsed: Array
     position: Array
     temperature: Array | None = None
+    position_noise: Array | None = None
     covariates: Array | None = None
     couplings: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))

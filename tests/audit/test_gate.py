@@ -1,6 +1,7 @@
 """What makes every number wrong stops `identify`, and going on is asked for; what is found stands in the result."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
 from stribeck import LogError, Robot, Settings, identify, read_result
+from stribeck.finding import Finding, merged
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +58,34 @@ def test_findings_of_several_logs_say_which_log(folder: Path) -> None:
     good.unlink()
     (finding,) = result.findings
     assert finding.text.startswith(f"{folder / 'log.npz'}: ")
+    assert finding.logs == (str(folder / "log.npz"),)
+
+
+def test_a_finding_of_several_logs_is_told_once(folder: Path) -> None:
+    """Its evidence is the first log's where the logs' differ, and other joints or channels are another finding."""
+    whole = arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0)
+    other = save_npz(whole.take(slice(0, 1200)), folder / "other.npz", torque=1000 * whole.torque[:1200])
+    result = identify([folder / "log.npz", other], folder / "robot.toml", Settings(method="curve-fit"), force=True)
+    other.unlink()
+    (finding,) = result.findings
+    assert finding.logs == (str(folder / "log.npz"), str(other))
+    assert finding.text.startswith(f"{folder / 'log.npz'}: the torques are")
+    assert finding.text.endswith(f" (and likewise in {other})")
+    assert result.warnings.count(str(finding)) == 1
+
+
+def test_equal_findings_name_all_their_logs() -> None:
+    dead, frozen = (Finding(check=check, channel="torque", text="it is", joints=("a",)) for check in ("dead", "frozen"))
+    of_b = replace(dead, joints=("b",))
+    by_log = [(f"{k}.npz", [dead]) for k in range(8)] + [("8.npz", [frozen, of_b])]
+    found = merged(by_log)
+    assert [(each.check, each.joints, len(each.logs)) for each in found] == [
+        ("dead", ("a",), 8),
+        ("frozen", ("a",), 1),
+        ("dead", ("b",), 1),
+    ]
+    assert found[0].text == "0.npz, 1.npz, 2.npz, 3.npz, 4.npz, 5.npz and 2 more: it is"
+    assert merged([("0.npz", [dead])]) == [dead]
 
 
 def test_inspect_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,9 +12,10 @@ from tests.export.test_export import robot_of
 
 from stribeck import export
 from stribeck.errors import SettingsError
-from stribeck.export.forms import LOADED, PLAIN, STRIBECK, Form, nearest
+from stribeck.export.forms import Form, loaded, nearest, plain, stribeck
 from stribeck.result import JointResult
 
+PLAIN, STRIBECK, LOADED = plain(), stribeck(), loaded()
 SIZES = st.floats(0.01, 10.0)
 LAW = {"viscous": "N m s/rad", "coulomb": "N m", "stribeck_gain": "1", "stribeck_velocity": "rad/s", "offset": "N m"}
 
@@ -26,7 +27,8 @@ def joint(law: str = "auto", **values: float) -> JointResult:
 @given(SIZES, SIZES, st.floats(-3.0, 3.0))
 def test_coulomb_and_viscous_friction_are_said_as_they_are(coulomb: float, viscous: float, offset: float) -> None:
     found = nearest(joint(coulomb=coulomb, viscous=viscous, offset=offset), PLAIN)
-    assert found.numbers == pytest.approx({"coulomb": coulomb, "viscous": viscous})
+    assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([coulomb, viscous])
+    assert found.numbers["static"] == pytest.approx(coulomb)
     assert found.remains == pytest.approx(0.0, abs=1e-9)
 
 
@@ -38,25 +40,25 @@ def test_a_stribeck_effect_is_said_as_it_is_or_by_the_nearest(
     found = nearest(effect, STRIBECK)
     assert found.numbers["stribeck"] == pytest.approx(coulomb * S)
     assert found.share == pytest.approx(0.0, abs=1e-9)
-    plain = nearest(effect, PLAIN)
-    assert 0 < plain.share < 1
+    other = nearest(effect, PLAIN)
+    assert 0 < other.share < 1
     speeds = np.linspace(-1.0, 1.0, 2001)
     friction = effect.friction(speeds)
 
     def off(Fc: float, Fv: float) -> float:
         return float(np.mean((friction - Fc * np.sign(speeds) - Fv * speeds) ** 2))
 
-    best = off(plain.numbers["coulomb"], plain.numbers["viscous"])
+    best = off(other.numbers["coulomb"], other.numbers["viscous"])
     assert best < 1.02 * off(coulomb, viscous)
     assert best < 1.02 * off(coulomb * (1 + S), viscous)
 
 
 def test_load_is_said_as_it_is_or_at_the_loads_of_the_log() -> None:
-    loaded = replace(joint(coulomb=1.0, viscous=0.1, load=0.2, offset=0.0), mean_load=5.0, load_deviation=2.0)
-    assert nearest(loaded, LOADED).numbers == pytest.approx({"coulomb": 1.0, "viscous": 0.1, "load": 0.2})
-    plain = nearest(loaded, PLAIN)
-    assert plain.numbers == pytest.approx({"coulomb": 2.0, "viscous": 0.1})
-    assert plain.remains == pytest.approx(0.4)  # the friction of a standard deviation of the load
+    carrying = replace(joint(coulomb=1.0, viscous=0.1, load=0.2, offset=0.0), mean_load=5.0, load_deviation=2.0)
+    assert [nearest(carrying, LOADED).numbers[name] for name in LOADED.numbers] == pytest.approx([1.0, 0.1, 0.2])
+    found = nearest(carrying, PLAIN)
+    assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([2.0, 0.1])
+    assert found.remains == pytest.approx(0.4)  # the friction of a standard deviation of the load
 
 
 @pytest.mark.parametrize("form", [PLAIN, STRIBECK, LOADED])

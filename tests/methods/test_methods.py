@@ -148,8 +148,9 @@ def test_each_log_is_prepared_once(
 
 
 def test_a_method_that_asks_for_the_same_friction_torque_twice_gets_one_answer(arm: Robot, log: RobotLog) -> None:
-    stage, settings = FrictionTorqueStage(None, preparation.quiet), Settings()
+    settings = Settings()
     prepared = [preparation.prepare(log, arm, settings)]
+    stage = FrictionTorqueStage(None, preparation.quiet, prepared[0], arm, settings)
     answer = stage(prepared, arm, settings)
     assert stage(list(prepared), arm, Settings()) is answer
     assert stage(prepared, replace(arm), settings) is not answer
@@ -165,7 +166,7 @@ def test_no_stage_copies_a_log_without_need(arm: Robot, log: RobotLog, correctio
     """Logs of hours lie on disk once."""
     settings = Settings(method="whole-log", corrections=corrections)
     prepared = [preparation.prepare(log, arm, settings)]
-    stage = FrictionTorqueStage(None, preparation.quiet)
+    stage = FrictionTorqueStage(None, preparation.quiet, prepared[0], arm, settings)
     finding = METHODS["whole-log"].find(prepared, arm, get_law("stribeck"), settings, stage, preparation.quiet)
     for name, channel in finding.logs[0].log.channels().items():
         assert np.shares_memory(channel, getattr(log, name)), name

@@ -159,6 +159,37 @@ def test_rows_are_sorted_scales_switched_and_panels_opened_by_their_links(page: 
     assert page.execute_script("return document.querySelector('#joint-1').checkVisibility()")
 
 
+def test_two_fingers_zoom_the_curves_and_two_taps_show_them_whole(page: Any) -> None:
+    show(page, 390)
+    page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
+    page.execute_script("document.querySelector('.curve').scrollIntoView({block: 'center', behavior: 'instant'})")
+    left, top, width = page.execute_script(
+        "const {left, top, width, height} = document.querySelector('.curve .u-over').getBoundingClientRect();"
+        "return [left, top + height / 2, width]"
+    )
+
+    def touch(kind: str, *places: float) -> None:
+        points = [{"x": left + x * width, "y": top, "id": k} for k, x in enumerate(places)]
+        page.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def drawn() -> list[str]:
+        page.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 100))")
+        script = "return [...document.querySelectorAll('.curve canvas')].map(each => each.toDataURL())"
+        return list(page.execute_script(script))
+
+    whole = drawn()
+    touch("touchStart", 0.4, 0.6)
+    touch("touchMove", 0.2, 0.8)
+    touch("touchEnd")
+    zoomed = drawn()
+    assert all(one != other for one, other in zip(whole, zoomed, strict=True))
+    for _ in range(2):
+        touch("touchStart", 0.5)
+        touch("touchEnd")
+    page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+    assert drawn() == whole
+
+
 def test_nothing_is_loaded(page: Any) -> None:
     show(page, 1280)
     assert page.execute_script("return performance.getEntriesByType('resource').map(each => each.name)") == []

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from stribeck.finding import Finding
 from stribeck.inspection import Inspection, JointInspection
 from stribeck.report import write_inspection
 
@@ -41,6 +42,7 @@ def inspection() -> Inspection:
             "head <b>": joint(0.0, "unclear", None, None),
         },
         findings=["the torque runs against the model: left_knee <script>"],
+        audit=[Finding(check="torque-sign", text="the torque runs against the model: left_knee <script>")],
         notes=["3 samples with a repeated time were dropped."],
     )
 
@@ -79,7 +81,7 @@ def test_the_page_says_what_the_log_holds(inspection: Inspection, tmp_path: Path
 
 def test_a_clean_log_has_no_findings_and_no_gaps(inspection: Inspection, tmp_path: Path) -> None:
     path = tmp_path / "inspection.html"
-    write_inspection(replace(inspection, findings=[], gaps=[], phases=[], notes=[]), path)
+    write_inspection(replace(inspection, findings=[], audit=[], gaps=[], phases=[], notes=[]), path)
     html = path.read_text(encoding="utf-8")
     assert 'id="findings"' not in html
     assert 'id="timeline"' not in html

@@ -14,6 +14,7 @@ from stribeck.report.curves import common_scales, friction_curve
 from stribeck.report.heading import heading
 from stribeck.result import Corrections, CurvePoint, JointResult, Result, TorqueR2, Validation
 from stribeck.result.advice import advice
+from stribeck.result.joint import verdict_place
 
 VOID = {"meta", "link", "br", "wbr", "img", "hr"}
 SELF_CLOSED_IN_SVG = {"path", "use", "rect", "image", "circle"}
@@ -201,8 +202,10 @@ def test_findings_come_before_warnings_with_what_mends_them(result: Result, tmp_
     assert section.index("reversed") < section.index("late") < section.index("something else")
     for finding in (delay, sign):
         assert f'<code class="cure">{finding.cure}</code>' in section
-        assert f"findings.html#{finding.check}" in section
+        assert f"<code>{finding.place}</code>" in section
     assert html.count('<a href="#warnings">warned</a>') == 1
+    for verdict in {joint.verdict for joint in result.joints.values()}:
+        assert f"<code>{verdict_place(verdict)}</code>" in html
 
 
 def test_curves_are_on_common_scales_unless_they_fill_too_little() -> None:
@@ -253,7 +256,7 @@ def test_joints_without_friction_do_not_count_in_what_is_explained_of_it(result:
         verdict = "identified" if name in rubbing else "no friction"
         joint = replace(with_curve(result.joints[name], 1.0, 1.0, 1.0), verdict=verdict, validation=left)
         joints[name] = joint
-    assert "0.960 of friction held out" in heading(replace(result, joints=joints), law)
+    assert "0.960 of friction." in heading(replace(result, joints=joints), law)
     without = replace(result, joints={name: joints[name] for name in others})
     assert "held out" not in heading(without, law)
 

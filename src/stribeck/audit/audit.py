@@ -28,6 +28,11 @@ def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Findi
     return findings(evidence, delays(evidence))
 
 
+def model_findings(robot: Robot) -> list[Finding]:
+    """Return what is odd about the robot's model, whatever the log."""
+    return [Finding(check="robot-model", text=text) for text in robot.warnings]
+
+
 def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     """Return what is wrong with a log, given the delay of each joint's torque [s].
 
@@ -35,10 +40,10 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     upside down the model's torques say nothing of signs and gains.
     """
     samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
-    spoken_of = {name for finding in channels for name in finding.joints if "torque" in finding.text}
+    spoken_of = {name for finding in channels for name in finding.joints if finding.channel == "torque"}
     unsigned = check_unsigned(evidence, spoken_of)
     spoken_of |= {name for finding in unsigned for name in finding.joints}
-    lost = any(f.check == "channel-frozen" and "position" in f.text for f in channels)
+    lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
     lost = lost or any(f.check in ("position-degrees", "position-jump", "position-limits") for f in positions)
     base = [] if lost else check_base(evidence)
     found = [*channels, *positions, *base, *samples, *unsigned]

@@ -193,6 +193,7 @@ def _orientation(evidence: Evidence) -> list[Finding]:
         return [
             Finding(
                 check="quaternion-inverse",
+                channel="base_orientation",
                 text="the base turns the other way than the joints above a standing foot say: "
                 f"{100 * explained:.0f} % of its turning is explained by the inverse quaternion",
                 cure="log the orientation of the base in the world, not of the world in the base "
@@ -208,6 +209,7 @@ def _orientation(evidence: Evidence) -> list[Finding]:
         return [
             Finding(
                 check="base-orientation",
+                channel="base_orientation",
                 text=f"by the base orientation the soles stand tilted by {np.rad2deg(tilt):.0f} deg",
                 cure="see [log.base_orientation] order, [robot] base_frame, and the zeros of the legs' encoders",
                 stops=True,
@@ -245,6 +247,7 @@ def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> F
     explained, as_given = 100 * turns.explained(axes), 100 * turns.explained(np.eye(3))
     return Finding(
         check="imu-axes",
+        channel=channel,
         text=f"{channel} turns about other axes than the base: its x, y, z are {', '.join(letters)} of the base, which "
         f"explains {explained:.0f} % of its turning ({as_given:.0f} % as given)",
         cure=f"set [robot] base_frame to the IMU's frame in the model, or turn {channel} before it is logged",
@@ -277,6 +280,7 @@ def _inertial(evidence: Evidence) -> list[Finding]:
             found.append(
                 Finding(
                     check="imu-axes",
+                    channel="linear_acceleration",
                     text="linear_acceleration does not feel gravity where the base orientation has it: its mean is "
                     f"{np.round(mean, 1).tolist()} m/s^2",
                     cure="turn it into the axes of the base before it is logged; an IMU at rest feels +g upwards",

@@ -38,10 +38,10 @@ def check_channels(evidence: Evidence) -> list[Finding]:
     """Return what the numbers of positions and torques show without a model."""
     log, robot = evidence.prepared.log, evidence.robot
     period = evidence.prepared.sampling.period
-    kinds: dict[str, dict[str, list[str]]] = {}
+    kinds: dict[tuple[str, str], list[tuple[str, str]]] = {}
 
     def add(check: str, channel: str, joint: str, text: str) -> None:
-        kinds.setdefault(check, {}).setdefault(channel, []).append(f"{joint}{text}")
+        kinds.setdefault((check, channel), []).append((joint, text))
 
     lowest, highest = evidence.position_range
     least, most = log.torque.min(axis=0), log.torque.max(axis=0)
@@ -63,7 +63,7 @@ def check_channels(evidence: Evidence) -> list[Finding]:
             held = held_for(values[:HELD_ROWS])
             if held:
                 add("channel-held", channel, joint, f" (for {held} samples)")
-    return [_finding(check, channel, found) for check, each in kinds.items() for channel, found in each.items()]
+    return [_finding(check, channel, found) for (check, channel), found in kinds.items()]
 
 
 TEXTS = {
@@ -86,10 +86,15 @@ TEXTS = {
 }
 
 
-def _finding(check: str, channel: str, found: list[str]) -> Finding:
+def _finding(check: str, channel: str, found: list[tuple[str, str]]) -> Finding:
     text, cure = TEXTS[check]
-    joints = tuple(dict.fromkeys(name.split(" ")[0] for name in found))
-    return Finding(check=check, text=text.format(channel, listed(found)), cure=cure, joints=joints)
+    return Finding(
+        check=check,
+        channel=channel,
+        text=text.format(channel, listed([f"{joint}{evidence}" for joint, evidence in found])),
+        cure=cure,
+        joints=tuple(dict.fromkeys(joint for joint, _ in found)),
+    )
 
 
 def _between(time: Array, part: slice) -> str:

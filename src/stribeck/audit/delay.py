@@ -53,6 +53,7 @@ def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
     return [
         Finding(
             check="torque-delay",
+            channel="torque",
             text=f"the torque comes {1e3 * middle:+.2f} ms after what the motion asks for (median of {len(values)} "
             f"joints, of which {int(agreeing.sum())} agree)",
             cure=f"set [log] torque = {{ delay = {present + middle:.5f} }} if all signals should belong to one time",

@@ -55,6 +55,7 @@ def _jumps(evidence: Evidence) -> list[Finding]:
     return [
         Finding(
             check="position-jump",
+            channel="position",
             text=f"positions jump by a turn: {listed([f'{name} ({count} times)' for name, count in found])}",
             cure="set [log.position] unwrap = true",
             joints=tuple(name for name, _ in found),
@@ -88,6 +89,7 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     return [
         Finding(
             check="position-degrees",
+            channel="position",
             text=f"positions reach {reach:.4g}, outside of the model's limits, but within them as degrees: "
             f"{listed(names)}",
             cure='set [log.position] unit = "deg"',
@@ -119,6 +121,7 @@ def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
         found.append(
             Finding(
                 check="position-limits",
+                channel="position",
                 text=f"positions lie outside of the model's limits: {spans(outside)}",
                 cure="see zero, sign, unit and order: [log.position] offset, scale, unit; [log] joint_names",
                 joints=tuple(robot.joint_names[k] for k in np.flatnonzero(outside)),
@@ -128,9 +131,10 @@ def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
         found.append(
             Finding(
                 check="position-stop",
+                channel="position",
                 text="joints reach the end of their range in the model, where a stop would take part of the torque: "
                 + spans(reached & ~outside),
-                cure="let them keep off it, or leave that part of the log out",
+                cure="keep joints off the ends of their range, or leave that part of the log out",
                 joints=tuple(robot.joint_names[k] for k in np.flatnonzero(reached & ~outside)),
             )
         )

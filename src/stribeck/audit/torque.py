@@ -1,4 +1,4 @@
-"""Torques against the model's: joints swapped, magnitudes without a sign, signs, scales."""
+"""Torques against the model's: joints swapped, magnitudes without a sign, signs, scales and their bounds."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Collection
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from stribeck.audit.bounds import over_limits, weight_carried
 from stribeck.audit.cures import listed, scale_line
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, unexplained
@@ -27,7 +28,7 @@ SURE = 4.0
 NEAR = 1.6
 """Gains within this factor of one are what wrong inertias make of a right torque."""
 FAR = 5.0
-"""A gain beyond this factor, of most joints, makes every number wrong."""
+"""A gain beyond this factor, of most joints, makes every number wrong; limits and weights err less."""
 MOST = 0.6
 """Share of the joints that something can be said of, from which a cause is one of all joints."""
 BETTER = 30.0
@@ -88,6 +89,7 @@ def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[
     return [
         Finding(
             check="torque-sign",
+            channel="torque",
             text=f"the torque runs against the model, its sign or the position's is inverted: {listed(names)}; model "
             f"and friction leave {same} % of its variance unexplained as it is, {other} % inverted",
             cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints if everyone else names, -1.0)),
@@ -102,29 +104,34 @@ def _percent(share: float) -> str:
 
 
 def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
-    """Return findings on gains that are not one: of all joints, or of some."""
+    """Return findings on torques whose size cannot be: gains that are not one, bounds that are exceeded, levels."""
     off = {
         k: found
         for k, found in fits.items()
         if not 1 / NEAR < abs(found.gain) < NEAR and abs(abs(found.gain) - 1) > SURE * found.error and _surely(found)
     }
-    if len(fits) >= 2 and len(off) >= MOST * len(fits):
+    if len(off) >= max(_few(evidence), MOST * len(fits)):
         return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
+    bounded = _out_of_bounds(evidence, [k for k in joints if k not in off])
+    if any(finding.stops for finding in bounded):
+        return bounded
     levels = _levels(evidence, joints)
     if len(fits) < 2 and len(levels) >= 2 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
-        return []
+        return bounded
     gains = ", ".join(f"{evidence.joints[k]} {found.gain:.3g} +- {2 * found.error:.1g}" for k, found in off.items())
     gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
     return [
         Finding(
             check="torque-gain",
+            channel="torque",
             text=f"the torque is not the model's in size{', as if a gear ratio were left out' if gear else ''}: "
             f"gain {gains}; the other joints agree with the model",
             cure=scale_line(evidence.robot, {evidence.joints[k]: 1 / abs(found.gain) for k, found in off.items()}),
             joints=tuple(evidence.joints[k] for k in off),
-        )
+        ),
+        *bounded,
     ]
 
 
@@ -151,10 +158,10 @@ def _rms(values: Array) -> float:
 def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
     middle = float(np.median(list(gains.values())))
     common = all(abs(np.log(gain / middle)) < 0.3 for gain in gains.values())
-    unit = next((name for ratio, name in UNITS.items() if common and abs(np.log(middle / ratio)) < 0.15), None)
+    unit = _unit(middle) if common else None
     if unit:
-        guess = f"as if they were in {unit}"
-        factors = dict.fromkeys(evidence.joints, 1 / min(UNITS, key=lambda ratio: abs(np.log(middle / ratio))))
+        guess = f"as if they were in {UNITS[unit]}"
+        factors = dict.fromkeys(evidence.joints, 1 / unit)
     elif common:
         guess = "by one factor"
         factors = dict.fromkeys(evidence.joints, 1 / middle)
@@ -164,11 +171,61 @@ def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
     shown = ", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6])
     return Finding(
         check="torque-scale",
+        channel="torque",
         text=f"the torques are a median of {middle:.3g} times the model's, {guess}: {shown}",
         cure=scale_line(evidence.robot, factors),
         joints=tuple(evidence.joints[k] for k in gains),
         stops=not 1 / FAR < middle < FAR,
     )
+
+
+def _few(evidence: Evidence) -> int:
+    """Return how many joints it takes for a cause that all have: two, unless the robot has a single one."""
+    return min(2, len(evidence.joints))
+
+
+def _unit(factor: float) -> float | None:
+    """Return the unit, a key of `UNITS`, that makes torques larger by such a factor, None if none does."""
+    nearest = min(UNITS, key=lambda ratio: abs(np.log(factor / ratio)))
+    return nearest if abs(np.log(factor / nearest)) < 0.15 else None
+
+
+def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
+    """Return a finding on torques that cannot be by the robot's weight or the model's effort limits.
+
+    They bound the scale where the model's torque is too small a part of a joint's for a gain.
+    """
+    carried = weight_carried(evidence)
+    if carried is not None and not 1 / FAR < carried < FAR:
+        unit = _unit(carried)
+        return [
+            Finding(
+                check="torque-scale",
+                channel="torque",
+                text=f"the torques carry {carried:.3g} times the robot's weight where it stands"
+                + (f", as if they were in {UNITS[unit]}" if unit else ""),
+                cure=scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or carried))),
+                joints=evidence.joints,
+                stops=True,
+            )
+        ]
+    reached = {k: times for k, times in over_limits(evidence).items() if k in joints}
+    over = {evidence.joints[k]: times for k, times in reached.items() if times > FAR}
+    if not over:
+        return []
+    most = len(over) >= max(_few(evidence), MOST * len(reached))
+    line = scale_line(evidence.robot, dict.fromkeys(evidence.joints if most else over, 1e-3))
+    return [
+        Finding(
+            check="torque-scale" if most else "torque-gain",
+            channel="torque",
+            text="the torques exceed the model's effort limits: "
+            + listed([f"{name} {times:.3g} times" for name, times in over.items()]),
+            cure=f"check its unit and gear ratio, and the model's limits; if it is in N mm or mN m, {line}",
+            joints=tuple(over),
+            stops=most,
+        )
+    ]
 
 
 def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
@@ -186,6 +243,7 @@ def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[F
     return [
         Finding(
             check="torque-unsigned",
+            channel="torque",
             text=f"the torque never changes its sign, although the motion asks for it: {listed(names)}; "
             "it seems to be a magnitude",
             cure="log the torque with its sign; no setting brings it back",
@@ -250,6 +308,7 @@ def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
     return [
         Finding(
             check="joints-swapped",
+            channel="torque",
             text=f"the models of each other explain the torques of these joints far better: {listed(parts)}",
             cure="exchange them in [log] joint_names or joint_order",
             joints=tuple(evidence.joints[k] for group in found for k in group),

@@ -126,6 +126,7 @@ def export(
     joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
     include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
+    friction: Annotated[str | None, typer.Option(help="Form in MJCF, plain or lugre; what loses least.")] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
@@ -138,7 +139,9 @@ def export(
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
         asked = None if joints is None else [name.strip() for name in joints.split(",")]
-        lines = write_model(found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict)
+        lines = write_model(
+            found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
+        )
     typer.echo("\n".join(lines))
     console.print_paths([output])
 

@@ -67,18 +67,20 @@ def _show(table: Table, names: Iterable[str]) -> Console:
 def print_result(result: Result) -> None:
     """Print a line a joint: friction, verdict, what to do; of a law that was chosen, its parameters; then warnings."""
     from stribeck.friction import AUTO
+    from stribeck.result.joint import verdict_place
 
     console = _show(_lines_of_joints(result, all_speeds=_console().width >= WIDE), result.all_friction)
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
         bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
-        console.print(f"no friction that the log resolves: {bounds}", markup=False)
+        place = verdict_place("no friction")
+        console.print(f"no friction that the log resolves: {bounds} ({place})", markup=False)
     if result.law != AUTO:
         _show(_columns_of_parameters(result), result.all_friction)
     console.print(result.log.usage, markup=False)
     for joint, found in result.all_friction.items():
         if found.verdict in ("weak", "not excited"):
-            console.print(f"{joint}: {found.verdict}: {found.reason}", markup=False)
+            console.print(f"{joint}: {found.verdict}: {found.reason} ({verdict_place(found.verdict)})", markup=False)
     for warning in result.warning_lines:
         console.print(f"warning: {warning}", markup=False)
 
@@ -92,7 +94,7 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
     mixed = len(units) > 1
     headings = [speed if mixed else f"{speed}\n[{min(units)}]" for speed in speeds]
     title = f"{result.robot}: friction, law '{result.law}', ± half of 95 % intervals"
-    table = _table(title, ["joint"], [*headings, "R²"], ["verdict", "what to do"])
+    table = _table(title, ["joint"], [*headings, "R²\nheld out"], ["verdict", "what to do"])
     for joint, found in result.all_friction.items():
         if found.verdict == "no friction":
             continue
@@ -180,8 +182,8 @@ def print_inspection(found: Inspection) -> None:
             f"[red]{joint.sign}[/]" if joint.sign == "opposite" else joint.sign,
         )
     _show(table, found.joints)
-    for text in found.findings:
-        console.print(f"finding: {text}", markup=False)
+    for finding in found.audit:
+        console.print(f"finding: {finding.line}", markup=False)
     for text in found.notes:
         console.print(f"note: {text}", markup=False)
 

@@ -122,6 +122,7 @@ class WeakForm:
             elapsed=time - self.log.time[0],
             position=np.where(np.array(self.robot.prismatic)[self.joints], np.nan, state.position[:, self.joints]),
             temperature=self._temperature(segment),
+            position_noise=self.noise.position[self.joints],
             wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(mode.foot)],
         )
         return with_couplings(plain, self.couplings)

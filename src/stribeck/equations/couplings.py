@@ -31,6 +31,7 @@ def with_couplings(plain: WeakEquations, couplings: Array) -> WeakEquations:
         torque_noise=np.append(plain.torque_noise, none[0]),
         torque=np.hstack([plain.torque, none]),
         position=np.hstack([plain.position, np.full((len(plain.position), couplings.shape[1]), np.nan)]),
+        position_noise=None if plain.position_noise is None else np.append(plain.position_noise, none[0]),
         temperature=None if plain.temperature is None else np.hstack([plain.temperature, np.nan * none]),
         couplings=couplings,
     )

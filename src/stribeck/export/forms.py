@@ -35,20 +35,21 @@ class Form:
 
     Attributes
     ----------
+    words
+        Number -> the target's own word, of what it has a place for: coefficients, "static", the torque that holds at
+        rest, "stribeck_velocity", and "armature".
     numbers
         Names of the coefficients.
     columns
         The functions, shape (N, k), from velocities and loads, shape (N,), and the parameters found by name.
     of_law
         Parameters of laws that the form has too: no others are projected.
-    kept
-        Parameters of the functions that are not coefficients, and are taken as they were found.
     """
 
+    words: Mapping[str, str]
     numbers: tuple[str, ...]
     columns: Callable[[Array, Array, Mapping[str, float]], Array]
     of_law: frozenset[str]
-    kept: tuple[str, ...] = ()
 
 
 def _plain(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
@@ -64,19 +65,20 @@ def _loaded(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
     return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * np.abs(load)])
 
 
-PLAIN = Form(("coulomb", "viscous"), _plain, frozenset({"coulomb", "viscous"}))
-"""Fc sign(v) + Fv v."""
+def plain(**words: str) -> Form:
+    """Return the form Fc sign(v) + Fv v."""
+    return Form(words, ("coulomb", "viscous"), _plain, frozenset({"coulomb", "viscous"}))
 
-STRIBECK = Form(
-    ("coulomb", "viscous", "stribeck"),
-    _stribeck,
-    frozenset({"coulomb", "viscous", "stribeck_gain", "stribeck_velocity"}),
-    kept=("stribeck_velocity",),
-)
-"""Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
 
-LOADED = Form(("coulomb", "viscous", "load"), _loaded, frozenset({"coulomb", "viscous", "load"}))
-"""(Fc + mu |load|) sign(v) + Fv v."""
+def stribeck(**words: str) -> Form:
+    """Return the form Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
+    of_law = frozenset({"coulomb", "viscous", "stribeck_gain", "stribeck_velocity"})
+    return Form(words, ("coulomb", "viscous", "stribeck"), _stribeck, of_law)
+
+
+def loaded(**words: str) -> Form:
+    """Return the form (Fc + mu |load|) sign(v) + Fv v."""
+    return Form(words, ("coulomb", "viscous", "load"), _loaded, frozenset({"coulomb", "viscous", "load"}))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +88,7 @@ class Nearest:
     Attributes
     ----------
     numbers
-        Its coefficients and the parameters that it keeps, by name.
+        Its coefficients, "static", the torque that holds at rest, and "stribeck_velocity", by name.
     remains, of
         Root mean square of what the form cannot say, and of the friction found [N m], [N].
     """
@@ -122,9 +124,17 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
             raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
     coefficients = nnls(columns / unit, friction)[0] / unit
     numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
-    numbers |= {name: found[name] for name in form.kept if name in found}
+    numbers["static"] = numbers["coulomb"] + numbers.get("stribeck", _stiction(velocity, friction, numbers))
+    numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
     remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
     return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
+
+
+def _stiction(velocity: Array, friction: Array, numbers: Mapping[str, float]) -> float:
+    """Return by how much the torque that resists slow motion is above Coulomb friction, mean of both directions."""
+    resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
+    levels = resisting.reshape(2, SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
+    return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers["coulomb"], 0.0)
 
 
 def top_speed(joint: JointResult) -> float:
@@ -138,6 +148,6 @@ def _visited(joint: JointResult, found: Mapping[str, float]) -> tuple[Array, Arr
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
     loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
     positions = 2 * np.pi * (GOLDEN * np.arange(POSITIONS) % 1) if any(name in found for name in OF_POSITION) else [0.0]
-    grid = np.meshgrid(np.concatenate([-positive, positive]), loads, positions, indexing="ij")
+    grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
     velocity, load, position = (axis.ravel() for axis in grid)
     return velocity, load, position

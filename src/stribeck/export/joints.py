@@ -70,7 +70,6 @@ class JointTerms:
 def joint_terms(
     result: Result,
     form: Form | None,
-    words: Mapping[str, str],
     joints: Collection[str] | None = None,
     include_weak: bool = False,
 ) -> dict[str, JointTerms]:
@@ -85,8 +84,6 @@ def joint_terms(
         What was found.
     form
         Of the format's friction; None if it says all of it.
-    words
-        Number of the form, or "armature" -> the format's word, of what it has a place for.
     joints
         Those that are asked for; all if None.
     include_weak
@@ -101,14 +98,14 @@ def joint_terms(
     if unknown:
         raise SettingsError(f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}")
     own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
-    terms = {name: _terms(joint, form, words, include_weak) for name, joint in own.items()}
+    terms = {name: _terms(joint, form, include_weak) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, form: Form | None, words: Mapping[str, str], include_weak: bool) -> JointTerms:
+def _terms(joint: JointResult, form: Form | None, include_weak: bool) -> JointTerms:
     if form is None:
         return _all_terms(joint, include_weak)
-    there, stated = joint.parameters, {}
+    there, stated, words = joint.parameters, {}, form.words
     good = ("identified", "weak") if include_weak else ("identified",)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         stated[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
@@ -119,14 +116,14 @@ def _terms(joint: JointResult, form: Form | None, words: Mapping[str, str], incl
     }
     if joint.verdict == "no friction" and joint.curve:
         units = _units(joint.curve[0].unit)
-        zero = {words[name]: (0.0, units[name]) for name in form.numbers if name in words and name in units}
+        zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
         return JointTerms(stated=zero | stated, left_out=left_out, note=joint.reason)
     if not _has_friction(joint, good):
         return JointTerms(stated=stated, left_out=left_out)
     unit = joint.curve[0].unit if joint.curve else _unit_of(joint)
     found, units, errors = nearest(joint, form), _units(unit), _errors(joint)
     friction = {
-        words[name]: (_rounded(value, errors.get(name, 0.0)), units.get(name) or there[name].unit)
+        words[name]: (_rounded(value, errors.get(name, 0.0)), units[name])
         for name, value in found.numbers.items()
         if name in words
     }
@@ -168,8 +165,8 @@ def _unit_of(joint: JointResult) -> str:
 
 def _units(torque: str) -> dict[str, str]:
     """Return the units of a form's numbers, given the one of the joint's friction."""
-    viscous = {"N m": "N m s/rad", "N": "N s/m"}.get(torque, f"{torque} s/rad")
-    return {"coulomb": torque, "stribeck": torque, "static": torque, "viscous": viscous, "load": "1"}
+    viscous, speed = ("N s/m", "m/s") if torque == "N" else ("N m s/rad", "rad/s")
+    return {"coulomb": torque, "static": torque, "viscous": viscous, "stribeck_velocity": speed, "load": "1"}
 
 
 def _errors(joint: JointResult) -> dict[str, float]:
@@ -178,7 +175,7 @@ def _errors(joint: JointResult) -> dict[str, float]:
     if not joint.curve:
         return own
     slow, top = joint.curve[0].standard_error, joint.curve[-1].standard_error
-    return own | {"coulomb": slow, "stribeck": slow, "viscous": top / max(top_speed(joint), 1e-9)}
+    return own | {"coulomb": slow, "static": slow, "viscous": top / max(top_speed(joint), 1e-9)}
 
 
 def _rounded(value: float, error: float) -> float:

@@ -6,10 +6,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.dom.minidom import Element
 
+import numpy as np
+
 from stribeck.export.document import child, children, document_text, moved, read_document, remove, set_numbers
-from stribeck.export.forms import PLAIN
+from stribeck.export.forms import plain, stribeck
 from stribeck.export.links import LinkInertia
 from stribeck.export.target import Request, Target
+
+BREAKAWAY, BRISTLE_TIME = 1e-3, 1e-3
+"""How far LuGre's bristles bend before they slip [rad], [m], and their damping over their stiffness [s].
+
+A log of motion does not show either; a thousandth keeps a joint at rest and lets a simulator step by 1 to 2 ms.
+"""
 
 ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia")
 """What an inertial may state and must not beside the whole matrix."""
@@ -25,7 +33,7 @@ def mjcf_text(request: Request) -> str:
                 _set_inertia(child(body, "inertial"), request.links[name])
             for joint in children(body, "joint"):
                 if terms := request.joints.get(joint.getAttribute("name")):
-                    set_numbers(joint, **{name: value for name, (value, _) in terms.stated.items()})
+                    _set_friction(root, joint, {name: value for name, (value, _) in terms.stated.items()})
     if request.links:
         _state_inertias(root)
     _move_files(root, request.model.parent, request.folder)
@@ -33,12 +41,34 @@ def mjcf_text(request: Request) -> str:
 
 
 TARGET = Target(
-    title="MuJoCo: frictionloss, damping, armature",
-    form=PLAIN,
-    words={"coulomb": "frictionloss", "viscous": "damping", "armature": "armature"},
+    title="MuJoCo: frictionloss or LuGre, damping, armature",
+    forms={
+        "plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"),
+        "lugre": stribeck(
+            coulomb="tau_c", static="tau_s", stribeck_velocity="omega_s", viscous="damping", armature="armature"
+        ),
+    },
     text=mjcf_text,
     models=("mjcf",),
 )
+
+
+def _set_friction(root: Element, joint: Element, numbers: dict[str, float]) -> None:
+    """Give a joint its friction, LuGre's (Canudas de Wit et al. 1995) by a passive motor.
+
+    The motor's steady torque is (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest.
+    """
+    own = [numbers.pop(name, 0.0) for name in ("tau_c", "tau_s", "omega_s")]
+    if own[1] > 0:
+        stiffness = own[1] / BREAKAWAY
+        motor = root.ownerDocument.createElement("dcmotor")  # type: ignore[union-attr]
+        name = joint.getAttribute("name")
+        for key, text in {"name": f"friction of {name}", "joint": name, "input": "none", "motorconst": "0 0"}.items():
+            motor.setAttribute(key, text)
+        set_numbers(motor, resistance=1.0, lugre=np.array([stiffness, stiffness * BRISTLE_TIME, *own]))
+        child(root, "actuator").appendChild(motor)
+        numbers["frictionloss"] = 0.0
+    set_numbers(joint, **numbers)
 
 
 def _include(parent: Element, folder: Path) -> None:

@@ -23,6 +23,8 @@ class Request:
         What was found, of which robot.
     joints
         What the target says of each joint.
+    form
+        Name of the form of their friction.
     links
         New inertias by link; none unless the target writes the robot's model.
     lines
@@ -34,6 +36,7 @@ class Request:
     result: Result
     robot: Robot
     joints: Mapping[str, JointTerms]
+    form: str
     links: Mapping[str, LinkInertia]
     lines: list[str]
     folder: Path
@@ -55,10 +58,8 @@ class Target:
     ----------
     title
         What it is for, a few words.
-    form
-        Of its friction; None if it says all of it.
-    words
-        Number of the form, or "armature" -> the target's own word, of what it has a place for.
+    forms
+        Of its friction, by name; the first is taken where others lose as much. None says all of it.
     text
         Return the file's text.
     models
@@ -66,7 +67,6 @@ class Target:
     """
 
     title: str
-    form: Form | None
-    words: Mapping[str, str]
+    forms: Mapping[str, Form | None]
     text: Callable[[Request], str]
     models: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ from xml.dom.minidom import Element
 import numpy as np
 
 from stribeck.export.document import child, children, document_text, moved, read_document, set_numbers
-from stribeck.export.forms import PLAIN
+from stribeck.export.forms import plain
 from stribeck.export.links import LinkInertia
 from stribeck.export.target import Request, Target
 
@@ -28,8 +28,7 @@ def urdf_text(request: Request) -> str:
 
 TARGET = Target(
     title="URDF: friction, damping",
-    form=PLAIN,
-    words={"coulomb": "friction", "viscous": "damping"},
+    forms={"plain": plain(coulomb="friction", viscous="damping")},
     text=urdf_text,
     models=("urdf",),
 )

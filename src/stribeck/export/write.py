@@ -36,6 +36,7 @@ def export(
     joints: Collection[str] | None = None,
     include_weak: bool = False,
     strict: bool = False,
+    friction: str | None = None,
 ) -> list[str]:
     """Write what was found of a robot as a simulator or a controller reads it.
 
@@ -59,6 +60,9 @@ def export(
         Whether weak friction is written too.
     strict
         Whether to refuse a target that cannot say all of the friction.
+    friction
+        Form of the friction, of targets that know several ("plain" or "lugre" of MJCF); the one that loses least if
+        None.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def export(
     ------
     SettingsError
         If the target is another one, the result is of another robot or model, the file would be the model itself, a
-        joint is asked for that the result has not, or, if `strict`, something would be lost.
+        joint or a form is asked for that there is not, or, if `strict`, something would be lost.
     NothingIdentifiedError
         If the result holds nothing that the target has a place for.
     RobotFileError
@@ -91,7 +95,7 @@ def export(
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}")
     own = TARGETS[target]
     _check(result, robot, Path(path), target)
-    terms = joint_terms(result, own.form, own.words, joints, include_weak)
+    form, terms = _least_lost(result, own, friction, joints, include_weak)
     links: dict[str, LinkInertia] = {}
     mended: list[str] = []
     if own.models:
@@ -106,11 +110,24 @@ def export(
     if strict:
         _refuse_losses(terms, target)
     lines = summary(result, robot, own, terms, mended)
-    request = Request(result=result, robot=robot, joints=terms, links=links, lines=lines, folder=Path(path).parent)
-    text = own.text(request)
+    text = own.text(
+        Request(result=result, robot=robot, joints=terms, form=form, links=links, lines=lines, folder=Path(path).parent)
+    )
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return lines
+
+
+def _least_lost(
+    result: Result, target: Target, friction: str | None, joints: Collection[str] | None, include_weak: bool
+) -> tuple[str, dict[str, JointTerms]]:
+    """Return the form of friction that is asked for, or loses least, and what it says of each joint."""
+    if friction is not None and friction not in target.forms:
+        raise SettingsError(f"export: the form of friction is '{friction}'; expected {_either(target.forms)}")
+    forms = target.forms if friction is None else {friction: target.forms[friction]}
+    terms = {name: joint_terms(result, form, joints, include_weak) for name, form in forms.items()}
+    best = min(terms, key=lambda name: round(sum(own.share for own in terms[name].values()), 6))
+    return best, terms[best]
 
 
 def _check(result: Result, robot: Robot, path: Path, target: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from stribeck.motion import make_filter, resolve_auto
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.samples import Samples
-from stribeck.settings import Settings
+from stribeck.settings import FilterSettings, Settings
 
 CLOSE_UP = 4.0
 """[s] of the log that the report shows over time."""
@@ -81,15 +82,24 @@ class FrictionSamples:
 class FrictionTorqueStage:
     """Works the friction torque of logs out, and not twice in a row if asked for the same.
 
-    A method that fits it and the report that shows it so share one answer. The table is of the answer given last.
+    A method that fits it and the report that shows it so share one answer. The table is of the answer given last. The
+    filter is chosen once, from the first log as it was given, so that methods are compared at one bandwidth.
     """
 
-    def __init__(self, table: Path | None, progress: Progress) -> None:
-        self._table, self._progress = table, progress
+    def __init__(
+        self, table: Path | None, progress: Progress, first: PreparedLog, robot: Robot, settings: Settings
+    ) -> None:
+        self._table, self._progress, self._given = table, progress, (first, robot, settings)
         self._last: tuple[object, FrictionSamples] | None = None
 
+    @cached_property
+    def _filter(self) -> tuple[FilterSettings, list[str]]:
+        self._progress("choosing the filter", 0.0)
+        settings, notes = with_filter(*self._given)
+        return settings.filter, notes
+
     def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
-        """Return the friction torque of logs by a robot; one filter for all logs, chosen by the first.
+        """Return the friction torque of logs by a robot; one filter for all logs.
 
         Raises
         ------
@@ -102,8 +112,8 @@ class FrictionTorqueStage:
         return self._last[1]
 
     def _work_out(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
-        self._progress("choosing the filter", 0.0)
-        settings, notes = with_filter(logs[0], robot, settings)
+        filter_, notes = self._filter
+        settings = settings.model_copy(update={"filter": filter_})
         with friction_table(self._table) if self._table else nullcontext(_drop) as write:
             parts = [
                 log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)

@@ -25,6 +25,7 @@ from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.weakness import USUAL, Criteria
+from stribeck.methods.unseen import Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
@@ -48,6 +49,8 @@ class Fitted:
         By joint; those that do not move enough have none.
     validations
         Of each joint that has a fit, on what the fit did not see; None where nothing was held out.
+    unseen
+        What the R^2 of the torque is taken from; None where nothing was held out.
     robot, logs
         Without the errors that were found; as they were given where none was.
     settings
@@ -69,6 +72,7 @@ class Fitted:
     validations: Mapping[str, Validation | None]
     robot: Robot
     logs: Sequence[PreparedLog]
+    unseen: Unseen | None = None
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from stribeck.finding import Finding
 from stribeck.friction import LAWS, FrictionLaw
 from stribeck.identification.curve_fit.fit import fit_law
-from stribeck.identification.curve_fit.validation import validate
+from stribeck.identification.curve_fit.validation import held_out, validate
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
+from stribeck.methods.unseen import Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -29,6 +30,7 @@ def find(
     return Fitted(
         fits=fits,
         validations=validate(fits, samples, law, settings),
+        unseen=Unseen(fits=fits, usable=held_out(fits, samples, law, settings)),
         robot=robot,
         logs=prepared,
         findings=[_left_out(robot)] if robot.couplings else [],

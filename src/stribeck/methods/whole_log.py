@@ -31,6 +31,7 @@ from stribeck.log import RobotLog
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
+from stribeck.methods.unseen import Unseen, cut
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import BodyCorrection, Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
@@ -83,6 +84,8 @@ class WholeLog:
         With the corrections that were found.
     torque_delay
         Of all torques against the encoders [s]; positive if they are late.
+    held_out
+        Rows of each log that `fit.training` has not seen.
     """
 
     fit: WholeLogFit
@@ -90,6 +93,7 @@ class WholeLog:
     couplings: tuple[str, ...]
     robot: Robot
     torque_delay: float
+    held_out: Sequence[Sequence[slice]]
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -284,8 +288,11 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         delay = float(np.clip(delay + fit.torque_delay, -LONGEST_DELAY, LONGEST_DELAY))
         if abs(fit.torque_delay) < LINEAR_DELAY:
             break
+    held_out: list[list[slice]] = [[] for _ in forms]
+    for form, segment, _ in (equations.parts[place] for place in fit.held_out):
+        held_out[forms.index(form)].append(slice(segment.first, segment.last))
     robot = corrected_robot(robot, corrections, fit.corrections)
-    return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, torque_delay=delay)
+    return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, torque_delay=delay, held_out=held_out)
 
 
 def weak_forms(
@@ -335,6 +342,7 @@ def find(
     return Fitted(
         fits=found.fits,
         validations=found.validations,
+        unseen=_unseen(found, prepared, robot),
         robot=found.robot,
         logs=[replace(part, log=found.corrected(part.log)) for part in prepared],
         settings=settings.model_copy(update={"standing_legs": True, "double_support": guess}),
@@ -345,6 +353,20 @@ def find(
         findings=found.findings,
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )
+
+
+def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> Unseen | None:
+    """Return what the fit without the held-out segments says of them; the delay is that of the whole logs."""
+    if not any(found.held_out):
+        return None
+    fit = found.fit.without_held_out
+    robot = corrected_robot(robot, fit.model.corrections, fit.corrections)
+    before = replace(found, fit=fit, robot=robot)
+    logs = [
+        replace(part, log=before.corrected(part.log), support=cut(part.support, rows))
+        for part, rows in zip(prepared, found.held_out, strict=True)
+    ]
+    return Unseen(fits=before.fits, robot=robot, logs=logs)
 
 
 def usual_corrections(robot: Robot) -> str:

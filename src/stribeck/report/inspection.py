@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+from stribeck.finding import Finding
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.report.figure import house_style
 from stribeck.report.page import Section, render, render_page
@@ -32,7 +33,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
     """Write what a log holds as one self-contained HTML file, whole or not at all."""
     with house_style():
         sections = [
-            _findings(inspection.findings),
+            _findings(inspection.audit),
             _joints(inspection),
             timeline(inspection.phases),
             _channels(inspection),
@@ -51,10 +52,10 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
         temporary.write_text(page, encoding="utf-8")
 
 
-def _findings(findings: Sequence[str]) -> Section | None:
+def _findings(findings: Sequence[Finding]) -> Section | None:
     if not findings:
         return None
-    return Section(anchor="findings", title="Findings", body=render("warnings.html.j2", findings=[], warnings=findings))
+    return Section(anchor="findings", title="Findings", body=render("warnings.html.j2", findings=findings, warnings=[]))
 
 
 def _joints(inspection: Inspection) -> Section:

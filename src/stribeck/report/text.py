@@ -11,6 +11,7 @@ from markupsafe import Markup
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import Result
+from stribeck.result.joint import verdict_place
 from stribeck.result.tables import rounded
 
 MINUS = "\N{MINUS SIGN}"
@@ -138,4 +139,4 @@ def share(value: float, decimals: int = 3) -> str:
 FILTERS: dict[str, Callable[..., str]] = {
     filter_.__name__: filter_
     for filter_ in (number, matched, percent, count, gain, share, duration, words, unit, breakable, symbol)
-}
+} | {"place": verdict_place}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, get_law
@@ -15,6 +16,13 @@ from stribeck.friction.assembled import beyond_velocity
 from stribeck.typing import Array
 
 Verdict = Literal["identified", "weak", "no friction", "not excited"]
+
+
+def verdict_place(verdict: str) -> str:
+    """Return where a verdict is explained, with an example and the cure."""
+    return f"docs/verdicts.md#{verdict.replace(' ', '-')}"
+
+
 TermDecision = Literal["kept", "refused", "open"]
 
 STEP = 1e-4
@@ -66,11 +74,11 @@ class Validation:
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueR2:
-    """Share of the variance of a joint's measured torque that its model explains with the friction found [1].
+    """Share of the variance of a joint's held-out torque that its model explains with the friction found [1].
 
     Of the model and log as they were given, `nominal`, and with the corrections found, `corrected`; None if there are
     none. 1 - sum e^2 / sum (tau - mean tau)^2, with e = tau - inverse dynamics - R(v), at the bandwidth of the filter,
-    over the samples of free and swinging limbs that are kept.
+    over samples of free and swinging limbs in parts of the logs that the fit has not seen.
     """
 
     nominal: float
@@ -111,7 +119,7 @@ class JointResult:
     which `load_deviation` is the standard deviation, and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
     how many periods a turn its torque ripple has; None without any.
-    `torque_r2` is how much of its torque is explained, None where that is not known.
+    `torque_r2` is how much of its torque is explained, None where nothing was held out.
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
 
@@ -127,7 +135,7 @@ class JointResult:
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
     load_deviation: float | None = None
-    mean_direction: tuple[float, ...] | None = None
+    mean_direction: Annotated[tuple[float, ...], Field(min_length=2, max_length=2)] | None = None
     ripple_per_turn: float | None = None
     curve: tuple[CurvePoint, ...] = ()
     torque_r2: TorqueR2 | None = None

@@ -103,6 +103,16 @@ def test_a_law_of_velocity_is_never_flagged(corrections: str, arm: Robot, exact:
         assert result.findings == []
 
 
+@pytest.mark.parametrize("bits", [10, 11])
+def test_a_coarse_encoder_is_not_taken_for_another_cause(bits: int, arm: Robot) -> None:
+    """It sees reversals late, as if friction built up after them."""
+    log, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=20.0, seed=0)
+    log = with_noise(replace(log, velocity=None, acceleration=None), position=2e-5, torque=0.1, seed=0)
+    step = 2 * np.pi / 2**bits
+    result = identify(replace(log, position=step * np.round(log.position / step)), arm, Settings())
+    assert not [finding for finding in result.findings if finding.check.startswith(BEFORE)]
+
+
 def scored(kind: str, chi_square: float = 400.0, shift: float = 5.0) -> ScoreTest:
     return ScoreTest(kind=kind, size=0.3, share=0.25, chi_square=chi_square, minus_log10_p=90.0, shift=shift)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.friction import FrictionLaw
 from stribeck.identification.curve_fit.problem import FitProblem, hold_out, joint_problem
@@ -23,6 +24,15 @@ def validate(
     for joint, fit in fits.items():
         training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
         found[joint] = _validate(fit, training, unseen) if len(unseen.velocity) else None
+    return found
+
+
+def held_out(fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings) -> NDArray[np.bool_]:
+    """Return which samples of each joint lie in the blocks that `fit_law` held out, shape (N, n)."""
+    found = np.zeros(samples.usable.shape, dtype=bool)
+    for joint in fits:
+        _, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
+        found[:, samples.joint_names.index(joint)] = np.isin(samples.block, unseen.block)
     return found
 
 

@@ -19,8 +19,7 @@ def torque_r2(samples: Samples, fits: Mapping[str, JointFit], law: FrictionLaw) 
     """Return the coefficient of determination of each joint's torque, of those that it is known of.
 
     1 - sum e^2 / sum (tau - mean tau)^2 over a joint's usable samples, with e = tau - inverse dynamics - R(v), which is
-    the friction torque less the law, at the joint's mean load. It is about the torque as the filter leaves it, not
-    about samples that no fit has seen.
+    the friction torque less the law, at the joint's mean load. It is about the torque as the filter leaves it.
 
     Parameters
     ----------

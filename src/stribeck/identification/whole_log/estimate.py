@@ -68,6 +68,8 @@ class WholeLogFit:
         Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
     validation
         Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
+    held_out, training
+        The places of those segments, and the fit to all others.
     terms, mean_load, load_deviation, mean_direction, per_turn
         Of the law "auto": which terms each joint has, the torque that it carries, mean and standard deviation of its
         size [N m], shape (n,) each, the means of
@@ -89,6 +91,8 @@ class WholeLogFit:
     segments: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
+    held_out: tuple[int, ...]
+    training: PilotFit
     misfits: tuple[Misfit | None, ...]
     heterogeneity: float
     joint_heterogeneity: Array
@@ -98,6 +102,12 @@ class WholeLogFit:
     load_deviation: Array | None = None
     mean_direction: Array | None = None
     per_turn: Array | None = None
+
+    @property
+    def without_held_out(self) -> WholeLogFit:
+        """The fit to all segments but the held-out ones; of its numbers the values alone are without them."""
+        fit = self.training
+        return replace(self, curves=fit.curves, model=fit.model, solution=fit.solution)
 
     @property
     def values(self) -> Array:
@@ -211,7 +221,8 @@ def fit_whole_log(
     undiscounted = pilot.solution.corrections
     pilot, of_model, joint_heterogeneity = _with_overdispersion(pilot, normal_equations, folds)
     unseen = list(held_out.values())
-    validation = validate(unseen, part, pilot.unreduced.curves, pilot.components, *pilot.unreduced.known)
+    trained = pilot.unreduced
+    validation = validate(unseen, part, trained.curves, trained.components, *trained.known)
     normal_equations.merge(accumulate(unseen, pilot.components, pilot.curves, pilot.model))
     pilot = _with_empirical_bayes(pilot, normal_equations).unreduced
     curves, model, solution = pilot.curves, pilot.model, pilot.solution
@@ -233,6 +244,8 @@ def fit_whole_log(
             pilot_equations, curves, pilot.components, *pilot.known, pilot.known[0][None]
         )[0],
         validation=validation,
+        held_out=tuple(held_out),
+        training=trained,
         heterogeneity=of_model,
         joint_heterogeneity=joint_heterogeneity,
         undiscounted=undiscounted,

@@ -63,6 +63,37 @@
     tell(`${names[index]}: ${number(y)}${band} ${units[1]} at ${number(x)} ${units[0]}`);
   };
 
+  /* Two fingers zoom and shift all curves of a unit; two taps show them whole; one finger scrolls the page. */
+  const touch = (plot, unit, whole) => {
+    let held = null, moved = false, tapped = 0;
+    const pixels = ({ touches }) => {
+      const { left } = plot.over.getBoundingClientRect();
+      return [...touches].map((finger) => finger.clientX - left).sort((a, b) => a - b);
+    };
+    const start = (event) => {
+      moved = false;
+      held = event.touches.length === 2 ? pixels(event).map((x) => plot.posToVal(x, "x")) : null;
+    };
+    const move = (event) => {
+      moved = true;
+      if (!held) return;
+      event.preventDefault();
+      const [a, b] = pixels(event), slope = (held[1] - held[0]) / Math.max(b - a, 20);
+      const min = held[0] - a * slope, max = min + plot.over.clientWidth * slope;
+      if (max > min) plots.forEach((each, k) => curves[k].units[0] === unit && each.setScale("x", { min, max }));
+    };
+    const end = (event) => {
+      const still = !moved && event.touches.length === 0, now = event.timeStamp;
+      if (still && now - tapped < 300) whole();
+      tapped = still ? now : 0;
+      if (event.touches.length < 2) held = null;
+    };
+    plot.over.addEventListener("touchstart", start, { passive: true });
+    plot.over.addEventListener("touchmove", move, { passive: false });
+    plot.over.addEventListener("touchend", end);
+    plot.over.addEventListener("touchcancel", () => (held = null));
+  };
+
   const draw = () => {
     plots.forEach((plot) => plot.destroy());
     const own = toggle.getAttribute("aria-pressed") === "true";
@@ -102,7 +133,9 @@
         place,
       );
       plot.setScale("x", { min: -reach, max: reach });
-      plot.over.addEventListener("dblclick", () => plots.forEach((each, k) => reset(each, k, own)));
+      const whole = () => plots.forEach((each, k) => reset(each, k, own));
+      plot.over.addEventListener("dblclick", whole);
+      touch(plot, units[0], whole);
       return plot;
     });
   };

@@ -7,7 +7,7 @@ began, and z Dahl's deflection, which follows s(v) within a distance d of travel
 |---|---|
 | load | (|tau| / mean |tau| - 1) s(v), beside the sensor's gain |
 | drift | (2 t / T - 1) s(v), (2 t / T - 1) v / top speed |
-| presliding | z - s(v), of a short and of a long distance |
+| presliding | z - s(v), of a short and of a long distance, where the encoder resolves them |
 | play | blows when tau changes its sign, and 10 ms later: what a bar takes away while it crosses its play |
 | delay | -dtau/dt of this torque alone |
 | ripple | cos and sin of k q, k periods a turn, as `model/ripple.py` finds |
@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.identification.whole_log.constants import (
     PRESLIDING_TIMES,
@@ -84,12 +85,23 @@ class AlternativeTerms:
         travel = np.abs(equations.velocity) * period / self.top_speed
         lags = _lags(sign, [travel / distance for distance in PRESLIDING_TIMES])
         s, speed, *lagging = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed, *lags))
+        lagging = [lag * self._resolved(equations) for lag in lagging]
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
         late = -self.delay * _slope(equations)
         of_velocity = [time * s, time * speed, *lagging]
         others = [*_blows(equations, self.unexplained), late, *self._rippling(equations)]
         return np.stack([load * s, self.gain * equations.torque, *of_velocity, *others], axis=2)
+
+    def _resolved(self, equations: WeakEquations) -> NDArray[np.bool_]:
+        """Return in which joints an encoder's step is shorter than the shortest presliding, shape (n,).
+
+        A coarser one sees a reversal late, which looks like friction that builds up after it.
+        """
+        if equations.position_noise is None:
+            return np.ones(len(self.top_speed), dtype=bool)
+        step = np.sqrt(12) * equations.position_noise  # of a rounded position
+        return np.asarray(step < min(PRESLIDING_TIMES) * self.top_speed)
 
     def _rippling(self, equations: WeakEquations) -> list[Array]:
         """Return cosine and sine of so many times the position, through the window, shape (K, n) each."""

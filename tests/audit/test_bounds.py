@@ -1,0 +1,71 @@
+"""Torques in another unit are named where no joint's gain can be found, by the robot's weight and its effort limits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from studies.lies import Honest, checks_of, standing, turntable
+from tests.models import example_robot
+
+from stribeck.audit import audit
+from stribeck.finding import Finding
+from stribeck.preparation import prepare
+
+
+@pytest.fixture(scope="module")
+def honest(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Honest]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("models"))
+        return {"turntable": turntable(), "standing": standing()}
+
+
+def _said(honest: Honest, factor: float) -> list[Finding]:
+    log, robot = replace(honest.log, torque=factor * honest.log.torque), honest.robot
+    return audit(prepare(log, robot, robot.settings), robot, robot.settings)
+
+
+@pytest.mark.parametrize("of", ["turntable", "standing"])
+def test_a_good_log_has_no_finding(of: str, honest: dict[str, Honest]) -> None:
+    assert checks_of(honest[of].log, honest[of].robot) == ([], "")
+
+
+def test_the_effort_limits_bound_the_torque_of_an_axis_that_carries_nothing(honest: dict[str, Honest]) -> None:
+    (finding,) = _said(honest["turntable"], 1000.0)
+    assert finding.check == "torque-scale"
+    assert finding.stops
+    assert "set [log] torque = { scale = 0.001 }" in finding.cure
+
+
+def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, Honest]) -> None:
+    robot = honest["turntable"].robot
+    for limit in (0.0, 1e-3, np.inf):
+        model = robot.tree.model.copy()
+        model.effortLimit = np.array([limit])
+        changed = replace(robot, tree=replace(robot.tree, model=model))
+        assert _said(replace(honest["turntable"], robot=changed), 1000.0) == []
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1000.0, "N mm or mN m"), (1 / 9.81, "kgf m")])
+def test_the_weight_bounds_the_torques_of_legs_that_all_stand(
+    factor: float, unit: str, honest: dict[str, Honest]
+) -> None:
+    (finding,) = _said(honest["standing"], factor)
+    assert finding.check == "torque-scale"
+    assert finding.stops
+    assert f"times the robot's weight where it stands, as if they were in {unit}" in finding.text
+
+
+def test_one_joint_beyond_its_limit_is_named_alone(honest: dict[str, Honest]) -> None:
+    one = honest["standing"]
+    torque = one.log.torque * np.where(np.arange(len(one.robot.joint_names)) == 0, 1000.0, 1.0)
+    scaled = replace(one, log=replace(one.log, torque=torque))
+    found = [finding for finding in _said(scaled, 1.0) if finding.check == "torque-gain"]
+    assert [finding.joints for finding in found] == [one.robot.joint_names[:1]]
+    assert not found[0].stops
+
+
+def test_effort_limits_are_those_of_the_model_file_by_joint() -> None:
+    robot = example_robot("talos")
+    limits = dict(zip(robot.joint_names, robot.effort_limits, strict=True))
+    assert limits["leg_left_4_joint"] == 300.0
+    assert limits["arm_left_7_joint"] == limits["arm_right_7_joint"]
