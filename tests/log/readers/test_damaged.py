@@ -10,11 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 from tests.damaged import BAD_SAMPLING, DAMAGED, main_file
-from tests.log.readers.formats import WHOLE, WRITERS, StubRobot, columns_of, synthetic_log, write_parquet
+from tests.log.readers.formats import WHOLE, WRITERS, StubRobot, columns_of, synthetic_log, write_npz, write_parquet
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import regularise
+from stribeck.settings import LogTable
 
 
 def check_message(error, path, words):
@@ -116,3 +117,13 @@ def test_a_parquet_page_whose_checksum_is_wrong(tmp_path):
     path.write_bytes(content)
     with pytest.raises(LogError, match="CRC"):
         read_log(path, StubRobot())
+
+
+def test_an_array_whose_name_is_damaged_in_the_directory(tmp_path):
+    path = write_npz(tmp_path, synthetic_log(20))
+    content = path.read_bytes()
+    place = content.rindex(b"time.npy")
+    path.write_bytes(content[:place] + b"tine" + content[place + 4 :])
+    robot = StubRobot(log_table=LogTable(rate=1000.0))  # which would make up stamps
+    with pytest.raises(LogError, match=r"File name in directory 'tine\.npy' and header b'time\.npy' differ"):
+        read_log(path, robot)
