@@ -28,6 +28,9 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.version import __version__
 
+DIGITS = 6
+"""Of correlations [1]."""
+
 
 def compose(
     fitted: Fitted,
@@ -107,6 +110,9 @@ def _joints(
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
+    for name, joint in joints.items():
+        if joint.parameters:
+            joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))
     for name, (terms, load, deviation, direction, per_turn) in fitted.terms.items():
         if joints[name].parameters:
             joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn)
@@ -128,6 +134,17 @@ def _torque_r2(
         name: TorqueR2(nominal=nominal, corrected=shares[1].get(name) if len(shares) > 1 else None)
         for name, nominal in (shares[0] if shares else {}).items()
     }
+
+
+def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ...], ...]:
+    """Return the correlation of some parameters' errors; what has no error is correlated with nothing."""
+    own = [fit.names.index(name) for name in names]
+    covariance = fit.covariance[np.ix_(own, own)]
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
+    found = covariance * np.outer(scale, scale)
+    np.fill_diagonal(found, 1.0)
+    return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), DIGITS).tolist())
 
 
 def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:

@@ -161,4 +161,4 @@ def identifiers(names: Iterable[str]) -> dict[str, str]:
     return found
 
 
-TARGET = Target(title="a C99 header for a controller, valid C++ too", forms={"all": None}, text=c_text)
+TARGET = Target(title="a C99 header for a controller, valid C++ too", forms={"all": None}, suffix=".h", text=c_text)

@@ -78,4 +78,4 @@ def python_text(request: Request) -> str:
     return f'"""{lines}\n"""\n' + MODULE.format(rows="\n".join(rows))
 
 
-TARGET = Target(title="a Python module, for NumPy and torch", forms={"all": None}, text=python_text)
+TARGET = Target(title="a Python module, for NumPy and torch", forms={"all": None}, suffix=".py", text=python_text)

@@ -118,6 +118,7 @@ class JointResult:
     which `load_deviation` is the standard deviation, and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
     how many periods a turn its torque ripple has; None without any.
+    `correlation` is that of the parameters' errors, in their order, shape (p, p); None where nothing was fitted.
     `torque_r2` is how much of its torque is explained, None where nothing was held out.
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
@@ -137,6 +138,7 @@ class JointResult:
     mean_direction: tuple[float, ...] | None = None
     ripple_per_turn: float | None = None
     curve: tuple[CurvePoint, ...] = ()
+    correlation: tuple[tuple[float, ...], ...] | None = None
     torque_r2: TorqueR2 | None = None
     law: str = field(default="", repr=False, compare=False)
 
