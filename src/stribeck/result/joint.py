@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, get_law
@@ -135,7 +136,7 @@ class JointResult:
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
     load_deviation: float | None = None
-    mean_direction: tuple[float, ...] | None = None
+    mean_direction: Annotated[tuple[float, ...], Field(min_length=2, max_length=2)] | None = None
     ripple_per_turn: float | None = None
     curve: tuple[CurvePoint, ...] = ()
     correlation: tuple[tuple[float, ...], ...] | None = None

@@ -73,12 +73,11 @@ def _check_element(xml: XmlFile, element: Element, folders: list[Path]) -> None:
         xml.refuse(element, f"<{tag}> makes bodies that Pinocchio does not read; write the bodies themselves")
     for name, text in element.items():
         counts = name in COUNTS or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
-        what = f"{name} of <{tag}>"
-        if counts and max(xml.numbers(element, text, len(text.split()), what), default=0.0) > LARGEST:
-            xml.refuse(element, f"{what} is {text[:60]}; expected {LARGEST} at most")
+        if counts and max(_numbers(xml, element, name), default=0.0) > LARGEST:
+            xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected {LARGEST} at most")
     for name in MEASURES if tag in BODIES else ():
         if name in element.attrib:
-            values = xml.numbers(element, element.get(name), len(element.get(name, "").split()), f"{name} of <{tag}>")
+            values = _numbers(xml, element, name)
             if name in ("mass", "diaginertia", "density", "armature") and min(values, default=0.0) < 0:
                 xml.refuse(element, f"{name} of <{tag}> is {element.get(name)}; expected zero or more")
     path = element.get("file", "")
@@ -86,3 +85,8 @@ def _check_element(xml: XmlFile, element: Element, folders: list[Path]) -> None:
         for candidate in (folder / path, folder / Path(path).name):
             if candidate.exists() and (kind := irregular(candidate)):
                 xml.refuse(element, f"<{tag}> names {candidate}, which is {kind}; expected a file")
+
+
+def _numbers(xml: XmlFile, element: Element, name: str) -> list[float]:
+    text = element.get(name, "")
+    return xml.numbers(element, text, len(text.split()), f"{name} of <{element.tag}>")
