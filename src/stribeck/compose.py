@@ -67,6 +67,9 @@ def compose(
     for name, r2 in _torque_r2(fitted, friction, prepared, robot, law).items():
         if found[name].curve:
             found[name] = replace(found[name], torque_r2=r2)
+    for name, reached in _position_ranges(prepared, robot).items():
+        if name in found:
+            found[name] = replace(found[name], position_range=reached)
     joints = {name: found[name] for name in friction.samples.joint_names}
     findings = [
         *model_findings(robot),
@@ -134,6 +137,13 @@ def _torque_r2(
         name: TorqueR2(nominal=nominal, corrected=shares[1].get(name) if len(shares) > 1 else None)
         for name, nominal in (shares[0] if shares else {}).items()
     }
+
+
+def _position_ranges(prepared: Sequence[PreparedLog], robot: Robot) -> dict[str, tuple[float, float]]:
+    """Return lowest and highest position of each joint [rad], [m]."""
+    low = np.min([np.nanmin(part.log.position, axis=0) for part in prepared], axis=0)
+    high = np.max([np.nanmax(part.log.position, axis=0) for part in prepared], axis=0)
+    return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
 
 
 def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ...], ...]:

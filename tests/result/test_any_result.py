@@ -120,6 +120,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         positive_power_fraction=draw(st.none() | st.floats(0, 1)),
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+        position_range=draw(st.none() | RANGES),
         correlation=draw(st.none() | st.tuples(*[row] * len(names))) if excited else None,
         load_deviation=draw(st.none() | POSITIVE) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
