@@ -107,6 +107,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
     names += draw(st.sampled_from([[], ["armature"]]))
     excited = draw(st.booleans())
     terms = st.fixed_dictionaries({term.name: TERMS for term in LADDER})
+    row = st.tuples(*[st.floats(-1, 1)] * len(names))
     return JointResult(
         parameters={name: draw(ESTIMATES) for name in names if excited},
         verdict=draw(VERDICTS),
@@ -119,6 +120,8 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         positive_power_fraction=draw(st.none() | st.floats(0, 1)),
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+        position_range=draw(st.none() | RANGES),
+        correlation=draw(st.none() | st.tuples(*[row] * len(names))) if excited else None,
         load_deviation=draw(st.none() | POSITIVE) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
         torque_r2=draw(st.none() | built(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)),

@@ -117,7 +117,7 @@ ABSURD = {
             '<asset><texture name="t" type="2d" builtin="flat" width="99999" height="99999"/></asset><worldbody>',
         ),
         "hopper.xml",
-        "line 1: width of <texture> is 99999; expected 10000 at most",
+        "line 1: width of <texture> is 99999; expected 5000 at most",
     ),
 }
 

@@ -187,7 +187,16 @@ class _Document(TypedDict):
     findings: NotRequired[list[Finding]]
 
 
-OF_SOME = ("terms", "mean_load", "load_deviation", "mean_direction", "ripple_per_turn", "torque_r2")
+OF_SOME = (
+    "terms",
+    "mean_load",
+    "load_deviation",
+    "mean_direction",
+    "ripple_per_turn",
+    "position_range",
+    "correlation",
+    "torque_r2",
+)
 """Fields of a joint that only some laws or methods have."""
 
 

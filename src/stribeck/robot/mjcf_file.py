@@ -15,7 +15,7 @@ MOST_FILES = 100
 GENERATED = ("replicate", "composite", "flexcomp", "attach")
 """Elements that MuJoCo makes bodies of, any number of them, and Pinocchio does not read."""
 COUNTS = ("nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params")
-LARGEST = 10_000
+LARGEST = 5000
 """Of what MuJoCo makes as many of as the file says: pixels, samples, numbers of a user [1]."""
 BODIES = ("body", "frame", "inertial", "joint", "geom")
 MEASURES = (
@@ -83,7 +83,7 @@ def _check_element(xml: XmlFile, element: Element, folders: list[Path]) -> None:
     path = element.get("file", "")
     for folder in folders if path else ():
         for candidate in (folder / path, folder / Path(path).name):
-            if candidate.exists() and (kind := irregular(candidate)):
+            if candidate.exists() and (kind := irregular(candidate)) and not candidate.is_dir():
                 xml.refuse(element, f"<{tag}> names {candidate}, which is {kind}; expected a file")
 
 
