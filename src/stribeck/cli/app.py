@@ -20,7 +20,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError, findings_kept
-from stribeck.outputs import Interrupted, anything_written, catch_signals, check_outputs, staged_folder
+from stribeck.outputs import check_name, check_outputs, staged_folder
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -123,7 +123,8 @@ def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
     to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write; with --samples the folder.")],
+    samples: Annotated[int | None, typer.Option(help="Write as many robots that the log cannot tell apart.")] = None,
     joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
     include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
@@ -132,14 +133,24 @@ def export(
 ) -> None:
     """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
     from stribeck.export import export as write_model
+    from stribeck.export import export_samples
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
     found = read_result(_result_file(result))
     machine = Robot.from_file(robot)
+    asked = None if joints is None else [name.strip() for name in joints.split(",")]
+    if samples is not None:
+        if output.is_dir() and any(output.iterdir()) and not overwrite:
+            raise SettingsError(f"{output}: is there already; name another folder, or add --overwrite")
+        with findings_kept([*machine.warnings, *found.warnings]):
+            paths = export_samples(
+                found, machine, output, to, samples, joints=asked, include_weak=include_weak, friction=friction
+            )
+        console.print_paths(paths)
+        return
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
-        asked = None if joints is None else [name.strip() for name in joints.split(",")]
         lines = write_model(
             found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
         )
@@ -330,26 +341,17 @@ def progress_bar() -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
-def _require_unicode(words: list[str]) -> None:
-    """Refuse names of files that no result or report could state."""
-    for word in words:
-        try:
-            word.encode()
-        except UnicodeEncodeError as error:
-            raise SettingsError(f"{word}: is not UTF-8; expected files and folders with names that are") from error
-
-
-def main() -> None:
+def run() -> None:
     """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3.
 
     What was found before is printed above the sentence, a line each.
     """
-    catch_signals()
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # the terminal may know ASCII alone
+        if isinstance(stream, TextIOWrapper):  # an encoding may lack what a file is called
+            stream.reconfigure(errors="backslashreplace")
     try:
-        _require_unicode(sys.argv[1:])
+        for word in sys.argv[1:]:
+            check_name(Path(word))
         app()
     except StribeckError as error:
         for finding in getattr(error, "__notes__", ()):
@@ -360,6 +362,6 @@ def main() -> None:
         place = f"{error.filename}: " if error.filename else ""
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
-    except Interrupted:
-        console.print_error(f"interrupted; {'everything' if anything_written() else 'nothing'} was written")
-        sys.exit(130)
+    except MemoryError:
+        console.print_error("the log and what is worked out of it do not fit in memory; expected a shorter log")
+        sys.exit(2)
