@@ -26,7 +26,7 @@ def read_mjcf_friction(path: Path) -> tuple[dict[str, JointFriction], list[str]]
             continue
         dof, name = int(model.jnt_dofadr[joint]), model.joint(joint).name
         coulomb, viscous = float(model.dof_frictionloss[dof]), float(model.dof_damping[dof])
-        motors = [motor for motor in range(model.nu) if _drives(model, motor, joint)]
+        motors = [motor for motor in range(len(model.actuator_trntype)) if _drives(model, motor, joint)]
         viscous += sum(float(model.actuator_damping[k] * model.actuator_gear[k, 0] ** 2) for k in motors)
         lugre = [k for k in motors if int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_DCMOTOR)]
         lugre = [k for k in lugre if model.actuator_biasprm[k, LUGRE.start + 1] > 0]

@@ -7,6 +7,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
+from matplotlib.ticker import FuncFormatter
 
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.report.figure import COLOURS, house_style, inline_svg, new_axes
@@ -96,8 +97,9 @@ def _section(
 def _figure(name: str, joints: Sequence[str], models: Sequence[Mapping[str, float]], label: str) -> Markup:
     """Return a figure with a row a joint and a dot a model, on a logarithmic axis."""
     left = 24 + LETTER * max(map(len, joints), default=0)
-    axes = new_axes(label, "", height=AROUND + ROW * max(len(joints), 1), left=min(left, 180.0))
+    axes = new_axes("", "", height=AROUND + ROW * max(len(joints), 1), left=min(left, 180.0))
     axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_yticks(range(len(joints)), labels=joints)
     axes.set_ylim(len(joints) - 0.5, -0.5)
     for colour, values in zip(MODEL_COLOURS, models, strict=False):

@@ -1,0 +1,245 @@
+"""Logs replayed: a model with the true friction explains them, one with none or a wrong one does not."""
+
+import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.arm import URDF, arm_log, save_npz, write_arm
+from tests.cli.test_cli import refused, run
+from tests.export.test_export import robot_of
+
+from stribeck import Robot, Settings
+from stribeck.errors import RobotFileError
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.replay.replay import Replay, Replayed, replay
+from stribeck.replay.rollouts import HORIZONS
+from stribeck.settings import FilterSettings
+from stribeck_simulation.files import write_npz
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.toro import standing_posture
+from stribeck_simulation.sensors.measure import with_noise
+
+COULOMB, VISCOUS = 1.2, 0.3
+EXACT = Settings(filter=FilterSettings(kind="log"))
+TOLD = {"urdf": ("friction", "damping"), "mjcf": ("frictionloss", "damping")}
+
+
+def with_friction(robot: Robot, kind: str, path: Path, coulomb: float = COULOMB, viscous: float = VISCOUS) -> Path:
+    """Write the robot's model with the same friction in every joint of the log."""
+    tree = ET.parse(robot.model_path)
+    for joint in tree.getroot().iter("joint"):
+        if joint.get("name") in robot.joint_names:
+            place = ET.SubElement(joint, "dynamics") if kind == "urdf" else joint
+            for name, value in zip(TOLD[kind], (coulomb, viscous), strict=True):
+                place.set(name, str(value))
+    tree.write(path)
+    return path
+
+
+def known_log(robot: Robot, seconds: float, **options: object) -> RobotLog:
+    """Return an exact log with that friction in every joint whose torque is measured."""
+    truth = {"coulomb": COULOMB, "viscous": VISCOUS, "offset": 0.0}
+    joints = [robot.joint_names[k] for k in robot.torque_controlled]
+    law, friction = get_law("coulomb-viscous"), dict.fromkeys(joints, truth)
+    return exact_log(robot, law, friction, duration=seconds, seed=1, **options)[0]  # type: ignore[arg-type]
+
+
+@cache
+def packaged_arm(folder: Path) -> tuple[Robot, RobotLog]:
+    robot, _ = robot_of("arm", folder)
+    return robot, known_log(robot, 10.0)
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, RobotLog]:
+    return packaged_arm(tmp_path_factory.mktemp("arm"))
+
+
+def without_and_with(found: Replay) -> tuple[Replayed, Replayed]:
+    """Return what was found of the other model without and with its friction."""
+    without, with_own = found.models[-2:]
+    assert not without.friction
+    assert with_own.friction
+    return without, with_own
+
+
+def relative(model: Replayed, joint: str, horizon: int) -> float:
+    error = model.rollouts[joint][horizon]
+    assert error is not None
+    return error.relative
+
+
+def test_the_exact_friction_explains_torque_and_motion(arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
+    robot, log = arm
+    noisy = with_noise(log, position=1e-5, torque=0.05, seed=4)
+    found = replay(noisy, robot, with_friction(robot, "urdf", tmp_path / "new.urdf"))
+    without, with_own = without_and_with(found)
+    assert found.joints == list(robot.joint_names)
+    for joint in robot.joint_names:
+        assert with_own.torque[joint].r2 > 0.99
+        assert without.torque[joint].rms > 5 * with_own.torque[joint].rms
+        for k in range(len(HORIZONS)):
+            assert relative(with_own, joint, k) < 0.3 * relative(without, joint, k)
+    assert with_own.median_relative(1) < 0.15  # type: ignore[operator]
+
+
+def test_rollouts_of_an_exact_log_stay_near_it(arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
+    robot, log = arm
+    model = with_friction(robot, "urdf", tmp_path / "new.urdf")
+    _, with_own = without_and_with(replay(log, robot, model, EXACT))
+    assert min(error.r2 for error in with_own.torque.values()) == pytest.approx(1.0, abs=1e-9)
+    for joint in robot.joint_names:
+        assert relative(with_own, joint, 1) < 0.1
+
+
+@pytest.mark.parametrize("share", [0.3, 2.0])
+def test_a_wrong_friction_is_worse(share: float, arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
+    robot, log = arm
+    right = with_friction(robot, "urdf", tmp_path / "right.urdf")
+    wrong = with_friction(robot, "urdf", tmp_path / "wrong.urdf", share * COULOMB, share * VISCOUS)
+    good, bad = (without_and_with(replay(log, robot, model, EXACT))[1] for model in (right, wrong))
+    for joint in robot.joint_names:
+        assert bad.torque[joint].rms > 0.3 * COULOMB
+        for k in range(len(HORIZONS)):
+            assert relative(bad, joint, k) > 2 * relative(good, joint, k)
+
+
+def test_a_walk_is_replayed_from_its_standing_feet(tmp_path: Path) -> None:
+    robot, kind = robot_of("toro", tmp_path)
+    log = known_log(robot, 6.0, posture=standing_posture())
+    found = replay(log, robot, with_friction(robot, kind, tmp_path / "new.xml"), EXACT)
+    without, with_own = without_and_with(found)
+    legs = [name for name in found.joints if "hip" in name or "knee" in name or "ankle" in name]
+    assert len(legs) == 12
+    for joint in found.joints:
+        assert with_own.torque[joint].r2 > 0.99
+        assert relative(with_own, joint, 0) < 0.3 * relative(without, joint, 0)
+        assert relative(with_own, joint, 0) < 0.5
+
+
+def test_a_quadrupeds_swinging_legs_are_replayed(tmp_path: Path) -> None:
+    robot, kind = robot_of("quadruped", tmp_path)
+    log = known_log(robot, 6.0, gait="trot")
+    without, with_own = without_and_with(replay(log, robot, with_friction(robot, kind, tmp_path / "new.urdf"), EXACT))
+    assert with_own.torque
+    for joint in with_own.torque:
+        assert with_own.torque[joint].r2 > 0.99
+        assert relative(with_own, joint, 0) < 0.3 * relative(without, joint, 0)
+
+
+def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot, _ = robot_of("arm", tmp_path)
+    write_npz(with_noise(known_log(robot, 15.0), position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
+    log, out = tmp_path / "log.npz", tmp_path / "out"
+    assert run("identify", log, "-r", robot.path, "-o", out, "--law", "coulomb-viscous") == 0
+    assert run("export", out, "-r", robot.path, "--to", "urdf", "-o", tmp_path / "new.urdf") == 0
+    capsys.readouterr()
+    arguments = ("replay", log, "-r", robot.path, "--model", tmp_path / "new.urdf")
+    assert run(*arguments, "--json") == 0
+    as_given, without, with_own = json.loads(capsys.readouterr().out)["models"]
+    for joint in robot.joint_names:
+        assert with_own["torque"][joint]["r2"] > 0.98
+        assert with_own["torque"][joint]["rms"] < 0.3 * without["torque"][joint]["rms"]
+        assert with_own["rollouts"][joint][0]["relative"] < 0.5 * as_given["rollouts"][joint][0]["relative"]
+    assert run(*arguments, "-o", tmp_path / "replayed") == 0
+    printed = capsys.readouterr().out
+    assert "new.urdf" in printed
+    assert "states no joint friction" in " ".join(printed.split())
+    page = (tmp_path / "replayed" / "replay.html").read_text()
+    assert all(joint in page for joint in robot.joint_names)
+    assert page.count("<svg") == 1 + len(HORIZONS)
+    assert json.loads((tmp_path / "replayed" / "replay.json").read_text())["robot"] == robot.name
+    assert "is there already" in refused(capsys, *arguments, "-o", tmp_path / "replayed")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("wrong.urdf", ""), ["no such model file"]),
+        (("wrong.urdf", URDF.replace("elbow", "knee")), ["wrong.urdf: has no joint 'elbow'", "shoulder, knee, slide"]),
+        (("wrong.urdf", "<robot"), ["wrong.urdf: is not well-formed"]),
+        (
+            ("wrong.urdf", URDF.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><dynamics damping="-1"/>')),
+            ["wrong.urdf: line ", "damping of joint 'slide' is -1; expected zero or more"],
+        ),
+    ],
+)
+def test_a_model_that_does_not_fit_is_refused(
+    change: tuple[str, str], words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    save_npz(arm_log(robot, duration=3), tmp_path / "log.npz")
+    name, text = change
+    if text:
+        (tmp_path / name).write_text(text)
+    sentence = refused(
+        capsys, "replay", tmp_path / "log.npz", "-r", robot.path, "-m", tmp_path / name, "-o", tmp_path / "out"
+    )
+    for word in words:
+        assert word in sentence
+    assert not (tmp_path / "out").exists()
+
+
+def test_other_orders_and_further_joints_change_nothing(tmp_path: Path) -> None:
+    """A gripper's joint is locked, and joints may come in another order."""
+    robot = Robot.from_file(write_arm(tmp_path))
+    log = arm_log(robot, duration=5)
+    root = ET.fromstring(URDF.replace("</robot>", '<link name="finger"/></robot>'))
+    finger = ET.SubElement(root, "joint", name="finger", type="prismatic")
+    ET.SubElement(finger, "parent", link="base")
+    ET.SubElement(finger, "child", link="finger")
+    ET.SubElement(finger, "limit", lower="0", upper="1", effort="1", velocity="1")
+    ET.ElementTree(root).write(tmp_path / "other.urdf")
+    found = replay(log, robot, tmp_path / "other.urdf", EXACT)
+    assert any("finger" in note and "locked at zero" in note for note in found.notes)
+    own, other = found.models
+    assert other.torque == own.torque
+    assert other.rollouts == own.rollouts
+    moved = replace(
+        log,
+        joint_names=log.joint_names[::-1],
+        **{name: getattr(log, name)[:, ::-1] for name in ("position", "velocity", "acceleration", "torque")},
+    )
+    again = replay(moved, robot, tmp_path / "other.urdf", EXACT)
+    assert again.models[0].torque == own.torque
+
+
+def test_contact_frames_that_a_model_lacks_are_the_robots(tmp_path: Path) -> None:
+    robot, _ = robot_of("toro", tmp_path)
+    log = known_log(robot, 4.0, posture=standing_posture())
+    tree = ET.parse(robot.model_path)
+    frames = {contact.frame for contact in robot.contacts.values()}
+    for parent in list(tree.getroot().iter()):
+        for element in list(parent):
+            if element.tag == "site" and element.get("name") in frames:
+                parent.remove(element)
+    tree.write(tmp_path / "bare.xml")
+    found = replay(log, robot, tmp_path / "bare.xml", EXACT)
+    assert any("are missing" in note for note in found.notes)
+    own, other = found.models
+    for joint, error in own.torque.items():
+        assert other.torque[joint].rms == pytest.approx(error.rms, rel=1e-9)
+
+
+def test_a_model_of_another_robot_is_refused(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    (tmp_path / "toro").mkdir()
+    other, _ = robot_of("toro", tmp_path / "toro")
+    with pytest.raises(RobotFileError, match="has no joint 'shoulder', which robot 'arm' has"):
+        replay(arm_log(robot, duration=3), robot, other.model_path)
+
+
+def test_the_velocity_error_is_over_the_change(arm: tuple[Robot, RobotLog]) -> None:
+    """Against the log itself: without torque errors a rollout of a heavy joint changes as the log does."""
+    robot, log = arm
+    assert log.velocity is not None
+    error = replay(log, robot, robot.model_path, EXACT).models[0].rollouts["shoulder_yaw"][0]
+    assert error is not None
+    steps = round(HORIZONS[0] * 1000)
+    change = log.velocity[steps:, 0] - log.velocity[:-steps, 0]
+    assert error.rms / error.relative == pytest.approx(np.sqrt(np.mean(change**2)), rel=0.2)
