@@ -24,6 +24,7 @@ from studies import (
     beyond_the_laws,
     least_error,
     lies,
+    replayed,
     step_coverage,
     verdicts,
     what_is_told,
@@ -279,6 +280,13 @@ def test_the_accuracy_shown_is_the_studys() -> None:
     runs = accuracy_table.read_runs(ROOT / "studies/accuracy.json")
     for row in accuracy_table.table(accuracy_table.in_order(runs)):
         assert row in PAGES["docs/whole-log.md"]
+
+
+def test_the_replayed_logs_shown_are_the_studys() -> None:
+    rows = json.loads((ROOT / "studies/replayed.json").read_text())
+    assert replayed.table(rows) in PAGES["docs/replay.md"]
+    for row in rows:
+        assert row["exported"]["velocity"][replayed.SHOWN] < row["as given"]["velocity"][replayed.SHOWN]
 
 
 def test_the_verdicts_shown_are_the_studys() -> None:

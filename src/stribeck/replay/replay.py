@@ -88,7 +88,7 @@ class Replay:
     horizons: tuple[float, ...]
     models: list[Replayed]
     notes: list[str]
-    stribeck: str = __version__
+    stribeck: str
 
     @property
     def joints(self) -> list[str]:
@@ -161,6 +161,7 @@ def replay(
         horizons=HORIZONS,
         models=found,
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
+        stribeck=__version__,
     )
 
 
