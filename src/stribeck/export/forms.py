@@ -23,6 +23,9 @@ from stribeck.typing import Array
 SPEEDS, POSITIONS = 40, 64
 """Speeds in each direction up to the top speed, and positions in a turn, that friction is compared at [1]."""
 
+SLOWEST, SLOW_SPEEDS = 1e-3, 100
+"""Slowest speed over the top speed [1], and speeds in each direction [1], that the torque at rest is sought at."""
+
 GOLDEN = 0.5 * (5**0.5 - 1)
 """Multiples of it, less whole numbers, fill a turn evenly, and any part of a turn (Weyl 1916)."""
 
@@ -115,7 +118,7 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
         If the friction is not finite there.
     """
     found = {name: parameter.value for name, parameter in joint.parameters.items()}
-    velocity, load, position = _visited(joint, found)
+    velocity, load, position = _visited(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
     with np.errstate(all="ignore"):  # numbers that no joint has are refused below
         friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
         columns = form.columns(velocity, load, found)
@@ -124,16 +127,18 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
             raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
     coefficients = nnls(columns / unit, friction)[0] / unit
     numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
-    numbers["static"] = numbers["coulomb"] + numbers.get("stribeck", _stiction(velocity, friction, numbers))
+    numbers["static"] = numbers["coulomb"] + numbers.get("stribeck", _stiction(joint, found, numbers))
     numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
     remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
     return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
 
 
-def _stiction(velocity: Array, friction: Array, numbers: Mapping[str, float]) -> float:
+def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
     """Return by how much the torque that resists slow motion is above Coulomb friction, mean of both directions."""
+    velocity, load, position = _visited(joint, found, np.geomspace(SLOWEST, 1.0, SLOW_SPEEDS))
+    friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
-    levels = resisting.reshape(2, SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
+    levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
     return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers["coulomb"], 0.0)
 
 
@@ -142,9 +147,9 @@ def top_speed(joint: JointResult) -> float:
     return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
 
 
-def _visited(joint: JointResult, found: Mapping[str, float]) -> tuple[Array, Array, Array]:
-    """Return speeds, loads and positions, shape (N,) each."""
-    positive = np.arange(1, SPEEDS + 1) / SPEEDS * top_speed(joint)
+def _visited(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array, Array]:
+    """Return velocities, at shares of the top speed in both directions, loads and positions, shape (N,) each."""
+    positive = shares * top_speed(joint)
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
     loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
     positions = 2 * np.pi * (GOLDEN * np.arange(POSITIONS) % 1) if any(name in found for name in OF_POSITION) else [0.0]

@@ -6,7 +6,19 @@ from collections.abc import Collection
 from pathlib import Path
 
 from stribeck.errors import NothingIdentifiedError, SettingsError
-from stribeck.export import c_header, mjcf, python_module, table, urdf, yaml_file
+from stribeck.export import (
+    c_header,
+    genesis,
+    isaaclab,
+    mjcf,
+    newton,
+    physx,
+    pinocchio_module,
+    python_module,
+    table,
+    urdf,
+    yaml_file,
+)
 from stribeck.export.joints import JointTerms, joint_terms
 from stribeck.export.links import LinkInertia, corrected_links
 from stribeck.export.summary import summary
@@ -23,6 +35,11 @@ TARGETS: dict[str, Target] = {
     "python": python_module.TARGET,
     "yaml": yaml_file.TARGET,
     "table": table.TARGET,
+    "isaaclab": isaaclab.TARGET,
+    "physx": physx.TARGET,
+    "newton": newton.TARGET,
+    "genesis": genesis.TARGET,
+    "pinocchio": pinocchio_module.TARGET,
 }
 """As typed after `--to` -> target."""
 
