@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 UNTRACED := tests/simulation tests/studies
-BENCHMARKS := startup friction_torque identify whole_log walking balance
+BENCHMARKS := startup friction_torque identify whole_log walking balance controller
 
 .PHONY: demo test lint coverage bench fuzz paper docs accuracy ablation real clean
 

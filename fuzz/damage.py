@@ -25,7 +25,25 @@ WORDS = (
 )
 """Texts that a reader may trip over."""
 VALUES: tuple[Any, ...] = (
-    *(None, True, False, 0, -1, 1, 3, 0.5, -1e300, 1e300, 1e-300, 2**63, -(2**63) - 1, 10**30, 100_000_001),
+    *(
+        None,
+        True,
+        False,
+        0,
+        -1,
+        1,
+        3,
+        0.5,
+        float("nan"),
+        float("inf"),
+        -1e300,
+        1e300,
+        1e-300,
+        2**63,
+        -(2**63) - 1,
+        10**30,
+        100_000_001,
+    ),
     *("", "x", "[left]", "[/]", "nan", "\ud83e\udd16", [], {}, [1], [[]], ["x"], {"x": 1}, [1.0, 2.0], [0.0] * 6),
 )
 """Values of any type."""
@@ -88,7 +106,7 @@ def xml_damaged(generator: Generator, text: str) -> str:
             element.append(ElementTree.Element(pick(generator, others).tag, pick(generator, others).attrib))
         case 7 if element in parents:
             deep = element
-            for _ in range(int(10 ** generator.uniform(0, 3))):
+            for _ in range(int(10 ** generator.uniform(0, 2.4))):
                 outer = ElementTree.Element(element.tag, element.attrib)
                 outer.append(deep)
                 deep = outer

@@ -28,6 +28,9 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.version import __version__
 
+DIGITS = 6
+"""Of correlations [1]."""
+
 
 def compose(
     fitted: Fitted,
@@ -64,6 +67,9 @@ def compose(
     for name, r2 in _torque_r2(fitted, friction, prepared, robot, law).items():
         if found[name].curve:
             found[name] = replace(found[name], torque_r2=r2)
+    for name, reached in _position_ranges(prepared, robot).items():
+        if name in found:
+            found[name] = replace(found[name], position_range=reached)
     joints = {name: found[name] for name in friction.samples.joint_names}
     findings = [
         *model_findings(robot),
@@ -107,6 +113,9 @@ def _joints(
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
         raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
+    for name, joint in joints.items():
+        if joint.parameters:
+            joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))
     for name, (terms, load, deviation, direction, per_turn) in fitted.terms.items():
         if joints[name].parameters:
             joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn)
@@ -128,6 +137,24 @@ def _torque_r2(
         name: TorqueR2(nominal=nominal, corrected=shares[1].get(name) if len(shares) > 1 else None)
         for name, nominal in (shares[0] if shares else {}).items()
     }
+
+
+def _position_ranges(prepared: Sequence[PreparedLog], robot: Robot) -> dict[str, tuple[float, float]]:
+    """Return lowest and highest position of each joint [rad], [m]."""
+    low = np.min([np.nanmin(part.log.position, axis=0) for part in prepared], axis=0)
+    high = np.max([np.nanmax(part.log.position, axis=0) for part in prepared], axis=0)
+    return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
+
+
+def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ...], ...]:
+    """Return the correlation of some parameters' errors; what has no error is correlated with nothing."""
+    own = [fit.names.index(name) for name in names]
+    covariance = fit.covariance[np.ix_(own, own)]
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
+    found = covariance * np.outer(scale, scale)
+    np.fill_diagonal(found, 1.0)
+    return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), DIGITS).tolist())
 
 
 def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:

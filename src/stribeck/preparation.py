@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stribeck.contact import SupportPhases, find_support_phases
-from stribeck.errors import errors_about, findings_kept
+from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
@@ -46,6 +46,8 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
 
     Raises
     ------
+    RobotFileError
+        If no joint's torque is measured.
     LogError, SettingsError
         If the log cannot be used, or the filter of the settings does not suit it.
     """
@@ -55,6 +57,10 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         notes += log.notes
         log, sampling = regularise(log, robot.log_table)
         notes += sampling.notes
+        if not len(robot.torque_controlled):
+            raise RobotFileError(
+                f"{robot.path}: [robot] position_controlled names every joint; expected one whose torque is measured"
+            )
         support = find_support_phases(log, robot, sampling.segments, settings.support)
         notes += support.notes
     if settings.filter.kind != "auto":

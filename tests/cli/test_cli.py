@@ -215,6 +215,14 @@ ROBOT_FILES = {
         "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\n[identify.filter]\nkind = 'savitzky-golay'\nwindow = 30\n",
         ["window", "30", "odd"],
     ),
+    "no torque measured": (
+        "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\nposition_controlled = ['shoulder', 'elbow', 'slide']\n",
+        ["[robot] position_controlled names every joint", "expected one whose torque is measured"],
+    ),
+    "two feet on one frame": (
+        "[robot]\nmodel = 'arm.urdf'\n[contacts.a]\nframe = 'hand'\n[contacts.b]\nframe = 'hand'\n",
+        ["[contacts.b]", "[contacts.a]", "'hand'", "a frame for each contact"],
+    ),
     "everything locked": (
         "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\nlocked = { shoulder = 0.0, elbow = 0.0, slide = 0.0 }\n",
         ["no joint left"],

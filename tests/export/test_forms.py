@@ -71,6 +71,15 @@ def test_what_repeats_every_turn_remains(form: Form) -> None:
     assert found.remains == pytest.approx(0.5 / np.sqrt(2), rel=0.05)
 
 
+def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
+    over = joint(coulomb=0.4, viscous=0.1, coulomb_cosine=5.0, coulomb_sine=-1.4, offset=0.0)
+    narrow = replace(over, mean_direction=(float(np.cos(0.8)), float(np.sin(0.8))), position_range=(0.75, 0.85))
+    found = nearest(narrow, PLAIN)
+    assert found.numbers["coulomb"] == pytest.approx(0.4, abs=0.02)
+    assert found.share < 0.5
+    assert narrow.friction(1.0, position=3.0) == narrow.friction(1.0, position=0.85)
+
+
 def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
     robot, _ = robot_of("arm", tmp_path)
     first, second, third = robot.joint_names[:3]

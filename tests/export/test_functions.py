@@ -58,6 +58,7 @@ def joints() -> dict[str, JointResult]:
     }
     terms = joint_result({name: (value, "1") for name, value in AUTO.items()})
     found["auto"] = replace(terms, mean_direction=(0.3, -0.2), ripple_per_turn=4.0, mean_load=2.0, load_deviation=1.0)
+    found["auto"] = replace(found["auto"], position_range=(-1.2, 0.9))
     none = replace(joint_result({"offset": (0.1, "N m")}), verdict="no friction", reason="below 0.2 N m")
     return {law: replace(joint, law=law) for law, joint in found.items()} | {"none": replace(none, law="auto")}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Callable
 from contextlib import redirect_stdout, suppress
 from dataclasses import replace
@@ -24,6 +25,7 @@ from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.log.completeness import LARGEST
 from stribeck.report import write_report
+from stribeck.report.curves import velocity_grid
 from stribeck.result import (
     BodyCorrection,
     Corrections,
@@ -105,6 +107,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
     names += draw(st.sampled_from([[], ["armature"]]))
     excited = draw(st.booleans())
     terms = st.fixed_dictionaries({term.name: TERMS for term in LADDER})
+    row = st.tuples(*[st.floats(-1, 1)] * len(names))
     return JointResult(
         parameters={name: draw(ESTIMATES) for name in names if excited},
         verdict=draw(VERDICTS),
@@ -117,6 +120,8 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         positive_power_fraction=draw(st.none() | st.floats(0, 1)),
         terms=draw(st.none() | terms) if law == AUTO else None,
         mean_load=draw(st.none() | NUMBERS) if law == AUTO else None,
+        position_range=draw(st.none() | RANGES),
+        correlation=draw(st.none() | st.tuples(*[row] * len(names))) if excited else None,
         load_deviation=draw(st.none() | POSITIVE) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
         torque_r2=draw(st.none() | built(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)),
@@ -354,3 +359,49 @@ def test_feet_may_have_names_of_any_script(tmp_path: Path, length: float) -> Non
     shown = Evidence(samples=samples, covariance={}, phases=phases, close_up=None, provenance=[])
     write_report(replace(plain(), evidence=shown), tmp_path / "report.html")
     assert ("\u5de6\u8db3</text>" in (tmp_path / "report.html").read_text(encoding="utf-8")) == (length > 0)
+
+
+UNSOUND = {
+    "not a number": ('"value": 1.0', '"value": NaN', "is not JSON"),
+    "infinite": ('"value": 1.0', '"value": 1e999', "is not JSON"),
+    "text": ('"value": 1.0', '"value": "1"', "key 'joints.shoulder.parameters.coulomb.value' is '1'"),
+    "no interval": ("[\n            0.8,\n            1.2\n          ]", "[0.8]", "parameters.coulomb.interval_95"),
+    "a truth for a number": ('"samples": 9', '"samples": true', "key 'joints.shoulder.samples' is True"),
+    "nothing": ('"joints": {', '"joints": null, "x": {', "key 'joints' is None"),
+    "deep": ('"schema": 1', '"schema": 1, "x": ' + "[" * 10**5 + "]" * 10**5, "is not JSON"),
+    "mark": ("{\n", "\ufeff{\n", None),
+}
+
+
+@pytest.mark.parametrize("case", UNSOUND)
+def test_an_unsound_result_is_refused_by_key(tmp_path: Path, case: str) -> None:
+    old, new, words = UNSOUND[case]
+    text = plain().to_json()
+    assert old in text
+    path = tmp_path / "result.json"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    if words is None:
+        assert read_result(path) == plain()
+        return
+    with pytest.raises(SettingsError, match=words) as caught:
+        read_result(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert len(str(caught.value)) < 600
+
+
+def test_corrections_have_as_many_numbers_as_they_need(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_robot(tmp_path))
+    document = json.loads(found_in(robot)[0].to_json())
+    document["corrections"]["bodies"]["shoulder"]["inertia"][0].pop()
+    (tmp_path / "result.json").write_text(json.dumps(document))
+    with pytest.raises(SettingsError, match=r"corrections.bodies.shoulder.inertia.0' .* at least 6 items"):
+        read_result(tmp_path / "result.json")
+
+
+def test_results_whose_difference_overflows_are_refused() -> None:
+    with pytest.raises(SettingsError, match=r"coulomb of shoulder is 1.7e.308 and -1.7e.308; expected numbers whose"):
+        compare(plain(value=1.7e308), plain(value=-1.7e308))
+
+
+def test_the_slowest_speed_that_there_is_has_a_grid() -> None:
+    assert velocity_grid(0.0, 5e-324).tolist() == [0.0, 5e-324]

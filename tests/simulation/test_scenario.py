@@ -114,6 +114,7 @@ def test_simulate_writes_log_and_truth_together(tmp_path: Path, capsys: pytest.C
         ("simulator = 'exact'\nduration = 1e9\n", ["'duration'", "1000000000.0", "less than or equal to 1000"]),
         ("physics_step = 1.0\n", ["'physics_step'", "less than or equal to 0.001"]),
         ("physics_step = 1e-300\n", ["'physics_step'", "greater than or equal to 0.00001"]),
+        ("robot = 'arm'\nsimulator = 'exact'\n[posture]\nelbow = 9e18\n", ["'elbow' is at 9e+18", "from -2.6 to 2.6"]),
         ("[[walk]]\ncount = 1000000000\n", ["'walk.0.count'", "less than or equal to 10000"]),
         ("[[walk]]\ncount = 2\nstand = 1e9\n", ["[[walk]] takes 1e+09 s, expected 1000 s at most"]),
         ("[[walk]]\ncount = 2\nfoward = 0.1\n", ["unknown key 'walk.0.foward'; expected 'forward'"]),

@@ -122,7 +122,8 @@ def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
     to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write; with --samples the folder.")],
+    samples: Annotated[int | None, typer.Option(help="Write as many robots that the log cannot tell apart.")] = None,
     joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
     include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
@@ -131,14 +132,24 @@ def export(
 ) -> None:
     """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
     from stribeck.export import export as write_model
+    from stribeck.export import export_samples
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
     found = read_result(_result_file(result))
     machine = Robot.from_file(robot)
+    asked = None if joints is None else [name.strip() for name in joints.split(",")]
+    if samples is not None:
+        if output.is_dir() and any(output.iterdir()) and not overwrite:
+            raise SettingsError(f"{output}: is there already; name another folder, or add --overwrite")
+        with findings_kept([*machine.warnings, *found.warnings]):
+            paths = export_samples(
+                found, machine, output, to, samples, joints=asked, include_weak=include_weak, friction=friction
+            )
+        console.print_paths(paths)
+        return
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
-        asked = None if joints is None else [name.strip() for name in joints.split(",")]
         lines = write_model(
             found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
         )

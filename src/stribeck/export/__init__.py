@@ -2,3 +2,4 @@
 
 from stribeck.export.write import TARGETS as TARGETS
 from stribeck.export.write import export as export
+from stribeck.export.write import export_samples as export_samples

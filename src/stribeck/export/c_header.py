@@ -60,14 +60,15 @@ static inline friction_real friction_torque(int joint, friction_real velocity, f
            + p->offset;
 }
 
-/* The same at a position [rad]. */
+/* The same at a position [rad]; where the log has not been, the nearest position where it has counts. */
 static inline friction_real friction_torque_at(int joint, friction_real velocity, friction_real load,
                                                friction_real temperature, friction_real position)
 {
     const friction_joint *p = &FRICTION_JOINTS[joint];
     const friction_real angle = p->ripple_per_turn * position;
-    const friction_real turned = p->coulomb_cosine * (FRICTION_F(cos)(position) - p->mean_cosine)
-                                 + p->coulomb_sine * (FRICTION_F(sin)(position) - p->mean_sine);
+    const friction_real near = FRICTION_F(fmin)(FRICTION_F(fmax)(position, p->lowest), p->highest);
+    const friction_real turned = p->coulomb_cosine * (FRICTION_F(cos)(near) - p->mean_cosine)
+                                 + p->coulomb_sine * (FRICTION_F(sin)(near) - p->mean_sine);
     const friction_real ripple = p->ripple_cosine * FRICTION_F(cos)(angle) + p->ripple_sine * FRICTION_F(sin)(angle);
     return friction_torque(joint, velocity, load, temperature) + turned * FRICTION_F(tanh)(p->slope * velocity)
            + ripple;
@@ -161,4 +162,4 @@ def identifiers(names: Iterable[str]) -> dict[str, str]:
     return found
 
 
-TARGET = Target(title="a C99 header for a controller, valid C++ too", forms={"all": None}, text=c_text)
+TARGET = Target(title="a C99 header for a controller, valid C++ too", forms={"all": None}, suffix=".h", text=c_text)

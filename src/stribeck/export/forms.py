@@ -21,13 +21,13 @@ from stribeck.result import JointResult
 from stribeck.typing import Array
 
 SPEEDS, POSITIONS = 40, 64
-"""Speeds in each direction up to the top speed, and positions in a turn, that friction is compared at [1]."""
+"""Speeds in each direction up to the top speed, and positions of the log, that friction is compared at [1]."""
 
 SLOWEST, SLOW_SPEEDS = 1e-3, 100
 """Slowest speed over the top speed [1], and speeds in each direction [1], that the torque at rest is sought at."""
 
 GOLDEN = 0.5 * (5**0.5 - 1)
-"""Multiples of it, less whole numbers, fill a turn evenly, and any part of a turn (Weyl 1916)."""
+"""Multiples of it, less whole numbers, fill a range evenly, however often a ripple repeats in it (Weyl 1916)."""
 
 OF_POSITION = ("coulomb_cosine", "coulomb_sine", "ripple_cosine", "ripple_sine")
 
@@ -110,7 +110,7 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
     """Return the friction of a form that is nearest to what was found of a joint.
 
     Compared are speeds up to the curve's top speed in both directions, the loads of the log by their mean and standard
-    deviation, and all positions of a turn, where friction depends on these.
+    deviation, and its positions, where friction depends on these.
 
     Raises
     ------
@@ -152,7 +152,10 @@ def _visited(joint: JointResult, found: Mapping[str, float], shares: Array) -> t
     positive = shares * top_speed(joint)
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
     loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
-    positions = 2 * np.pi * (GOLDEN * np.arange(POSITIONS) % 1) if any(name in found for name in OF_POSITION) else [0.0]
+    low, high = joint.position_range or (0.0, 2 * np.pi)
+    positions = [low]
+    if any(name in found for name in OF_POSITION):
+        positions = (low + (high - low) * (GOLDEN * np.arange(POSITIONS) % 1)).tolist()
     grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
     velocity, load, position = (axis.ravel() for axis in grid)
     return velocity, load, position

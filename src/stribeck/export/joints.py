@@ -57,8 +57,9 @@ class JointTerms:
         text = listed(self.stated) + f" ({self.note})" * bool(self.note)
         if self.projected:
             text += f"; the nearest to what was found with {listed(self.projected)}"
-        if self.remains is not None and self.of is not None and self.projected:
-            text += f", off by {self.remains[0]:.2g} {self.remains[1]}, {100 * self.share:.2g} % of the friction"
+            if self.remains is not None:
+                share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
+                text += f", off by {self.remains[0]:.2g} {self.remains[1]}, {share} % of the friction"
         return text + (f"; no place here for {listed(self.left_out)}" if self.left_out else "")
 
     @property

@@ -48,6 +48,7 @@ TARGET = Target(
             coulomb="tau_c", static="tau_s", stribeck_velocity="omega_s", viscous="damping", armature="armature"
         ),
     },
+    suffix=".xml",
     text=mjcf_text,
     models=("mjcf",),
 )

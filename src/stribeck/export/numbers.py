@@ -34,8 +34,11 @@ NAMES = (
     "ripple_cosine",
     "ripple_sine",
     "ripple_per_turn",
+    "lowest",
+    "highest",
 )
-"""Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s, tau_c, tau_s, k."""
+"""Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s, tau_c, tau_s, k, and the positions of
+the log, of which the nearest counts beyond them."""
 
 SAME = (
     "viscous",
@@ -55,6 +58,9 @@ SAME = (
 )
 """Parameters of laws that are numbers of the function as they are."""
 
+FAR = 1e9
+"""Position [rad] that no log reaches."""
+
 FORMULAS = frozenset({"coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto"})
 """Laws that the function is the friction of."""
 
@@ -71,6 +77,7 @@ def numbers_of(joint: JointResult) -> dict[str, float]:
     """
     found = {name: parameter.value for name, parameter in joint.parameters.items() if name != "armature"}
     numbers = dict.fromkeys(NAMES, 0.0) | {"stribeck_velocity": 1.0, "exponent": 2.0, "slope": JUMP}
+    numbers |= dict(zip(("lowest", "highest"), joint.position_range or (-FAR, FAR), strict=True))
     if joint.verdict == "no friction":
         return numbers | {"offset": found.get("offset", 0.0)}
     if joint.law not in FORMULAS:

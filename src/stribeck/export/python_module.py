@@ -33,8 +33,9 @@ def friction_torque(joint, velocity, load=0.0, temperature=0.0, position=None, x
     found = found + p["viscous_difference"] * speed + p["offset"]
     if position is None:
         return found
-    turned = p["coulomb_cosine"] * (xp.cos(position) - p["mean_cosine"])
-    turned = turned + p["coulomb_sine"] * (xp.sin(position) - p["mean_sine"])
+    near = xp.clip(position, p["lowest"], p["highest"])  # where the log has been
+    turned = p["coulomb_cosine"] * (xp.cos(near) - p["mean_cosine"])
+    turned = turned + p["coulomb_sine"] * (xp.sin(near) - p["mean_sine"])
     angle = p["ripple_per_turn"] * position
     return found + turned * rise + p["ripple_cosine"] * xp.cos(angle) + p["ripple_sine"] * xp.sin(angle)
 
@@ -78,4 +79,4 @@ def python_text(request: Request) -> str:
     return docstring(request.lines) + MODULE.format(rows="\n".join(rows))
 
 
-TARGET = Target(title="a Python module, for NumPy and torch", forms={"all": None}, text=python_text)
+TARGET = Target(title="a Python module, for NumPy and torch", forms={"all": None}, suffix=".py", text=python_text)

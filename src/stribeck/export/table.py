@@ -27,4 +27,4 @@ def table_text(request: Request) -> str:
     return "\n".join(lines) + "\n"
 
 
-TARGET = Target(title="a lookup table over velocity, as CSV", forms={"all": None}, text=table_text)
+TARGET = Target(title="a lookup table over velocity, as CSV", forms={"all": None}, suffix=".csv", text=table_text)

@@ -60,6 +60,8 @@ class Target:
         What it is for, a few words.
     forms
         Of its friction, by name; the first is taken where others lose as much. None says all of it.
+    suffix
+        Of its files.
     text
         Return the file's text.
     models
@@ -68,5 +70,6 @@ class Target:
 
     title: str
     forms: Mapping[str, Form | None]
+    suffix: str
     text: Callable[[Request], str]
     models: tuple[str, ...] = ()

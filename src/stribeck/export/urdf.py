@@ -29,6 +29,7 @@ def urdf_text(request: Request) -> str:
 TARGET = Target(
     title="URDF: friction, damping",
     forms={"plain": plain(coulomb="friction", viscous="damping")},
+    suffix=".urdf",
     text=urdf_text,
     models=("urdf",),
 )

@@ -21,9 +21,10 @@ from stribeck.export import (
 )
 from stribeck.export.joints import JointTerms, joint_terms
 from stribeck.export.links import LinkInertia, corrected_links
+from stribeck.export.samples import drawn
 from stribeck.export.summary import summary
 from stribeck.export.target import Request, Target
-from stribeck.outputs import whole_or_not_at_all
+from stribeck.outputs import staged_folder, whole_or_not_at_all
 from stribeck.result import Corrections, Result, read_result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of, load_model
@@ -106,12 +107,89 @@ def export(
     Joint elbow
     Joint slide
     """
+    result, robot = _read(result, robot)
+    text, lines = _text(result, robot, Path(path), target, joints, include_weak, strict, friction)
+    with whole_or_not_at_all(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return lines
+
+
+def export_samples(
+    result: Result | str | Path,
+    robot: Robot | str | Path,
+    folder: str | Path,
+    target: str,
+    count: int,
+    *,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+    friction: str | None = None,
+    seed: int = 0,
+) -> list[Path]:
+    """Write so many files as `export` does, each of a robot that the log cannot tell from the one that was found.
+
+    Parameters and inertias are drawn as by `stribeck.export.samples.drawn`: what a simulation that randomises its
+    robots otherwise guesses.
+
+    Parameters
+    ----------
+    folder
+        That gets the files, all or none: 000 and so on with the target's suffix.
+    count, seed
+        How many, and the seed of the draws.
+    result, robot, target, joints, include_weak, friction
+        As of `export`.
+
+    Returns
+    -------
+    paths
+        Of the files.
+
+    Raises
+    ------
+    SettingsError, NothingIdentifiedError, RobotFileError
+        As `export` does.
+
+    Examples
+    --------
+    >>> [path.name for path in export_samples("out/result.json", "robot.toml", "draws", "urdf", 2)]
+    ['000.urdf', '001.urdf']
+    """
+    result, robot = _read(result, robot)
+    if count < 1:
+        raise SettingsError(f"export: {count} samples are asked for; expected one or more")
+    if target in TARGETS and friction is None:  # the same in all
+        friction, _ = _least_lost(result, TARGETS[target], None, joints, include_weak)
+    suffix = TARGETS[target].suffix if target in TARGETS else ""
+    paths = [Path(folder) / f"{k:03d}{suffix}" for k in range(count)]
+    draws = zip(paths, drawn(result, count, seed), strict=True)
+    texts = [_text(each, robot, path, target, joints, include_weak, False, friction)[0] for path, each in draws]
+    with staged_folder(folder) as staging:
+        for path, text in zip(paths, texts, strict=True):
+            (staging / path.name).write_text(text, encoding="utf-8")
+    return paths
+
+
+def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
     result = result if isinstance(result, Result) else read_result(result)
-    robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
+
+
+def _text(
+    result: Result,
+    robot: Robot,
+    path: Path,
+    target: str,
+    joints: Collection[str] | None,
+    include_weak: bool,
+    strict: bool,
+    friction: str | None,
+) -> tuple[str, list[str]]:
+    """Return a file's text, and the lines of its head."""
     if target not in TARGETS:
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}")
     own = TARGETS[target]
-    _check(result, robot, Path(path), target)
+    _check(result, robot, path, target)
     form, terms = _least_lost(result, own, friction, joints, include_weak)
     links: dict[str, LinkInertia] = {}
     mended: list[str] = []
@@ -127,12 +205,8 @@ def export(
     if strict:
         _refuse_losses(terms, target)
     lines = summary(result, robot, own, terms, mended)
-    text = own.text(
-        Request(result=result, robot=robot, joints=terms, form=form, links=links, lines=lines, folder=Path(path).parent)
-    )
-    with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return lines
+    request = Request(result=result, robot=robot, joints=terms, form=form, links=links, lines=lines, folder=path.parent)
+    return own.text(request), lines
 
 
 def _least_lost(

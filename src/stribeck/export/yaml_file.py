@@ -19,4 +19,4 @@ def yaml_text(request: Request) -> str:
     return "\n".join(lines) + "\n"
 
 
-TARGET = Target(title="YAML, for programs of one's own", forms={"all": None}, text=yaml_text)
+TARGET = Target(title="YAML, for programs of one's own", forms={"all": None}, suffix=".yaml", text=yaml_text)

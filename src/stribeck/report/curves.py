@@ -123,9 +123,13 @@ def friction_curve(name: str, joint: JointResult, evidence: Evidence, law: Frict
     return curve if curve is not None and curve.drawable else None
 
 
+LEAST_REACH = 1e-300
+"""Of velocities [rad/s], [m/s]; smaller numbers have no thousandth."""
+
+
 def velocity_grid(low: float, high: float) -> Array:
     """Return velocities from low to high, dense about zero, where a law turns."""
-    reach = max(abs(low), abs(high))
+    reach = max(abs(low), abs(high), LEAST_REACH)
     near = np.geomspace(1e-3 * reach, 0.15 * reach, POINTS // 2)
     grid = np.concatenate([np.linspace(low, high, 2 * POINTS), -near, near, [0.0]])
     return np.unique(grid[(grid >= low) & (grid <= high)])

@@ -130,6 +130,10 @@ def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimat
     below = math.hypot(b.value - b.interval_95[0], a.interval_95[1] - a.value)
     above = math.hypot(b.interval_95[1] - b.value, a.value - a.interval_95[0])
     error = math.hypot(a.standard_error, b.standard_error)
+    if not math.isfinite(difference + below + above + error):
+        raise SettingsError(
+            f"compare: {name} of {label} is {a.value:g} and {b.value:g}; expected numbers whose difference is finite"
+        )
     z_score = difference / error if error > 0 else math.inf
     return Difference(
         joint=label,

@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
+
+from pydantic import Field
+
+Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
+Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,9 +21,9 @@ class BodyCorrection:
 
     mass: tuple[float, float]
     mass_error: float
-    centre_of_mass: tuple[tuple[float, ...], tuple[float, ...]]
-    centre_of_mass_error: tuple[float, ...]
-    inertia: tuple[tuple[float, ...], tuple[float, ...]]
+    centre_of_mass: tuple[Three, Three]
+    centre_of_mass_error: Three
+    inertia: tuple[Six, Six]
     known: float
 
 

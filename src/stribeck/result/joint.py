@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, get_law
@@ -118,6 +119,8 @@ class JointResult:
     which `load_deviation` is the standard deviation, and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
     how many periods a turn its torque ripple has; None without any.
+    `position_range` are its lowest and highest position in the log [rad], [m].
+    `correlation` is that of the parameters' errors, in their order, shape (p, p); None where nothing was fitted.
     `torque_r2` is how much of its torque is explained, None where nothing was held out.
     `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
     """
@@ -134,9 +137,11 @@ class JointResult:
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
     load_deviation: float | None = None
-    mean_direction: tuple[float, ...] | None = None
+    mean_direction: Annotated[tuple[float, ...], Field(min_length=2, max_length=2)] | None = None
     ripple_per_turn: float | None = None
     curve: tuple[CurvePoint, ...] = ()
+    position_range: tuple[float, float] | None = None
+    correlation: tuple[tuple[float, ...], ...] | None = None
     torque_r2: TorqueR2 | None = None
     law: str = field(default="", repr=False, compare=False)
 
@@ -161,7 +166,8 @@ class JointResult:
         temperature
             Above the joint's mean temperature in the log [K], likewise.
         position
-            Of the joint [rad], likewise; if None, friction is the mean over the log's positions, without ripple.
+            Of the joint [rad], likewise; if None, friction is the mean over the log's positions, without ripple. Where
+            the log has not been, friction over position is that of the nearest position where it has.
 
         Returns
         -------
@@ -192,7 +198,8 @@ class JointResult:
         own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
         turned: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)
         if position is not None and self.mean_direction:
-            turned = np.cos(position) - self.mean_direction[0], np.sin(position) - self.mean_direction[1]
+            reached = np.clip(position, *self.position_range) if self.position_range else position
+            turned = np.cos(reached) - self.mean_direction[0], np.sin(reached) - self.mean_direction[1]
         angle = None
         if position is not None and self.ripple_per_turn is not None:
             angle = self.ripple_per_turn * np.asarray(position)

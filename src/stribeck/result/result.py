@@ -159,6 +159,7 @@ def read_result(path: str | Path) -> Result:
     text = read_text(Path(path), "a result.json", SettingsError)
     try:
         document = from_json(text)
+        json.dumps(document, allow_nan=False)  # or it is no JSON: what is not finite, or becomes infinite
     except ValueError as error:
         raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
@@ -186,7 +187,16 @@ class _Document(TypedDict):
     findings: NotRequired[list[Finding]]
 
 
-OF_SOME = ("terms", "mean_load", "load_deviation", "mean_direction", "ripple_per_turn", "torque_r2")
+OF_SOME = (
+    "terms",
+    "mean_load",
+    "load_deviation",
+    "mean_direction",
+    "ripple_per_turn",
+    "position_range",
+    "correlation",
+    "torque_r2",
+)
 """Fields of a joint that only some laws or methods have."""
 
 

@@ -15,7 +15,7 @@ MOST_FILES = 100
 GENERATED = ("replicate", "composite", "flexcomp", "attach")
 """Elements that MuJoCo makes bodies of, any number of them, and Pinocchio does not read."""
 COUNTS = ("nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params")
-LARGEST = 10_000
+LARGEST = 5000
 """Of what MuJoCo makes as many of as the file says: pixels, samples, numbers of a user [1]."""
 BODIES = ("body", "frame", "inertial", "joint", "geom")
 MEASURES = (
@@ -73,16 +73,20 @@ def _check_element(xml: XmlFile, element: Element, folders: list[Path]) -> None:
         xml.refuse(element, f"<{tag}> makes bodies that Pinocchio does not read; write the bodies themselves")
     for name, text in element.items():
         counts = name in COUNTS or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
-        what = f"{name} of <{tag}>"
-        if counts and max(xml.numbers(element, text, len(text.split()), what), default=0.0) > LARGEST:
-            xml.refuse(element, f"{what} is {text[:60]}; expected {LARGEST} at most")
+        if counts and max(_numbers(xml, element, name), default=0.0) > LARGEST:
+            xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected {LARGEST} at most")
     for name in MEASURES if tag in BODIES else ():
         if name in element.attrib:
-            values = xml.numbers(element, element.get(name), len(element.get(name, "").split()), f"{name} of <{tag}>")
+            values = _numbers(xml, element, name)
             if name in ("mass", "diaginertia", "density", "armature") and min(values, default=0.0) < 0:
                 xml.refuse(element, f"{name} of <{tag}> is {element.get(name)}; expected zero or more")
     path = element.get("file", "")
     for folder in folders if path else ():
         for candidate in (folder / path, folder / Path(path).name):
-            if candidate.exists() and (kind := irregular(candidate)):
+            if candidate.exists() and (kind := irregular(candidate)) and not candidate.is_dir():
                 xml.refuse(element, f"<{tag}> names {candidate}, which is {kind}; expected a file")
+
+
+def _numbers(xml: XmlFile, element: Element, name: str) -> list[float]:
+    text = element.get(name, "")
+    return xml.numbers(element, text, len(text.split()), f"{name} of <{element.tag}>")

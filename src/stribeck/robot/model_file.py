@@ -15,7 +15,7 @@ from stribeck.robot.mjcf_file import check_mjcf_file
 from stribeck.robot.model_check import check_finite, check_inertias, require_same_joints, require_same_mass
 from stribeck.robot.rooting import FLOATING, is_floating
 from stribeck.robot.sdf import build_from_sdf
-from stribeck.robot.urdf_check import check_urdf, moving_joints, total_mass
+from stribeck.robot.urdf_check import check_urdf, keep_dynamics, moving_joints, total_mass
 from stribeck.robot.xml_file import XmlFile, read_xml
 from stribeck.typing import Array
 
@@ -70,6 +70,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
 def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
     """Return the model of a URDF, whatever its encoding, and warnings."""
     notes, impossible = check_urdf(xml)
+    keep_dynamics(xml.root)
     model = pin.buildModelFromXML(xml.text, root) if root else pin.buildModelFromXML(xml.text)
     check_finite(xml.path, model)
     require_same_joints(xml.path, moving_joints(xml.root), model)

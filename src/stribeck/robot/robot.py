@@ -208,7 +208,8 @@ class Robot:
     @cached_property
     def torque_controlled(self) -> NDArray[np.int64]:
         """Columns of the joints whose torque is measured (the selection S_tc of (5.3))."""
-        return np.array([k for k, name in enumerate(self.joint_names) if name not in self.position_controlled])
+        given = [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
+        return np.array(given, dtype=np.int64)
 
     def coefficients(self, joints: Sequence[str], couplings: Sequence[str]) -> Array:
         """Return the coefficients of some joints in some couplings, shape (joints, couplings)."""
@@ -286,11 +287,6 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
     if table.base == "fixed" and file.contacts:
         raise RobotFileError(
             f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
-        )
-    measured = [name for name in joint_names(model) if name not in table.position_controlled]
-    if not measured:
-        raise RobotFileError(
-            f"{path}: [robot] position_controlled names every joint; expected one at least whose torque is measured"
         )
     frames = {str(frame.name) for frame in model.frames} - {"universe"}
     contacts = {name: Contact(name, value.frame, value.kind) for name, value in file.contacts.items()}

@@ -61,6 +61,17 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
     return warnings, impossible
 
 
+def keep_dynamics(root: Element) -> None:
+    """Take away what is drawn or collides, and extensions: Pinocchio would complain of what is wrong there."""
+    for element in list(root):
+        if element.tag not in ("link", "joint"):
+            root.remove(element)
+    for link in root.findall("link"):
+        for element in list(link):
+            if element.tag != "inertial":
+                link.remove(element)
+
+
 def moving_joints(root: Element) -> set[str]:
     """Return the names of the joints of a URDF that have one degree of freedom."""
     return {str(joint.get("name")) for joint in root.findall("joint") if joint.get("type") in MOVING}

@@ -39,7 +39,7 @@ class XmlFile:
         """Raise a RobotFileError about an element."""
         raise RobotFileError(f"{self.path}: line {self.lines[element]}: {message}")
 
-    def named(self, parent: Element, tag: str, kind: str = "") -> dict[str, Element]:
+    def named(self, parent: Element, tag: str) -> dict[str, Element]:
         """Return an element's children of a tag by their names, which they must have and share with no other."""
         found: dict[str, Element] = {}
         for element in parent.findall(tag):
@@ -47,7 +47,7 @@ class XmlFile:
             if not name:
                 self.refuse(element, f'a <{tag}> has no name; write <{tag} name="...">')
             if name in found:
-                self.refuse(element, f"{kind or tag} '{name}' is there already, in line {self.lines[found[name]]}")
+                self.refuse(element, f"{tag} '{name}' is there already, in line {self.lines[found[name]]}")
             found[name] = element
         return found
 

@@ -33,7 +33,7 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
     Raises
     ------
     SettingsError
-        If the posture names a joint that the robot does not have.
+        If the posture names a joint that the robot does not have, or is beyond a limit.
     """
     low, high = robot.position_limits
     margin = np.where(np.isfinite(high - low), LIMIT_MARGIN * (high - low), 0.0)
@@ -41,7 +41,12 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
     for name, value in posture.items():
         if name not in robot.joint_names:
             raise SettingsError(f"posture: robot has no joint '{name}'; it has {', '.join(robot.joint_names)}")
-        centre[robot.joint_names.index(name)] = value
+        joint = robot.joint_names.index(name)
+        if not low[joint] <= value <= high[joint]:
+            raise SettingsError(
+                f"posture: joint '{name}' is at {value:g}; expected a value from {low[joint]:g} to {high[joint]:g}"
+            )
+        centre[joint] = value
     return np.asarray(centre)
 
 
