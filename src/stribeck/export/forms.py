@@ -55,6 +55,10 @@ class Form:
     of_law: frozenset[str]
 
 
+def _viscous(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
+    return velocity[:, None]
+
+
 def _plain(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
     return np.column_stack([np.sign(velocity), velocity])
 
@@ -66,6 +70,11 @@ def _stribeck(velocity: Array, load: Array, found: Mapping[str, float]) -> Array
 
 def _loaded(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
     return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * np.abs(load)])
+
+
+def viscous(**words: str) -> Form:
+    """Return the form Fv v."""
+    return Form(words, ("viscous",), _viscous, frozenset({"viscous"}))
 
 
 def plain(**words: str) -> Form:
@@ -127,7 +136,7 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
             raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
     coefficients = nnls(columns / unit, friction)[0] / unit
     numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
-    numbers["static"] = numbers["coulomb"] + numbers.get("stribeck", _stiction(joint, found, numbers))
+    numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
     numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
     remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
     return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
@@ -139,7 +148,7 @@ def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[s
     friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
     levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
-    return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers["coulomb"], 0.0)
+    return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
 
 
 def top_speed(joint: JointResult) -> float:

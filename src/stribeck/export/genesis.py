@@ -28,5 +28,6 @@ def genesis_text(request: Request) -> str:
 TARGET = Target(
     title="Genesis: frictionloss, damping, armature of an entity",
     forms={"plain": plain(coulomb="frictionloss", viscous="damping", armature="armature")},
+    suffix=".py",
     text=genesis_text,
 )

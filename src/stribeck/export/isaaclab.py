@@ -59,5 +59,6 @@ TARGET = Target(
     forms={
         "plain": plain(static="friction", coulomb="dynamic_friction", viscous="viscous_friction", armature="armature")
     },
+    suffix=".py",
     text=isaaclab_text,
 )

@@ -58,5 +58,6 @@ def newton_text(request: Request) -> str:
 TARGET = Target(
     title="Newton: friction, damping, armature of a builder's joints, or of USD's",
     forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
+    suffix=".py",
     text=newton_text,
 )

@@ -41,6 +41,7 @@ TARGET = Target(
             armature="armature",
         )
     },
+    suffix=".json",
     text=physx_text,
 )
 

@@ -39,5 +39,6 @@ def pinocchio_text(request: Request) -> str:
 TARGET = Target(
     title="Pinocchio: dry friction limits, damping, armature of a model",
     forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
+    suffix=".py",
     text=pinocchio_text,
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.export import (
     c_header,
+    drake,
     genesis,
     isaaclab,
     mjcf,
@@ -15,6 +16,7 @@ from stribeck.export import (
     physx,
     pinocchio_module,
     python_module,
+    sdf,
     table,
     urdf,
     yaml_file,
@@ -32,6 +34,8 @@ from stribeck.robot.model_file import kind_of, load_model
 TARGETS: dict[str, Target] = {
     "mjcf": mjcf.TARGET,
     "urdf": urdf.TARGET,
+    "sdf": sdf.TARGET,
+    "drake": drake.TARGET,
     "c": c_header.TARGET,
     "python": python_module.TARGET,
     "yaml": yaml_file.TARGET,
@@ -71,7 +75,8 @@ def export(
     path
         The file to write, whole or not at all.
     target
-        One of `TARGETS`; "urdf" and "mjcf" write the robot's model again, which must be of that format.
+        One of `TARGETS`; "urdf", "sdf", "drake" and "mjcf" write the robot's model again, which must be of that
+        format.
     joints
         Those whose friction is written; all if None.
     include_weak
