@@ -22,6 +22,7 @@ from studies import (
     accuracy_table,
     beyond_cases,
     beyond_the_laws,
+    compensation,
     least_error,
     lies,
     step_coverage,
@@ -328,6 +329,12 @@ def test_the_lies_shown_are_the_studys() -> None:
     assert sum(row["named"] for row in study["lies"]) > 0.9 * len(study["lies"])
     assert not any(found for each in study["clean"].values() for found, _ in each.values())
     assert not any(row["wrong"] for row in study["lies"])
+
+
+def test_the_compensation_shown_is_the_studys_and_as_good_as_the_truth() -> None:
+    found = json.loads((ROOT / "studies/compensation.json").read_text())
+    assert compensation.table(found) in PAGES["docs/export.md"]
+    assert all(compensation.gain_of(found, task) > 0.75 for task in compensation.TASKS[:2])
 
 
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
