@@ -20,6 +20,7 @@ from rosbags.typesys import Stores, get_typestore
 from studies import (
     accuracy_cases,
     accuracy_table,
+    across_logs,
     beyond_cases,
     beyond_the_laws,
     compensation,
@@ -283,9 +284,8 @@ def test_the_accuracy_shown_is_the_studys() -> None:
 
 
 def test_the_verdicts_shown_are_the_studys() -> None:
-    kept = json.loads((ROOT / "studies/verdicts.json").read_text())
-    said, real = kept["parameters"], kept["real"]
-    for row in [*verdicts.table(said), *verdicts.real_table(real)]:
+    said = json.loads((ROOT / "studies/verdicts.json").read_text())["parameters"]
+    for row in verdicts.table(said):
         assert row in PAGES["docs/verdicts.md"]
     of_whole_log = [each for each in said if each["method"] == "whole-log"]
     wrong, found, right, alarms = verdicts.flagged(of_whole_log)
@@ -293,6 +293,11 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     assert alarms < 0.25 * right
     for each in of_whole_log:
         assert each["weak"] or each["width"] <= WIDEST
+
+
+def test_what_holds_across_logs_is_the_studys() -> None:
+    for one in json.loads((ROOT / "studies/across_logs.json").read_text())["robots"]:
+        assert across_logs.row_of(one) in PAGES["docs/verdicts.md"]
 
 
 def test_the_least_errors_shown_are_the_studys() -> None:
