@@ -25,9 +25,9 @@ from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
 
 
-def write_log(folder: Path, samples: int) -> None:
-    """Write the robot file and the Parquet log to a folder."""
-    log = stepping_log(talos(folder), samples)
+def write_log(folder: Path, samples: int, seed: int = 0) -> None:
+    """Write the robot file and the Parquet log `log_<seed>` to a folder."""
+    log = stepping_log(talos(folder), samples, seed=seed)
     assert log.contact is not None
     columns: dict[str, object] = {"time": log.time}
     for k, joint in enumerate(log.joint_names):
@@ -35,7 +35,7 @@ def write_log(folder: Path, samples: int) -> None:
         columns[f"torque.{joint}"] = log.torque[:, k]
     for k, foot in enumerate(FEET):
         columns[f"contact.{foot}"] = log.contact[:, k]
-    pq.write_table(pa.table(columns), folder / "log.parquet")
+    pq.write_table(pa.table(columns), folder / f"log_{seed}.parquet")
 
 
 def main() -> None:
@@ -48,7 +48,8 @@ def main() -> None:
         writer.start()
         writer.join()
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        command = [sys.executable, "-m", "stribeck", "identify", "log.parquet", "-r", "robot.toml", "-o", "out"]
+        command = [sys.executable, "-m", "stribeck", "identify", "log_0.parquet", "-r", "robot.toml"]
+        command += ["-o", "out", "--force"]  # its feet step without touching the ground
         begin = time.perf_counter()
         with subprocess.Popen(command, cwd=path, stdout=subprocess.DEVNULL) as job:
             peak = peak_memory(job)

@@ -38,9 +38,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         # In a process of its own too: a child's peak memory counts what its parent holds when it starts.
-        writer = multiprocessing.get_context("spawn").Process(target=write_log, args=(path, options.samples))
-        writer.start()
-        writer.join()
+        for seed in range(SEVERAL):
+            writer = multiprocessing.get_context("spawn").Process(target=write_log, args=(path, options.samples, seed))
+            writer.start()
+            writer.join()
         floor = best(floor_of(talos(path), options.samples), 3, 1) * 1e-6
         figures["floor: one rneaInParallel [s per s of log]"] = floor / seconds
         for corrections in CORRECTIONS:
@@ -66,7 +67,8 @@ def run(folder: Path, corrections: str, logs: int) -> tuple[float, float, float]
 
     Memory is what the system cannot take back: long channels lie on a file, whose pages come and go.
     """
-    command = [sys.executable, "-m", "stribeck", "identify", *["log.parquet"] * logs, "-r", "robot.toml", "-o", "out"]
+    command = [sys.executable, "-m", "stribeck", "identify", *[f"log_{seed}.parquet" for seed in range(logs)]]
+    command += ["-r", "robot.toml", "-o", "out", "--overwrite", "--force"]  # its feet step without touching the ground
     command += ["--method", "whole-log", "--set", f"corrections={corrections}"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.perf_counter()

@@ -15,8 +15,10 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from fuzz.apart import apart
 from fuzz.attempt import OUTCOMES, Attempt, attempt
 from fuzz.kinds import KINDS
+from fuzz.runs import make_outputs
 from fuzz.seeds import import_all, make_seeds
 
 
@@ -41,10 +43,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="fuzz.") as folder:
         fork = multiprocessing.get_context("fork")
         seeds = Path(folder)
-        maker = fork.Process(target=make_seeds, args=(seeds,))  # this process must have no threads, as of OpenMP
-        maker.start()
-        maker.join()
+        apart(partial(make_seeds, seeds))  # this process must have no threads, as of OpenMP
         import_all()
+        apart(partial(make_outputs, seeds / "runs", seeds))
         with ProcessPoolExecutor(os.cpu_count(), mp_context=fork) as processes:
             try_one = partial(attempt, seeds=seeds, keep=options.keep)
             attempts = list(processes.map(try_one, *zip(*inputs, strict=True), chunksize=1))
@@ -52,17 +53,22 @@ def main() -> int:
     for found in broken:
         print(f"{found.outcome}: --seed {options.seed} --kind {found.kind} --only {found.number}: {found.said}")
     _print_table(attempts, kinds)
+    for kind in kinds:
+        accepted = [found for found in attempts if found.kind == kind and found.outcome == "accepted"]
+        other = sum(found.differs for found in accepted)
+        if other:
+            print(f"of {len(accepted)} {kind} that were accepted, {other} had other samples than were written")
     print(f"seed {options.seed}, {len(attempts)} inputs in {time.monotonic() - start:.0f} s")
     return bool(broken)
 
 
 def _print_table(attempts: list[Attempt], kinds: list[str]) -> None:
-    print(f"{'kind':<14}{'inputs':>8}" + "".join(f"{outcome:>11}" for outcome in OUTCOMES) + f"{'peak [MB]':>11}")
+    print(f"{'kind':<20}{'inputs':>8}" + "".join(f"{outcome:>11}" for outcome in OUTCOMES) + f"{'peak [MB]':>11}")
     for kind in kinds:
         found = [one for one in attempts if one.kind == kind]
         counts = [sum(one.outcome == outcome for one in found) for outcome in OUTCOMES]
         peak = max(one.memory for one in found) / 1e6
-        print(f"{kind:<14}{len(found):>8}" + "".join(f"{count:>11}" for count in counts) + f"{peak:>11.0f}")
+        print(f"{kind:<20}{len(found):>8}" + "".join(f"{count:>11}" for count in counts) + f"{peak:>11.0f}")
 
 
 if __name__ == "__main__":

@@ -11,11 +11,13 @@ import sys
 import tempfile
 import traceback
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 
+from fuzz.apart import apart
 from fuzz.kinds import KINDS
 from stribeck.cli import main
 
@@ -24,14 +26,15 @@ TIMEOUT = 20.0
 MEMORY = 4 << 30
 """What a child may take beside what it was forked with [bytes]."""
 REFUSALS = (2, 3)
-OUTCOMES = ("accepted", "refused", "untidy", "traceback", "hang", "crash")
+OUTCOMES = ("accepted", "refused", "untidy", "misread", "traceback", "hang", "crash")
 
 
 @dataclass(frozen=True)
 class Attempt:
     """What became of an input.
 
-    `outcome` is one of `OUTCOMES`: a refusal is untidy if it is not one sentence, or leaves an output, whole or not.
+    `outcome` is one of `OUTCOMES`: a refusal is untidy if it is not one sentence, or leaves an output, whole or not; an
+    input is misread if it is accepted and `differs`, although its format lets one tell.
     `memory` is the child's largest resident size [bytes]; `said` the end of what it printed on stderr.
     """
 
@@ -41,6 +44,7 @@ class Attempt:
     outcome: str
     memory: int
     said: str
+    differs: bool
 
 
 def attempt(kind: str, seed: int, number: int, seeds: Path, keep: Path | None = None) -> Attempt:
@@ -59,13 +63,19 @@ def attempt(kind: str, seed: int, number: int, seeds: Path, keep: Path | None = 
     try:
         work = folder / "input"
         work.mkdir()
-        command = KINDS[kind].make(np.random.default_rng([seed, crc32(kind.encode()), number]), work, seeds)
+        generator = np.random.default_rng([seed, crc32(kind.encode()), number])
+        command = apart(partial(KINDS[kind].make, generator, work, seeds))
         status, memory = _read(command, work, folder / "stderr")
         said = (folder / "stderr").read_text(encoding="utf-8", errors="replace")
         outcome = _outcome(status, said, [path.name for path in work.iterdir()])
+        differs = False
+        if outcome == "accepted" and (differs_by := KINDS[kind].differs):
+            differs = apart(partial(differs_by, command, work, seeds))
+            outcome = "misread" if differs and not KINDS[kind].unseen else outcome
         if keep and outcome not in ("accepted", "refused"):
             shutil.copytree(work, keep / f"{kind}-{number}", dirs_exist_ok=True, copy_function=_copy_file)
-        return Attempt(kind, number, command, outcome, memory, said.strip().splitlines()[-1] if said.strip() else "")
+        last = said.strip().splitlines()[-1] if said.strip() else ""
+        return Attempt(kind, number, command, outcome, memory, last, differs)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -7,6 +7,7 @@ import shutil
 from importlib import import_module
 from pathlib import Path
 
+from fuzz.log_file import make_logs
 from stribeck.pipeline import identify
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -42,7 +43,9 @@ def make_seeds(folder: Path) -> None:
     long = run_scenario(scenario, folder)
     short = run_scenario(scenario.model_copy(update={"duration": 1.0}), folder)
     write_simulated(short.log, short.truth, folder / "log.npz")
+    make_logs(folder / "logs", short.log.joint_names)
     found = identify(long.log, Robot.from_file(folder / "robot.toml"), Settings())
+    write_simulated(long.log, long.truth, folder / "long/log.npz")
     (folder / "result.json").write_text(found.to_json(), encoding="utf-8")
 
 

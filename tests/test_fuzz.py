@@ -6,7 +6,7 @@ import sys
 
 from fuzz.kinds import KINDS
 
-PER_KIND = 25
+PER_KIND = 12
 BEHAVIOURS = """
 import ctypes, json, sys, tempfile, time
 from pathlib import Path
@@ -55,8 +55,8 @@ def test_no_wrong_input_breaks_the_command_line():
     for kind in KINDS:
         inputs, accepted, refused, *broken, _ = map(int, rows[kind])
         assert inputs == accepted + refused > 0
-        assert refused > 0
-        assert broken == [0] * 4
+        assert refused > 0 or kind.startswith("run")  # sound inputs, whose runs are disturbed
+        assert broken == [0] * 5
 
 
 def test_what_breaks_is_seen():

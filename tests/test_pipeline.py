@@ -153,6 +153,16 @@ def test_the_table_holds_every_sample(arm: Robot, tmp_path: Path) -> None:
     assert set(table["support"].to_pylist()) == {"base"}
 
 
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+def test_a_log_given_twice_is_refused(method: str, arm: Robot, tmp_path: Path) -> None:
+    log = arm_log(arm, duration=6)
+    path = save_npz(log, tmp_path / "log.npz")
+    piece = save_npz(log.take(slice(3000, None)), tmp_path / "piece.npz", time=log.time[3000:] - 3.0)
+    for second in (path, piece):
+        with pytest.raises(LogError, match=rf"{second}: 100 % of its samples are those of {path}"):
+            identify([path, second], arm, method=method)
+
+
 def test_a_failed_run_leaves_no_table(arm: Robot, tmp_path: Path) -> None:
     log = arm_log(arm, duration=5)
     with pytest.raises(SettingsError):

@@ -13,8 +13,9 @@ from stribeck.errors import LogError, SettingsError, errors_about, findings_kept
 from stribeck.finding import Finding, merged
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
+from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method
-from stribeck.outputs import whole_or_not_at_all
+from stribeck.outputs import check_outputs, whole_or_not_at_all
 from stribeck.preparation import PreparedLog, Progress, log_names, prepare, quiet
 from stribeck.result import Result
 from stribeck.robot import Robot
@@ -60,7 +61,8 @@ def identify(
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If the input or the settings are wrong, or the audit finds what makes every number wrong, unless forced.
+        If the input or the settings are wrong, two logs hold the same samples, or, unless forced, the audit finds what
+        makes every number wrong.
     NothingIdentifiedError
         If no joint moves enough for any number; what was found before an error are its notes.
 
@@ -75,6 +77,9 @@ def identify(
     chosen, friction_law, settings = get_method(settings, robot)
     _refuse_unknown_joints(settings, robot)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
+    if table:
+        files = [log.path if isinstance(log, RobotLog) else log for log in (*sources, robot.path, robot.model_path)]
+        check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # in memory: no file
     where = whole_or_not_at_all(table) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
         prepared = []
@@ -82,6 +87,8 @@ def identify(
             progress(f"reading log {k + 1} of {len(sources)}", k / len(sources))
             prepared.append(prepare(log, robot, settings))
             findings += prepared[-1].notes
+            *before, last = ((part.prints, part.log.path) for part in prepared)
+            refuse_overlap(*last, before)
         progress("auditing", 0.0)
         audited = _audit(prepared, robot, settings, force)
         findings += [str(each) for each in audited]

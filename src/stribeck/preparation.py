@@ -9,6 +9,7 @@ from pathlib import Path
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.log import RobotLog
+from stribeck.log.overlap import Prints, prints
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
 from stribeck.motion import make_filter
@@ -31,6 +32,8 @@ class PreparedLog:
     ----------
     log
         Evenly sampled within each segment of `sampling`.
+    prints
+        By which the same samples are known in another log (`stribeck.log.overlap`).
     notes
         What was done to it, a sentence each; what a user should act on is for the audit (`stribeck.audit`) to say.
     """
@@ -38,6 +41,7 @@ class PreparedLog:
     log: RobotLog
     sampling: Sampling
     support: SupportPhases
+    prints: Prints
     notes: tuple[str, ...] = ()
 
 
@@ -55,6 +59,7 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         if not isinstance(log, RobotLog):
             log = read_log(log, robot)
         notes += log.notes
+        of_log = prints(log)
         log, sampling = regularise(log, robot.log_table)
         notes += sampling.notes
         if not len(robot.torque_controlled):
@@ -67,7 +72,7 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         make_filter(settings.filter, sampling.period)  # refused now, and not once a method has worked for minutes
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is taken to be level")
-    return PreparedLog(log=log, sampling=sampling, support=support, notes=tuple(notes))
+    return PreparedLog(log=log, sampling=sampling, support=support, prints=of_log, notes=tuple(notes))
 
 
 def log_names(prepared: Sequence[PreparedLog]) -> list[str]:

@@ -18,9 +18,10 @@ from tests.damaged import DAMAGED
 from tests.export.found import found_in
 from tests.log.readers.formats import JOINTS
 
-from stribeck import Robot
+from stribeck import Robot, identify
 from stribeck.cli import main
 from stribeck.cli.app import FORMATS, LAW_NAMES
+from stribeck.errors import SettingsError
 from stribeck.export import TARGETS
 from stribeck.friction import AUTO, LAWS
 
@@ -344,9 +345,36 @@ def test_outputs_are_written_over_only_when_asked_to(
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
     assert "is there already" in refused(capsys, *inspect[:-1], tmp_path / "dangling")
     assert "is a folder" in refused(capsys, *inspect[:-1], tmp_path / "out", "--overwrite")
+    os.mkfifo(tmp_path / "pipe")
+    for device in (tmp_path / "pipe", "/dev/null"):
+        assert "is a pipe, a device or a socket" in refused(capsys, *inspect[:-1], device, "--overwrite")
     assert (tmp_path / "out/report.html").read_text() == "mine"
     assert run(*inspect, "--overwrite") == 0
     assert page.read_text().startswith("<!DOCTYPE html>")
+
+
+def test_the_table_is_not_written_over_its_log(arm: Path, tmp_path: Path) -> None:
+    log = shutil.copy(arm / "log.npz", tmp_path)
+    content = Path(log).read_bytes()
+    (tmp_path / "link").symlink_to(log)
+    with pytest.raises(SettingsError, match="link: is read"):
+        identify(log, arm / "robot.toml", table=tmp_path / "link")
+    assert Path(log).read_bytes() == content
+
+
+def test_a_path_that_is_not_utf_8(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = shutil.copy(arm / "log.npz", tmp_path / "l\udcff.npz")
+    robot = ("-r", arm / "robot.toml")
+    commands: list[tuple[object, ...]] = [
+        ("inspect", log, *robot),
+        ("inspect", arm / "log.npz", *robot, "-o", tmp_path / "p\udcff.html"),
+        ("identify", log, *robot, "-o", tmp_path / "out"),
+        ("identify", arm / "log.npz", *robot, "-o", tmp_path / "o\udcff"),
+    ]
+    for command in commands:
+        sentence = refused(capsys, *command)
+        assert "is not UTF-8; expected files and folders with names that are" in sentence
+    assert len(os.listdir(tmp_path)) == 1
 
 
 def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -360,14 +388,14 @@ def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str
         assert "result.json" in refused(capsys, "compare", tmp_path / "result.json")
 
 
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, tmp_path: Path) -> None:
     log = arm_log(Robot.from_file(arm / "robot.toml"), duration=120)
     save_npz(log, tmp_path / "log.npz", velocity=None, acceleration=None)
     command = [sys.executable, "-m", "stribeck", "identify", tmp_path / "log.npz", "-r", arm / "robot.toml"]
     process = subprocess.Popen([*command, "-o", tmp_path / "out"], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
-    while not list(tmp_path.glob(".out.*.part")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob("out/.*.part")) and time.monotonic() < deadline:
         time.sleep(0.01)
     process.send_signal(stop)
     _, complaint = process.communicate(timeout=60)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import os
 import shutil
+import signal
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 
 import pytest
+from tests.arm import arm_log, save_npz, write_arm
 
-from stribeck import outputs
+from stribeck import Robot, outputs
+from stribeck.errors import SettingsError
 from stribeck.outputs import Interrupted, discard_unfinished, staged_folder, whole_or_not_at_all
 
 
@@ -107,3 +112,129 @@ def test_a_request_that_something_swallowed_is_heard_before_outputs_appear(tmp_p
     with pytest.raises(Interrupted):
         write_file(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_nothing_appears_beside_the_folder_that_is_written_to(tmp_path: Path) -> None:
+    """Its parent may be one that nobody may write to."""
+    (tmp_path / "out").mkdir()
+    with staged_folder(tmp_path / "out") as staging:
+        (staging / "result").write_text("1")
+        assert os.listdir(tmp_path) == ["out"]
+    assert os.listdir(tmp_path / "out") == ["result"]
+
+
+def test_folders_that_were_made_go_with_what_failed(tmp_path: Path) -> None:
+    with pytest.raises(KeyError), staged_folder(tmp_path / "a/b/out"):
+        raise KeyError
+    with pytest.raises(KeyError), whole_or_not_at_all(tmp_path / "c/page"):
+        raise KeyError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_all_outputs_or_none(tmp_path: Path) -> None:
+    for name in ("a", "c", "d"):
+        (tmp_path / name).write_text("old")
+
+    def write_all() -> None:
+        with staged_folder(tmp_path) as staging:
+            for name in ("a", "b", "c", "d"):
+                (staging / name).write_text("new")
+            (tmp_path / "c").unlink()
+            (tmp_path / "c").mkdir()  # while this run goes on
+
+    with pytest.raises(SettingsError, match="c: is a folder"):
+        write_all()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "c", "d"]
+    assert (tmp_path / "a").read_text() == (tmp_path / "d").read_text() == "old"
+
+
+def test_a_second_run_into_the_same_place_is_refused(tmp_path: Path) -> None:
+    with staged_folder(tmp_path / "out") as staging, whole_or_not_at_all(tmp_path / "page") as page:
+        (staging / "result").write_text("first")
+        page.write_text("first")
+        with pytest.raises(SettingsError, match="out: another run is writing"), staged_folder(tmp_path / "out"):
+            pass
+        with pytest.raises(SettingsError, match="page: another run is writing"), whole_or_not_at_all(tmp_path / "page"):
+            pass
+    assert (tmp_path / "out/result").read_text() == (tmp_path / "page").read_text() == "first"
+    assert sorted(os.listdir(tmp_path)) == ["out", "page"]
+
+
+KILLED = """
+import os, signal, sys
+from stribeck.outputs import staged_folder, whole_or_not_at_all
+with staged_folder("out") as staging, whole_or_not_at_all("page") as page:
+    (staging / "half").write_text("x")
+    page.write_text("x")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_run_left_is_taken_away_by_the_next_one(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, check=False)
+    assert (tmp_path / "out/.stribeck.part/half").exists()
+    assert (tmp_path / ".page.part").exists()
+    write_folder(tmp_path)
+    write_file(tmp_path)
+    assert sorted(os.listdir(tmp_path)) == ["out", "page"]
+    assert sorted(os.listdir(tmp_path / "out")) == ["result", "table"]
+
+
+def test_a_link_in_the_place_of_what_is_staged_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/file").write_text("mine")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/.stribeck.part").symlink_to(tmp_path / "mine")
+    with pytest.raises(SettingsError, match="out: cannot be made"):
+        write_folder(tmp_path)
+    assert (tmp_path / "mine/file").read_text() == "mine"
+
+
+FULL = """
+import resource, sys
+from pathlib import Path
+from stribeck.cli import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
+import stribeck.outputs as outputs
+sys.argv = ["stribeck", "identify", *sys.argv[1:]]
+main()
+"""
+
+
+def test_a_disk_that_takes_no_more_is_told_with_the_file(tmp_path: Path) -> None:
+    save_npz(arm_log(Robot.from_file(write_arm(tmp_path)), duration=8), tmp_path / "log.npz")
+    arguments = ["log.npz", "-r", "robot.toml", "-o", "out", "--method", "curve-fit"]
+    ended = subprocess.run(
+        [sys.executable, "-c", FULL, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 2
+    *notes, sentence = ended.stderr.splitlines()
+    assert sentence == "stribeck: out/friction_torque.parquet: cannot be written (File too large)"
+    assert all(note.startswith("stribeck: note: ") for note in notes)
+    assert not (tmp_path / "out").exists()
+
+
+EARLY = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+from stribeck.cli import main
+main()
+"""
+
+
+def test_a_request_to_stop_during_the_start() -> None:
+    ended = subprocess.run([sys.executable, "-c", EARLY], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "stribeck: interrupted; nothing was written\n")
+
+
+def test_a_signal_that_is_ignored_stays_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As that of a terminal that closes, by nohup."""
+    caught: list[int] = []
+    monkeypatch.setattr(signal, "getsignal", lambda name: signal.SIG_IGN if name == signal.SIGHUP else signal.SIG_DFL)
+    monkeypatch.setattr(signal, "signal", lambda name, _: caught.append(name))
+    outputs.catch_signals()
+    assert caught == [signal.SIGINT, signal.SIGTERM]

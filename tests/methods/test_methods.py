@@ -142,7 +142,7 @@ def test_each_log_is_prepared_once(
 
     for name in ("read_log", "regularise", "find_support_phases"):
         monkeypatch.setattr(preparation, name, counted(name))
-    paths = [save_npz(log, tmp_path / f"{name}.npz") for name in "ab"]
+    paths = [save_npz(log, tmp_path / "a.npz"), save_npz(arm_log(arm, duration=8, seed=9), tmp_path / "b.npz")]
     identify(paths, arm, method=method, table=tmp_path / "f.parquet")
     assert calls == {"read_log": 2, "regularise": 2, "find_support_phases": 2}
 

@@ -20,7 +20,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError, findings_kept
-from stribeck.outputs import Interrupted, anything_written, catch_signals, check_outputs, staged_folder
+from stribeck.outputs import check_name, check_outputs, staged_folder
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -321,26 +321,17 @@ def progress_bar() -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
-def _require_unicode(words: list[str]) -> None:
-    """Refuse names of files that no result or report could state."""
-    for word in words:
-        try:
-            word.encode()
-        except UnicodeEncodeError as error:
-            raise SettingsError(f"{word}: is not UTF-8; expected files and folders with names that are") from error
-
-
-def main() -> None:
+def run() -> None:
     """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3.
 
     What was found before is printed above the sentence, a line each.
     """
-    catch_signals()
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # the terminal may know ASCII alone
+        if isinstance(stream, TextIOWrapper):  # an encoding may lack what a file is called
+            stream.reconfigure(errors="backslashreplace")
     try:
-        _require_unicode(sys.argv[1:])
+        for word in sys.argv[1:]:
+            check_name(Path(word))
         app()
     except StribeckError as error:
         for finding in getattr(error, "__notes__", ()):
@@ -351,6 +342,6 @@ def main() -> None:
         place = f"{error.filename}: " if error.filename else ""
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
-    except Interrupted:
-        console.print_error(f"interrupted; {'everything' if anything_written() else 'nothing'} was written")
-        sys.exit(130)
+    except MemoryError:
+        console.print_error("the log and what is worked out of it do not fit in memory; expected a shorter log")
+        sys.exit(2)

@@ -6,6 +6,7 @@ import numpy as np
 
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.rooted import joint_inertia
+from stribeck.errors import LogError
 from stribeck.friction_torque.stream import Chunk, friction_torque
 from stribeck.log import RobotLog
 from stribeck.motion import CutoffChoice, choose_cutoff, make_filter
@@ -55,6 +56,11 @@ def cutoff_from_log(
             used += run.stop - run.start
             if used >= MOST_SAMPLES:
                 return choose_cutoff(accelerations, 1 / period, positions)
+    if not accelerations:
+        raise LogError(
+            "log: no support phase has rows to choose a filter from, as feet always stand together or contacts change "
+            "too often; expected phases on one foot, or [identify.filter] kind = 'savitzky-golay' and a window"
+        )
     return choose_cutoff(accelerations, 1 / period, positions)
 
 

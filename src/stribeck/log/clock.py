@@ -12,6 +12,7 @@ from stribeck.log.interpolation import on_uniform_clock
 from stribeck.typing import Array
 
 RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged
+LONGEST_STEP = 1e8  # [s]; three years
 TOLERANCE = 0.01  # periods; steps that are off by less are uniform
 DRIFT = 0.001  # relative; how far the mean step of a segment may be from that of the log
 STEP = 1.5  # periods; a longer step lacks a sample
@@ -29,6 +30,18 @@ def refuse_backward_time(time: Array, path: str) -> None:
         raise LogError(
             f"{path or 'log'}: time runs backwards in row {after}, from {time[before]:.9g} s to {time[after]:.9g} s; "
             "expected stamps that rise (split the log there, or sort it)"
+        )
+
+
+def refuse_jump(time: Array, path: str) -> None:
+    """Raise a LogError if a step is longer than any recording: then a stamp is damaged, or the clock was set."""
+    rows = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[rows])
+    if steps.size and steps.max() > LONGEST_STEP:
+        before = rows[int(np.argmax(steps))]
+        raise LogError(
+            f"{path or 'log'}: time jumps by {steps.max():.4g} s after row {before}, from {time[before]:.9g} s; "
+            "expected the stamps of one clock (split the log there)"
         )
 
 

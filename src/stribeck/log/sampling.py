@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.errors import LogError, findings_kept
 from stribeck.log import RobotLog
-from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_backward_time, typical_step
+from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_backward_time, refuse_jump, typical_step
 from stribeck.log.completeness import complete_rows, counts, cut, repeats, without_empty_channels
 from stribeck.log.plausibility import check_plausible
 from stribeck.settings import LogTable
@@ -77,6 +77,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     """
     where, rows = log.path or "log", len(log.time)
     refuse_backward_time(log.time, log.path)
+    refuse_jump(log.time, log.path)
     log, missing, duplicates, notes = _complete(log, where)
     step = typical_step(log.time, where)
     longest = longest_step(step, log_table.max_gap)

@@ -26,8 +26,24 @@ EXPANSION = 200
 An estimate: measured signals hardly compress more than tenfold.
 """
 
+
+def too_large(path: str) -> str:
+    """Return that a log finds no room."""
+    return (
+        f"{path}: is too large for this machine's memory and the folder of temporary files, {tempfile.gettempdir()}; "
+        "expected room in one of them (TMPDIR can name a folder on a larger disk)"
+    )
+
+
 _in_memory: list[weakref.ref[Array]] = []
 """Arrays that were handed out; those that are gone are struck off when the next is asked for."""
+
+
+def stored_bytes(path: Path) -> int:
+    """Return how many bytes of a file are on the disk: one with holes says that it is longer."""
+    status = path.stat()
+    blocks = getattr(status, "st_blocks", 0)  # of 512 bytes; some systems and file systems do not count them
+    return min(status.st_size, 512 * blocks) if blocks else status.st_size
 
 
 def check_size(path: str, size: int) -> None:
@@ -40,7 +56,7 @@ def check_size(path: str, size: int) -> None:
     MemoryError
         If there is no room for them.
     """
-    stored = Path(path).stat().st_size
+    stored = stored_bytes(Path(path))
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
         raise LogError(
             f"{path}: declares {size:.2g} bytes of samples and has {stored}; expected a log of measured signals"
@@ -56,7 +72,7 @@ def allocate(shape: tuple[int, ...]) -> Array:
 
     Raises
     ------
-    OSError
+    LogError
         If the disk has no room for it.
     """
     size = 8 * math.prod(shape)
@@ -67,5 +83,8 @@ def allocate(shape: tuple[int, ...]) -> Array:
         return found
     with tempfile.TemporaryFile(prefix="stribeck-") as file:
         if hasattr(os, "posix_fallocate"):  # a full disk is told now, and not by a crash when a page is written
-            os.posix_fallocate(file.fileno(), 0, size)
+            try:
+                os.posix_fallocate(file.fileno(), 0, size)
+            except OSError as error:
+                raise LogError(too_large("log")) from error
         return np.asarray(np.memmap(file, dtype=np.float64, mode="w+", shape=shape))

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import RLock
 from typing import Any
 from warnings import catch_warnings, filterwarnings
 
@@ -58,10 +59,17 @@ _COLOUR = re.compile("|".join(COLOURS.values()))
 _VARIABLE = {stand_in: f"var(--{name})" for name, stand_in in COLOURS.items()}
 
 
+_TURN = RLock()
+"""Held while a page is drawn: matplotlib's settings, Python's warnings and `_DRAWN` are those of the whole process."""
+
+
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Draw as the page wants it, whatever the user's own matplotlib settings are; they come back afterwards."""
-    with style.context(STYLE, after_reset=True), np.errstate(all="ignore"), catch_warnings():
+    """Draw as the page wants it, whatever the user's own matplotlib settings are; they come back afterwards.
+
+    Pages are drawn one after another, whichever threads ask for them.
+    """
+    with _TURN, style.context(STYLE, after_reset=True), np.errstate(all="ignore"), catch_warnings():
         filterwarnings("ignore", "Glyph .* missing")  # it is the browser that draws texts
         try:
             yield

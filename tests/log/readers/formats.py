@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
+from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
@@ -95,7 +96,9 @@ def write_csv(folder, log):
 
 
 def write_parquet(folder, log):
-    pyarrow.parquet.write_table(pa.table(columns_of(log)), folder / "log.parquet", row_group_size=64)
+    pyarrow.parquet.write_table(
+        pa.table(columns_of(log)), folder / "log.parquet", row_group_size=64, write_page_checksum=True
+    )
     return folder / "log.parquet"
 
 
@@ -155,19 +158,20 @@ def messages_of(log, store, ros1=False):
             yield f"/contacts/{foot}", "std_msgs/msg/Bool", stamp, flag
 
 
-def write_messages(path, messages, encoding="cdr"):
+def write_messages(path, messages, encoding="cdr", chunked=True):
     """Write (topic, type, stamp, message) as an MCAP file."""
     ros1 = encoding == "ros1"
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
     with path.open("wb") as file:
-        writer = McapWriter(file)
-        writer.start()
+        writer = McapWriter(file, compression=CompressionType.NONE, use_chunking=chunked, enable_data_crcs=not chunked)
+        writer.start(profile="" if ros1 else "ros2")
         channels = {}
         for topic, kind, stamp, message in messages:
             if topic not in channels:
                 name = kind.replace("/msg/", "/") if ros1 else kind
-                schema = writer.register_schema(name, "ros1msg" if ros1 else "ros2msg", b"")
+                definition, _ = store.generate_msgdef(kind, ros_version=1 if ros1 else 2)
+                schema = writer.register_schema(name, "ros1msg" if ros1 else "ros2msg", definition.encode())
                 channels[topic] = writer.register_channel(topic, encoding, schema)
             writer.add_message(channels[topic], int(stamp), bytes(serialize(message, kind)), int(stamp))
         writer.finish()

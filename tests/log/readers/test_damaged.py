@@ -1,15 +1,21 @@
 """Whatever is wrong with a log, the answer is one line that names the file and says what would be valid."""
 
 import errno
+import os
+import struct
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
 import pytest
 from tests.damaged import BAD_SAMPLING, DAMAGED, main_file
-from tests.log.readers.formats import WRITERS, StubRobot, synthetic_log, write_parquet
+from tests.log.readers.formats import WHOLE, WRITERS, StubRobot, columns_of, synthetic_log, write_npz, write_parquet
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import regularise
+from stribeck.settings import LogTable
 
 
 def check_message(error, path, words):
@@ -72,3 +78,52 @@ def test_a_disk_without_room_is_told_as_such(tmp_path, monkeypatch):
 def test_a_path_that_cannot_be_one_is_refused():
     with pytest.raises(LogError, match="no such file"):
         read_log("a\0b.npz")
+
+
+@pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)
+def test_a_file_that_is_nearly_all_a_hole(writer, tmp_path):
+    path = writer(tmp_path, synthetic_log(20))
+    os.truncate(path, 1 << 40)
+    with pytest.raises(LogError, match=r"is 1\.1e\+12 bytes long, of which \d+ are on the disk; expected a whole file"):
+        read_log(path, StubRobot())
+
+
+def test_a_line_of_names_without_end(tmp_path):
+    (tmp_path / "log.csv").write_bytes(b"time,position.hip" + bytes(1 << 21))
+    with pytest.raises(LogError, match="field larger than"):
+        read_log(tmp_path / "log.csv", StubRobot())
+
+
+@pytest.mark.parametrize("reason", [errno.EACCES, errno.EIO])
+def test_a_file_that_the_system_cannot_give_is_told_as_such(reason, tmp_path, monkeypatch):
+    def refuse(path, *_):
+        raise OSError(reason, os.strerror(reason), str(path))
+
+    path = write_parquet(tmp_path, synthetic_log(20))
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(LogError) as caught:
+        read_log(path, StubRobot())
+    assert str(caught.value) == f"{path}: cannot be read ({os.strerror(reason)}); expected a readable log"
+
+
+def test_a_parquet_page_whose_checksum_is_wrong(tmp_path):
+    log = synthetic_log(60)
+    path = tmp_path / "log.parquet"
+    pa.parquet.write_table(
+        pa.table(columns_of(log)), path, write_page_checksum=True, compression=None, use_dictionary=False
+    )
+    content = bytearray(path.read_bytes())
+    content[content.index(struct.pack("<d", log.position[30, 1])) + 6] ^= 0x10
+    path.write_bytes(content)
+    with pytest.raises(LogError, match="CRC"):
+        read_log(path, StubRobot())
+
+
+def test_an_array_whose_name_is_damaged_in_the_directory(tmp_path):
+    path = write_npz(tmp_path, synthetic_log(20))
+    content = path.read_bytes()
+    place = content.rindex(b"time.npy")
+    path.write_bytes(content[:place] + b"tine" + content[place + 4 :])
+    robot = StubRobot(log_table=LogTable(rate=1000.0))  # which would make up stamps
+    with pytest.raises(LogError, match=r"File name in directory 'tine\.npy' and header b'time\.npy' differ"):
+        read_log(path, robot)

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from stribeck.errors import LogError
-from stribeck.log.clock import BRIDGED
+from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.source import VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
 from stribeck.log.readers.topics import NANO, Stream
@@ -18,6 +18,9 @@ from stribeck.typing import Array
 
 Part = tuple[Stream, int]
 """A stream, and the column of it that holds a joint, a foot or a component."""
+
+SLOWEST = 10.0
+"""Rows for each message that a joint's signal may be interpolated to: beyond it, hardly a row was measured."""
 
 LONGEST = 3.0
 """Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
@@ -37,25 +40,32 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
             f"{path}: holds no messages of type sensor_msgs/JointState, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
+    notes = [
+        f"'{stream.topic}' is left out: {_rate(stream):.4g} Hz cannot follow a robot's motion, at least {RATES[0]:g} "
+        "Hz can."
+        for stream in streams
+        if _too_slow(stream)
+    ]
+    streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
     for channel in ("position", "velocity", "torque"):
         chosen = _asked(joints, channel, table.position.name, table, path)
-        parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path)
+        parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
         chosen = _asked(imus, channel, table.base_orientation.name, table, path)
-        parts[channel] = _by_label([(s, axes) for s in chosen if channel in s.values], channel, path)
+        parts[channel] = _by_label([(s, axes) for s in chosen if channel in s.values], channel, path, notes)
     for channel, kind, axes in (("foot_wrench", "wrench", WRENCH), ("contact", "flag", ("",))):
         chosen = _asked([s for s in streams if s.kind == kind], channel, None, table, path)
         named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
-        parts[channel] = _by_label(named, channel, path)
+        parts[channel] = _by_label(named, channel, path, notes)
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
     return Source(
         path=path,
         channels={"time": Channel(1)}
         | {name: Channel(len(columns), tuple(columns)) for name, columns in parts.items() if columns},
-        load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path),
+        load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes),
         others=(*idle, *others),
         time_unit="ns",
     )
@@ -78,13 +88,16 @@ def _asked(
     return [stream for stream in streams if stream.topic in topics]
 
 
-def _by_label(streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str) -> dict[str, Part]:
+def _by_label(
+    streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str, notes: list[str]
+) -> dict[str, Part]:
     """Return where each label is found; a label of two topics is taken from `joint_states` or refused."""
     offers: dict[str, list[Part]] = {}
     for stream, labels in streams:
         for column, label in enumerate(labels):
             offers.setdefault(label, []).append((stream, column))
-    parts = {}
+    parts: dict[str, Part] = {}
+    lost: dict[tuple[str, int], list[str]] = {}
     for label, found in offers.items():
         topics = list(dict.fromkeys(stream.topic for stream, _ in found))
         usual = [topic for topic in topics if topic.rsplit("/", 1)[-1] == "joint_states"]
@@ -95,10 +108,47 @@ def _by_label(streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, p
             )
         of_topic = [part for part in found if part[0].topic == (usual or topics)[0]]
         parts[label] = max(of_topic, key=lambda part: len(part[0].stamps))
+        left = sum(len(stream.stamps) for stream, _ in of_topic) - len(parts[label][0].stamps)
+        if left:
+            lost.setdefault((parts[label][0].topic, left), []).append(label)
+    notes += [
+        f"{left} messages of '{topic}' list other joints or signals than most: their {channel} of {listed(labels)} is "
+        "left out."
+        for (topic, left), labels in lost.items()
+    ]
     return parts
 
 
-def _load(parts: Mapping[str, list[Part]], table: LogTable, path: str, wanted: Mapping[str, Sequence[int]]) -> Loaded:
+def _rate(stream: Stream) -> float:
+    """Return the rate of a stream's messages [Hz]; 0 for a single one."""
+    steps = np.diff(np.sort(stream.stamps))
+    period = float(np.median(steps)) / NANO if steps.size else np.inf
+    return 1 / period if period > 0 else np.inf
+
+
+def _too_slow(stream: Stream) -> bool:
+    """Return whether what this stream measures, beside the joints, moves faster than it is sent; flags are held."""
+    return stream.kind in ("imu", "wrench") and _rate(stream) < RATES[0]
+
+
+def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
+    rate, of_clock = _rate(stream), _rate(clock)
+    slowest = max(of_clock / SLOWEST, RATES[0])
+    if stream.kind == "joints" and rate < slowest:
+        raise LogError(
+            f"{path}: '{stream.topic}' sends {listed(list(stream.values))} of {listed(stream.labels)} at {rate:.4g} "
+            f"Hz, and '{clock.topic}' sends at {of_clock:.4g} Hz; expected at least {slowest:.4g} Hz, since values "
+            "between messages are made up"
+        )
+
+
+def _load(
+    parts: Mapping[str, list[Part]],
+    table: LogTable,
+    path: str,
+    found: Sequence[str],
+    wanted: Mapping[str, Sequence[int]],
+) -> Loaded:
     """Interpolate the wanted columns to the clock of the joint states, over the time that all of them cover."""
     used = {
         name: [parts[name][i] if i >= 0 else None for i in columns]
@@ -115,7 +165,7 @@ def _load(parts: Mapping[str, list[Part]], table: LogTable, path: str, wanted: M
         topics = listed([stream.topic for stream in streams])
         raise LogError(f"{path}: topics {topics} have no time in common; expected streams of one recording")
     stamps = clock.stamps[rows[0] : rows[-1] + 1]
-    notes = [f"The clock is that of '{clock.topic}'."] if len(streams) > 1 else []
+    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len(streams) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
@@ -123,6 +173,7 @@ def _load(parts: Mapping[str, list[Part]], table: LogTable, path: str, wanted: M
         if stream.recorder_time:
             notes.append(f"'{stream.topic}' has messages without a stamp: the recorder's time is taken.")
         if stream is not clock:
+            _refuse_slow(stream, clock, path)
             on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}

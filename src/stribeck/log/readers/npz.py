@@ -36,6 +36,8 @@ def open_npz(path: Path, table: LogTable) -> Source:
         If it is damaged, holds pickled objects where numbers are wanted, or lacks an array that `[log]` names.
     """
     with foreign(str(path), "NumPy .npz"), zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            archive.open(member).close()  # its own header must name it as the directory does
         members = [name for name in archive.namelist() if name.endswith(".npy")]
         arrays = {name.removesuffix(".npy"): _stored(path, archive, name) for name in members}
         words = {name: _words(arrays[name], name, path) for name in WORDS if name in arrays}

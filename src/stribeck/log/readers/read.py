@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.errors import LogError
+from stribeck.errors import LogError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
@@ -18,7 +18,8 @@ from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
 from stribeck.log.readers.source import Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
-from stribeck.log.storage import allocate
+from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
+from stribeck.outputs import check_name
 from stribeck.settings import LogTable
 from stribeck.typing import Array, TorqueSource
 
@@ -75,7 +76,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     check_table(table, where)
     source = _opener(path)(path, table)
     selection = select(source, table, robot)
-    with foreign(source.path, "a log"):
+    with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
     time, time_notes = _time(source, loaded.arrays, table)
     channels = _channels(source, selection, loaded.arrays, len(time))
@@ -103,6 +104,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
 
 def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     """Return the reader of a file's format, by its suffix."""
+    check_name(path)
     with foreign(str(path), "a log"):
         size = path.stat().st_size if path.exists() else None
         files = sorted(path.iterdir()) if path.is_dir() else [path]
@@ -121,6 +123,11 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
         )
     if size == 0:
         raise LogError(f"{path}: is empty; expected a log")
+    with foreign(str(path), "a log"):
+        path.open("rb").close()
+        stored = stored_bytes(path)
+    if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
+        raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
     return FORMATS[path.suffix.lower()]
 
 

@@ -10,10 +10,13 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from stribeck.log.readers.intact import check_mcap, check_sqlite
 from stribeck.log.readers.join import join
 from stribeck.log.readers.source import Source, foreign
 from stribeck.log.readers.topics import KINDS, collect
 from stribeck.settings import LogTable
+
+CHECKS: dict[str, Callable[[Path], None]] = {".mcap": check_mcap, ".db3": check_sqlite}
 
 
 def open_rosbag(path: Path, table: LogTable) -> Source:
@@ -25,6 +28,9 @@ def open_rosbag(path: Path, table: LogTable) -> Source:
         If it is damaged, or holds no joint states.
     """
     what = "a rosbag2 folder" if path.is_dir() else "a ROS 1 bag"
+    with foreign(str(path), what):
+        for file in _bag_files(path):
+            CHECKS[file.suffix](file)
     with (
         foreign(str(path), what),
         AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader,
@@ -32,6 +38,14 @@ def open_rosbag(path: Path, table: LogTable) -> Source:
         streams = collect(_messages(reader), str(path))
         others = sorted({connection.topic for connection in reader.connections if connection.msgtype not in KINDS})
     return join(str(path), streams, others, table)
+
+
+def _bag_files(path: Path) -> list[Path]:
+    """Return the files of a rosbag2 that can be checked: those of its folder that its metadata names."""
+    if not path.is_dir():
+        return []
+    metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
+    return [file for file in sorted(path.iterdir()) if file.suffix in CHECKS and file.name in metadata]
 
 
 def _messages(reader: AnyReader) -> Iterator[tuple[str, str, int, Any]]:
@@ -53,6 +67,7 @@ def open_mcap(path: Path, table: LogTable) -> Source:
     """
     others: dict[str, None] = {}
     with foreign(str(path), "MCAP"):
+        check_mcap(path)
         streams = collect(_mcap_messages(path, others), str(path))
     return join(str(path), streams, tuple(others), table)
 
@@ -64,7 +79,7 @@ def _mcap_messages(path: Path, others: dict[str, None]) -> Iterator[tuple[str, s
         "ros1": get_typestore(Stores.ROS1_NOETIC).deserialize_ros1,
     }
     with path.open("rb") as file:
-        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+        for schema, channel, message in make_reader(file).iter_messages():
             kind = _kind(schema.name) if schema else ""
             if kind in KINDS and channel.message_encoding in decoders:
                 content = decoders[channel.message_encoding](message.data, kind)

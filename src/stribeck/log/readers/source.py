@@ -13,7 +13,7 @@ To add a format:
 from __future__ import annotations
 
 import errno
-import tempfile
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError, StribeckError
+from stribeck.log.storage import too_large
 
 QUATERNION = ("x", "y", "z", "w")
 VECTOR = ("x", "y", "z")
@@ -30,6 +31,9 @@ JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
 FOOT_CHANNELS = ("contact", "foot_wrench")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
+
+UNREADABLE = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
+"""What a system says of a file that it cannot give, whatever is in it."""
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -88,10 +92,13 @@ def foreign(path: str, what: str) -> Iterator[None]:
     except StribeckError:
         raise
     except MemoryError as error:
-        raise LogError(_too_large(path)) from error
+        raise LogError(too_large(path)) from error
     except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-            raise LogError(_too_large(path)) from error
+            raise LogError(too_large(path)) from error
+        if isinstance(error, OSError) and error.errno in UNREADABLE:
+            place = _one_line(str(error.filename or path))
+            raise LogError(f"{place}: cannot be read ({os.strerror(error.errno)}); expected a readable log") from error
         reason = _one_line(str(error))[:160] or type(error).__name__
         raise LogError(
             f"{path}: cannot be read as {what}; the file is damaged or of another kind ({reason})"
@@ -102,13 +109,6 @@ def listed(names: Sequence[str], most: int = 6) -> str:
     """Return names for a message: quoted, and not more than `most` of them."""
     shown = ", ".join(f"'{_one_line(name)[:80]}'" for name in names[:most])
     return (shown + (f" and {len(names) - most} more" if len(names) > most else "")) or "nothing"
-
-
-def _too_large(path: str) -> str:
-    return (
-        f"{path}: is too large for this machine's memory and the folder of temporary files, {tempfile.gettempdir()}; "
-        "expected room in one of them (TMPDIR can name a folder on a larger disk)"
-    )
 
 
 def _one_line(text: str) -> str:

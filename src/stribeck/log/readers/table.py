@@ -22,6 +22,7 @@ from stribeck.settings import LogTable
 Batches = Callable[[list[str]], Iterator[pa.RecordBatch]]
 CSV_BLOCK = 1 << 23  # bytes parsed at once
 PARQUET_BUFFER = 1 << 18  # bytes read ahead of each column
+LONGEST_HEADER = 1 << 20  # bytes; the names of ten thousand columns
 SEPARATORS = ",;\t"
 
 
@@ -38,7 +39,9 @@ def open_parquet(path: Path, table: LogTable) -> Source:
         # Without prefetching and with small buffers, a file that is one row group does not enter memory whole.
         with (
             foreign(str(path), "Parquet"),
-            pyarrow.parquet.ParquetFile(path, pre_buffer=False, buffer_size=PARQUET_BUFFER) as file,
+            pyarrow.parquet.ParquetFile(
+                path, pre_buffer=False, buffer_size=PARQUET_BUFFER, page_checksum_verification=True
+            ) as file,
         ):
             yield from file.iter_batches(BLOCK_ROWS, columns=columns)
 
@@ -57,7 +60,7 @@ def open_csv(path: Path, table: LogTable) -> Source:
         As `open_parquet`.
     """
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        header = file.readline().decode("utf-8-sig").strip()
+        header = file.readline(LONGEST_HEADER).decode("utf-8-sig").strip()
         rows = sum(block.count(b"\n") for block in iter(partial(file.read, CSV_BLOCK), b"")) + 1
         separator = max(SEPARATORS, key=header.count)
         cells = csv.reader([header.removeprefix("#")], delimiter=separator, skipinitialspace=True)

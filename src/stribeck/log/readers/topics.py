@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -61,11 +62,16 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
     Raises
     ------
     LogError
-        If a message has more or fewer values than names.
+        If a message has more or fewer values than names, or a name twice.
     """
     growing: dict[tuple[str, str, tuple[str, ...], tuple[str, ...]], _Growing] = {}
+    orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
     for topic, kind, recorded, message in messages:
         labels, values = _content(KINDS[kind], message, topic, path)
+        order = orders.setdefault((topic, frozenset(labels)), labels)
+        if order != labels:  # the names of a message say which value is which, whatever their order in the one before
+            places = [labels.index(label) for label in order]
+            labels, values = order, {channel: np.asarray(numbers)[places] for channel, numbers in values.items()}
         stream = growing.setdefault((topic, KINDS[kind], labels, tuple(values)), _Growing())
         stamp = message.header.stamp if hasattr(message, "header") else None
         stream.stamps.append(stamp.sec * NANO + stamp.nanosec if stamp else 0)
@@ -90,6 +96,9 @@ def _content(kind: str, message: Any, topic: str, path: str) -> tuple[tuple[str,
         names = tuple(message.name)
         values = {"position": message.position, "velocity": message.velocity, "torque": message.effort}
         values = {channel: numbers for channel, numbers in values.items() if len(numbers)}
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise LogError(f"{path}: a message of topic '{topic}' names joint '{twice[0]}' twice; expected each once")
         uneven = [channel for channel, numbers in values.items() if len(numbers) != len(names)]
         if uneven:
             raise LogError(

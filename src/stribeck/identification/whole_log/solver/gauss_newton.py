@@ -78,6 +78,7 @@ def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[n
 def _steps(gradient: Array, hessian: Array, free: NDArray[np.bool_], damping: Array) -> Array:
     """Return damped Newton steps of the free coordinates, shape (b, m); rows are scaled, their units may differ."""
     diagonal = np.arange(hessian.shape[1])
+    free = free & (hessian[:, diagonal, diagonal] > 0)  # by rounding, where no sample speaks of a coordinate, less
     scale = np.where(free, 1 / np.sqrt(np.where(free, hessian[:, diagonal, diagonal], 1.0)), 0.0)
     matrix = hessian * scale[:, :, None] * scale[:, None]
     matrix[:, diagonal, diagonal] = 1 + damping[:, None]

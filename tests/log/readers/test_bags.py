@@ -1,0 +1,171 @@
+"""Bags that are not whole, or whose messages differ from one another, are refused or read as they were meant."""
+
+import dataclasses
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_typestore
+from tests.damaged import main_file
+from tests.log.readers.formats import (
+    JOINTS,
+    StubRobot,
+    messages_of,
+    synthetic_log,
+    write_mcap,
+    write_messages,
+    write_rosbag2,
+    write_rosbag2_of_mcap,
+)
+
+from stribeck.errors import LogError
+from stribeck.log.readers import read_log
+from stribeck.log.sampling import regularise
+from stribeck.settings import LogTable
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+LOG = synthetic_log(60)
+
+
+def states(log, change):
+    """The messages of a log; `change(k, message)` changes the k-th joint state, or returns another topic for it."""
+    rows = 0
+    for topic, kind, stamp, message in messages_of(log, STORE):
+        if topic == "/joint_states":
+            topic = change(rows, message) or topic
+            rows += 1
+        yield topic, kind, stamp, message
+
+
+def reorder(message, places):
+    message.name = [message.name[place] for place in places]
+    for channel in ("position", "velocity", "effort"):
+        setattr(message, channel, getattr(message, channel)[places])
+
+
+def test_joints_whose_order_changes_are_taken_by_name(tmp_path):
+    def permuted(row, message):
+        if row % 3 == 0:
+            reorder(message, [2, 0, 1])
+
+    read = read_log(write_messages(tmp_path / "log.mcap", states(LOG, permuted)), StubRobot())
+    np.testing.assert_allclose(read.time, LOG.time, atol=1e-9)
+    np.testing.assert_allclose(read.position, LOG.position, atol=1e-12)
+    np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-12)
+
+
+def test_messages_that_lack_a_joint_are_told_of(tmp_path):
+    def shorter(row, message):
+        if row % 4 == 0:
+            reorder(message, [0, 1])
+
+    read = read_log(write_messages(tmp_path / "log.mcap", states(LOG, shorter)), StubRobot())
+    assert len(read.time) < 60
+    assert any("15 messages of '/joint_states' list other joints" in note and "'hip'" in note for note in read.notes)
+
+
+def test_a_joint_that_a_message_names_twice(tmp_path):
+    def doubled(_, message):
+        message.name = [JOINTS[0], JOINTS[1], JOINTS[0]]
+
+    with pytest.raises(LogError, match="'/joint_states' names joint 'hip' twice"):
+        read_log(write_messages(tmp_path / "log.mcap", states(LOG, doubled)), StubRobot())
+
+
+@pytest.mark.parametrize(("every", "refused"), [(250, True), (25, True), (5, False)])
+def test_torques_that_come_far_too_seldom(every, refused, tmp_path):
+    log = synthetic_log(501)
+    types = STORE.types["sensor_msgs/msg/JointState"]
+    sent = []
+    for row, message in enumerate(m for m in messages_of(log, STORE) if m[0] == "/joint_states"):
+        topic, kind, stamp, state = message
+        if row % every == 0:
+            rare = types(
+                header=state.header, name=state.name, position=np.zeros(0), velocity=np.zeros(0), effort=state.effort
+            )
+            sent.append(("/efforts", kind, stamp, rare))
+        state.effort = np.zeros(0)
+        sent.append((topic, kind, stamp, state))
+    path = write_messages(tmp_path / "log.mcap", sent)
+    if not refused:
+        assert len(read_log(path, StubRobot()).time) == 501
+        return
+    with pytest.raises(LogError, match=rf"'/efforts' sends 'torque' .* at {500 / every:g} Hz, .* 500 Hz; expected at"):
+        read_log(path, StubRobot())
+
+
+def test_an_imu_that_cannot_follow_is_left_out(tmp_path):
+    sent = [m for row, m in enumerate(messages_of(synthetic_log(301), STORE)) if m[0] != "/imu" or row // 6 % 100 == 0]
+    read = read_log(write_messages(tmp_path / "log.mcap", sent), StubRobot())
+    assert len(read.time) == 301
+    assert read.base_orientation is None
+    assert any("'/imu' is left out: 5 Hz" in note for note in read.notes)
+
+
+def flip(path: Path, value: float) -> None:
+    """Change one digit of a number that is written somewhere in a file."""
+    content = bytearray(path.read_bytes())
+    content[content.index(struct.pack("<d", value)) + 6] ^= 0x10
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("inside", [False, True], ids=["alone", "in a rosbag2"])
+@pytest.mark.parametrize("chunked", [True, False], ids=["in chunks", "not in chunks"])
+def test_an_mcap_with_another_number_than_was_written(inside, chunked, tmp_path):
+    path = folder = write_rosbag2_of_mcap(tmp_path, LOG)
+    file = write_messages(main_file(path), messages_of(LOG, STORE), chunked=chunked)
+    if not inside:
+        path = file.rename(tmp_path / "log.mcap")
+    np.testing.assert_allclose(read_log(path, StubRobot()).position, LOG.position, atol=1e-12)
+    flip(path if path.is_file() else main_file(folder), LOG.position[30, 1])
+    with pytest.raises(LogError, match=r"(?i)crc|checksum"):
+        read_log(path, StubRobot())
+
+
+def test_an_mcap_with_a_damaged_index(tmp_path):
+    path = write_mcap(tmp_path, LOG)
+    content = bytearray(path.read_bytes())
+    start = int.from_bytes(content[-28:-20], "little")
+    content[start + 30] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(LogError, match="checksum of its summary"):
+        read_log(path, StubRobot())
+
+
+@pytest.mark.parametrize("lost", [1, 100, 2000, 4096])
+def test_a_database_cut_in_its_last_page(lost, tmp_path):
+    path = write_rosbag2(tmp_path, synthetic_log(190))
+    file = main_file(path)
+    size = file.stat().st_size
+    file.write_bytes(file.read_bytes()[:-lost])
+    with pytest.raises(LogError, match=f"db3 ends after {size - lost} of {size} bytes"):
+        read_log(path, StubRobot())
+
+
+def test_a_database_whose_pages_do_not_fit_together(tmp_path):
+    path = write_rosbag2(tmp_path, synthetic_log(190))
+    file = main_file(path)
+    content = bytearray(file.read_bytes())
+    middle = len(content) // 8192 * 4096
+    content[middle : middle + 4096] = content[middle + 4096 : middle + 8192]
+    file.write_bytes(content)
+    with pytest.raises(LogError, match="cannot be read as a rosbag2 folder"):
+        read_log(path, StubRobot())
+
+
+def test_a_bag_that_was_not_closed(tmp_path):
+    path = write_rosbag2(tmp_path, LOG)
+    main_file(path).with_name(main_file(path).name + "-wal").write_bytes(b"messages")
+    with pytest.raises(LogError, match=r"db3-wal: holds messages that were never merged"):
+        read_log(path, StubRobot())
+
+
+@pytest.mark.parametrize("row", [1, 30, 59])
+def test_a_stamp_that_jumps(row):
+    time = LOG.time.copy()
+    time[row:] += 1e15
+    with pytest.raises(
+        LogError, match=rf"time jumps by 1e\+15 s after row {row - 1}, from .* s; expected the stamps of"
+    ):
+        regularise(dataclasses.replace(LOG, time=time), LogTable())

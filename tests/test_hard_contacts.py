@@ -1,0 +1,61 @@
+"""Contacts that leave nothing to work with end in one sentence, whatever reads them."""
+
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.humanoid import stepping_log, talos
+
+from stribeck import Robot, RobotLog, Settings, identify, inspect_log
+from stribeck.errors import LogError, NothingIdentifiedError, RobotFileError
+from stribeck.settings import FilterSettings
+
+ROWS = np.arange(2000)
+
+
+@pytest.fixture(scope="module")
+def humanoid(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, RobotLog]:
+    robot = talos(tmp_path_factory.mktemp("talos"))
+    return robot, stepping_log(robot, len(ROWS))
+
+
+def every(rows: int) -> np.ndarray:
+    return (ROWS // rows)[:, None] % 2 == np.arange(2)
+
+
+CONTACTS = {
+    "both feet always stand": np.ones((len(ROWS), 2), dtype=bool),
+    "contacts at random": np.random.default_rng(0).random((len(ROWS), 2)) > 0.5,
+    "another foot each row": every(1),
+    "another foot each 20 rows": every(20),
+    "another foot each 60 rows": every(60),
+    "a foot stands for two rows": np.stack([(ROWS > 1000) & (ROWS < 1003), ROWS < 0], axis=1),
+}
+FILTERS = {"auto": FilterSettings(), "window": FilterSettings(kind="savitzky-golay", window=15)}
+
+
+@pytest.mark.parametrize("missing", [False, True], ids=["", "every 97th position missing"])
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+@pytest.mark.parametrize("kind", FILTERS.values(), ids=FILTERS)
+@pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
+def test_contacts_that_leave_nothing(
+    contact: np.ndarray, kind: FilterSettings, method: str, missing: bool, humanoid: tuple[Robot, RobotLog]
+) -> None:
+    robot, log = humanoid
+    position = log.position.copy()
+    position[:: 97 if missing else len(ROWS)] = np.nan
+    hard, settings = replace(log, contact=contact, position=position), Settings(filter=kind, method=method)
+    with pytest.raises((LogError, NothingIdentifiedError)) as refused:
+        identify(hard, robot, settings, force=True)
+    assert "\n" not in str(refused.value)
+    with suppress(LogError):  # that no filter can be chosen
+        inspect_log(hard, robot, settings)
+
+
+def test_a_robot_no_torque_of_which_is_measured(humanoid: tuple[Robot, RobotLog]) -> None:
+    robot, log = humanoid
+    held = replace(robot, position_controlled=robot.joint_names)
+    for use in (inspect_log, identify):
+        with pytest.raises(RobotFileError, match="position_controlled names every joint; expected one whose"):
+            use(log, held)

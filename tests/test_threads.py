@@ -1,0 +1,86 @@
+"""Threads that work at once find and draw what each would alone, and leave the process as it was."""
+
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from threading import Barrier
+
+import matplotlib as mpl
+import pytest
+import threadpoolctl
+from tests.arm import arm_log, write_arm
+
+from stribeck import Result, Robot, identify, inspect_log, write_report
+from stribeck.log import RobotLog
+from stribeck.report.inspection import write_inspection
+from stribeck.threads import one_blas_thread
+
+TIMES = 4
+"""That each thread does its work."""
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, list[RobotLog], list[Result]]:
+    robot = Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
+    logs = [arm_log(robot, duration=8, seed=seed) for seed in (1, 2)]
+    return robot, logs, [identify(log, robot, method="curve-fit") for log in logs]
+
+
+def process_state() -> tuple[object, ...]:
+    threads = [library["num_threads"] for library in threadpoolctl.threadpool_info() if library["user_api"] == "blas"]
+    return dict(mpl.rcParams), threads, list(warnings.filters)
+
+
+def test_reports_of_two_threads(arm: tuple[Robot, list[RobotLog], list[Result]], tmp_path: Path) -> None:
+    robot, logs, results = arm
+    alone = []
+    for k, result in enumerate(results):
+        write_report(result, tmp_path / f"alone-{k}.html")
+        write_inspection(inspect_log(logs[k], robot), tmp_path / f"page-{k}.html")
+        alone.append([(tmp_path / f"{name}-{k}.html").read_bytes() for name in ("alone", "page")])
+    before, start = process_state(), Barrier(2)
+
+    def draw(k: int) -> None:
+        start.wait()
+        for turn in range(TIMES):
+            write_report(results[k], tmp_path / f"report-{k}-{turn}.html")
+            write_inspection(inspect_log(logs[k], robot), tmp_path / f"page-{k}-{turn}.html")
+
+    with ThreadPoolExecutor(2) as threads:
+        list(threads.map(draw, range(2)))
+    for k, expected in enumerate(alone):
+        for turn in range(TIMES):
+            drawn = [(tmp_path / f"{name}-{k}-{turn}.html").read_bytes() for name in ("report", "page")]
+            assert drawn == expected, (k, turn)
+    assert process_state() == before
+
+
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+def test_results_of_two_threads(method: str, arm: tuple[Robot, list[RobotLog], list[Result]], tmp_path: Path) -> None:
+    robot, logs, _ = arm
+    alone = [identify(log, robot, method=method).to_json() for log in logs]
+    before, start = process_state(), Barrier(2)
+
+    def find(k: int) -> list[str]:
+        start.wait()
+        found = []
+        for turn in range(2):
+            found.append(identify(logs[k], robot, method=method, table=tmp_path / f"{k}-{turn}.parquet").to_json())
+        return found
+
+    with ThreadPoolExecutor(2) as threads:
+        for k, found in enumerate(threads.map(find, range(2))):
+            assert found == [alone[k]] * 2
+    assert process_state() == before
+
+
+def test_the_limit_of_blas_ends_with_the_last_thread_that_needs_it() -> None:
+    with threadpoolctl.threadpool_limits(2, user_api="blas"):
+        before = process_state()[1]
+        first, second = one_blas_thread(), one_blas_thread()
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert set(process_state()[1]) == {1}
+        second.__exit__(None, None, None)
+        assert process_state()[1] == before == [2] * len(before)
