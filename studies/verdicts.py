@@ -1,6 +1,6 @@
-"""Whether verdicts tell what is wrong: on straight walks, whose friction is known, and between logs of real robots.
+"""Whether verdicts tell what is wrong, on straight walks, whose friction is known.
 
-    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.verdicts --save studies/verdicts.json
+    python -m studies.verdicts --save studies/verdicts.json
 
 The straight walks of `studies.accuracy`, about 45 s each, with its noise and wrong models: too little for some of the
 six parameters of some joints. What is over 25 % wrong, a parameter or a joint's friction curve, should be called weak
@@ -9,9 +9,6 @@ that is larger, as their verdicts are; that of a curve is the root mean square o
 Printed for the verdicts as they are, and for half widths of the 95 % interval, relative to the value, from which all
 could be called weak; `WIDEST` in `identification/judgement/curve.py` was chosen from this.
 
-Of real robots, every two logs, or halves of the only one, are compared where both fits moved a joint: whether the 95 %
-intervals of its friction are disjoint at the slowest or the fastest speed that both have.
-
 Runs that the file holds already are not repeated: move it away when the estimator has changed.
 """
 
@@ -19,20 +16,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import runpy
-import tempfile
 from collections.abc import Iterable, Iterator
-from itertools import combinations
 from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
 
-from stribeck import NothingIdentifiedError, Robot, Settings, identify, read_log
+from stribeck import Settings, identify
 from stribeck.friction import get_law
 from stribeck.identification.judgement.curve import relative_width
-from stribeck.log import RobotLog
 from stribeck.result import JointResult
 from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, exact_walks, measured, wrong_model
@@ -49,11 +41,6 @@ HEAD = (
     "| of | method | weak from | over 25 % wrong | flagged | within 10 % | called weak |\n"
     "|---|---|---:|---:|---:|---:|---:|"
 )
-REAL = ("tx40", "kinova-gen3", "go2", "double-pendulum")
-REAL_HEAD = (
-    "| robot | method | fits of moving joints | identified | pairs | disjoint | both identified | disjoint |\n"
-    "|---|---|---:|---:|---:|---:|---:|---:|"
-)
 DIGITS = 4
 
 
@@ -69,17 +56,6 @@ class Said(TypedDict):
     error: float
     width: float
     weak: bool
-
-
-class Real(TypedDict):
-    """Of a robot: fits of joints that move, those identified, pairs of them, and how many of these are disjoint."""
-
-    robot: str
-    method: str
-    fits: int
-    identified: int
-    pairs: tuple[int, int]
-    both_identified: tuple[int, int]
 
 
 def said_of(method: str, robot: str, case: str, seed: int, walk: Simulated) -> list[Said]:
@@ -152,74 +128,6 @@ def table(said: list[Said]) -> list[str]:
     return lines
 
 
-def real_logs(data: Path) -> Iterator[Real]:
-    """Yield what both methods say of the logs of each real robot."""
-    convert = runpy.run_path(str(Path(__file__).parents[1] / "examples/real_robots/convert.py"))["convert"]
-    with tempfile.TemporaryDirectory() as scratch:
-        for name in REAL:
-            folder = convert(name, data, Path(scratch))
-            robot = Robot.from_file(folder / "robot.toml")
-            logs = _parts([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
-            for method, update in METHODS.items():
-                settings = robot.settings.model_copy(update={"method": method, "holdout": 5, **update})
-                yield _compared(robot, method, [_moving(log, robot, settings) for log in logs])
-
-
-def _parts(logs: list[RobotLog]) -> list[RobotLog]:
-    """Return the logs, or the halves of the only one."""
-    middle = len(logs[0].time) // 2
-    return logs if len(logs) > 1 else [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
-
-
-def _moving(log: RobotLog, robot: Robot, settings: Settings) -> dict[str, JointResult]:
-    try:
-        joints = identify(log, robot, settings).joints
-    except NothingIdentifiedError:
-        return {}
-    return {name: joint for name, joint in joints.items() if joint.curve}
-
-
-def _compared(robot: Robot, method: str, fits: list[dict[str, JointResult]]) -> Real:
-    pairs = [
-        (a[name], b[name]) for a, b in combinations(fits, 2) for name in robot.joint_names if name in a and name in b
-    ]
-    both = [pair for pair in pairs if all(joint.verdict == "identified" for joint in pair)]
-    all_fits = [joint for fit in fits for joint in fit.values()]
-    return Real(
-        robot=robot.name,
-        method=method,
-        fits=len(all_fits),
-        identified=sum(joint.verdict == "identified" for joint in all_fits),
-        pairs=(len(pairs), sum(disjoint(*pair) for pair in pairs)),
-        both_identified=(len(both), sum(disjoint(*pair) for pair in both)),
-    )
-
-
-def disjoint(a: JointResult, b: JointResult) -> bool:
-    """Return whether the intervals of two curves are disjoint at the slowest or the fastest speed of both."""
-    ends = [max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)]
-    (first, half), (second, other) = (_at(joint, ends) for joint in (a, b))
-    return bool(np.any(np.abs(first - second) > half + other))
-
-
-def _at(joint: JointResult, speeds: list[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return friction and half of its interval at some speeds, between those of the curve."""
-    there = [point.velocity for point in joint.curve]
-    return (
-        np.interp(speeds, there, [point.value for point in joint.curve]),
-        np.interp(speeds, there, [point.half_width for point in joint.curve]),
-    )
-
-
-def real_table(real: list[Real]) -> list[str]:
-    """Return the rows of real robots."""
-    return [
-        f"| {one['robot']} | {one['method']} | {one['fits']} | {one['identified']} | "
-        f"{' | '.join(str(count) for count in (*one['pairs'], *one['both_identified']))} |"
-        for one in real
-    ]
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=SEEDS)
@@ -227,21 +135,14 @@ def main() -> None:
     parser.add_argument("--save", type=Path, help="JSON that is read at first, and written after every run")
     arguments = parser.parse_args()
     said: list[Said] = []
-    real: list[Real] = []
     if arguments.save and arguments.save.exists():
-        kept = json.loads(arguments.save.read_text(encoding="utf-8"))
-        said, real = kept["parameters"], kept["real"]
+        said = json.loads(arguments.save.read_text(encoding="utf-8"))["parameters"]
 
     def save() -> None:
         if arguments.save:
-            rows = [",\n".join(json.dumps(each) for each in some) for some in (said, real)]
-            text = f'{{"parameters": [\n{rows[0]}\n],\n"real": [\n{rows[1]}\n]}}\n'
-            arguments.save.write_text(text, encoding="utf-8")
+            rows = ",\n".join(json.dumps(each) for each in said)
+            arguments.save.write_text(f'{{"parameters": [\n{rows}\n]}}\n', encoding="utf-8")
 
-    data = os.environ.get("STRIBECK_REAL_LOGS")
-    if data and not real:
-        real += real_logs(Path(data))
-        save()
     done = {(each["method"], each["robot"], each["case"], each["seed"]) for each in said}
     for robot in arguments.robots:
         runs = [(method, robot, case, seed) for case in NOISY for seed in range(arguments.seeds) for method in METHODS]
@@ -253,7 +154,7 @@ def main() -> None:
                 said += (found := said_of(*run, walk))
                 print(*run, flagged(found), flush=True)
                 save()
-    print(HEAD, *table(said), "", REAL_HEAD, *real_table(real), sep="\n")
+    print(HEAD, *table(said), sep="\n")
     for each in said:
         if each["error"] > WRONG and not each["weak"]:
             print("not flagged:", *each.values())

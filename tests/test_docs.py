@@ -20,8 +20,10 @@ from rosbags.typesys import Stores, get_typestore
 from studies import (
     accuracy_cases,
     accuracy_table,
+    across_logs,
     beyond_cases,
     beyond_the_laws,
+    compensation,
     least_error,
     lies,
     replayed,
@@ -290,9 +292,8 @@ def test_the_replayed_logs_shown_are_the_studys() -> None:
 
 
 def test_the_verdicts_shown_are_the_studys() -> None:
-    kept = json.loads((ROOT / "studies/verdicts.json").read_text())
-    said, real = kept["parameters"], kept["real"]
-    for row in [*verdicts.table(said), *verdicts.real_table(real)]:
+    said = json.loads((ROOT / "studies/verdicts.json").read_text())["parameters"]
+    for row in verdicts.table(said):
         assert row in PAGES["docs/verdicts.md"]
     of_whole_log = [each for each in said if each["method"] == "whole-log"]
     wrong, found, right, alarms = verdicts.flagged(of_whole_log)
@@ -300,6 +301,11 @@ def test_the_verdicts_shown_are_the_studys() -> None:
     assert alarms < 0.25 * right
     for each in of_whole_log:
         assert each["weak"] or each["width"] <= WIDEST
+
+
+def test_what_holds_across_logs_is_the_studys() -> None:
+    for one in json.loads((ROOT / "studies/across_logs.json").read_text())["robots"]:
+        assert across_logs.row_of(one) in PAGES["docs/verdicts.md"]
 
 
 def test_the_least_errors_shown_are_the_studys() -> None:
@@ -336,6 +342,12 @@ def test_the_lies_shown_are_the_studys() -> None:
     assert sum(row["named"] for row in study["lies"]) > 0.9 * len(study["lies"])
     assert not any(found for each in study["clean"].values() for found, _ in each.values())
     assert not any(row["wrong"] for row in study["lies"])
+
+
+def test_the_compensation_shown_is_the_studys_and_as_good_as_the_truth() -> None:
+    found = json.loads((ROOT / "studies/compensation.json").read_text())
+    assert compensation.table(found) in PAGES["docs/export.md"]
+    assert all(compensation.gain_of(found, task) > 0.75 for task in compensation.TASKS[:2])
 
 
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:

@@ -82,7 +82,7 @@ def test_tx40_by_default_gives_the_published_friction(converted):
 
 
 @pytest.mark.parametrize(
-    ("name", "share"), [("tx40", 5 / 6), ("kinova-gen3", 4 / 7), ("go2", 1.0), ("double-pendulum", 1.0)]
+    ("name", "share"), [("tx40", 5 / 6), ("kinova-gen3", 6 / 7), ("go2", 1.0), ("double-pendulum", 1.0)]
 )
 def test_most_joints_are_identified_by_default(converted, name, share):
     joints = identify(*opened(converted(name))).joints.values()

@@ -134,6 +134,7 @@ class Priors(Table):
     wrench_gain: Positive = 0.02  # [1] of foot wrench sensors
     rotor: Positive = 1.0  # [kg m^2] where the model has none; wider than any joint's, as nothing is known
     rotor_share: Positive = 0.2  # [1] of a rotor inertia that the model has: data sheets and gears are that wrong
+    log_offset: Positive = 0.1  # [1] of offsets in one log against those in all, over torques that move the joints
     friction: Positive = 100.0  # [1] sizes of friction over the joint's torque: as good as no prior
     scale: Positive = 1.0  # [1] logarithms of Stribeck velocity and slope around their starts: a factor of three
     pure_number: Positive = 1.0  # [1] parameters without a unit, such as the Stribeck gain

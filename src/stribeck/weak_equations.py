@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import helmert
 
 from stribeck.typing import Array
 
@@ -37,6 +39,9 @@ class Corrections:
         Which of the n joints and couplings have a rotor whose inertia is corrected [kg m^2].
     armature
         Inertia that the model has for each of these [kg m^2], shape (rotors,).
+    log_offsets
+        Number of contrasts between logs, one fewer than these, and of joints whose offsets differ from log to log by
+        them [N m]; (0, 0) if offsets do not.
     """
 
     bodies: tuple[str, ...] = ()
@@ -48,12 +53,22 @@ class Corrections:
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
     armature: Array = field(default_factory=lambda: np.zeros(0))
+    log_offsets: tuple[int, int] = (0, 0)
+
+    def offsets_of_logs(self, contrasts: Array) -> Array:
+        """Return by how much each log's offsets exceed the means [N m], shape (logs, joints), from their contrasts."""
+        return np.asarray(contrasts_of_logs(self.log_offsets[0] + 1).T @ contrasts.reshape(self.log_offsets))
 
     @property
     def size(self) -> int:
         """Number of columns."""
         sensors = self.gains + self.zeros + self.tilts + self.delays + WRENCH_SIZE * self.wrenches
-        return self.inertial_parameters.size + sensors + len(self.rotors)
+        return self.inertial_parameters.size + sensors + len(self.rotors) + math.prod(self.log_offsets)
+
+
+def contrasts_of_logs(logs: int) -> Array:
+    """Return orthonormal rows, shape (logs - 1, logs), that add up to zero: deviations of logs from their mean."""
+    return np.asarray(helmert(logs))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -104,7 +104,9 @@ def test_sdf_and_a_broken_result_are_refused(tmp_path: Path, capsys: pytest.Capt
     robot, _ = robot_of("cassie", tmp_path)
     (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
     arguments = ("export", tmp_path / "result.json", "-r", tmp_path / "robot.toml", "--to", "urdf", "-o")
-    assert "cassie_v2.sdf: is SDF" in refused(capsys, *arguments, tmp_path / "new.urdf")
+    sentence = refused(capsys, *arguments, tmp_path / "new.urdf")
+    assert "cassie_v2.sdf: is SDF" in sentence
+    assert "export to sdf, " in sentence
     (tmp_path / "result.json").write_text(json.dumps({"schema": 99}))
     assert "schema" in refused(capsys, *arguments, tmp_path / "new.urdf")
 

@@ -21,7 +21,7 @@ from stribeck_simulation.robots.toro import ROBOT_FILE
 STEP = 2e-4
 """Of simulations [s]."""
 
-ROBOTS = ["toro", "arm", "biped", "quadruped", "talos", "g1", "go2", "panda", "kinova", "ur5"]
+ROBOTS = ["toro", "arm", "biped", "quadruped", "talos", "g1", "go2", "panda", "kinova", "ur5", "cassie"]
 
 
 def robot_of(name: str, folder: Path) -> tuple[Robot, str]:
@@ -37,7 +37,7 @@ def robot_of(name: str, folder: Path) -> tuple[Robot, str]:
         if name == "g1":
             text += "locked = { waist_roll_joint = 0.1, left_wrist_roll_joint = -0.4 }\n"
     path.write_text(text)
-    return Robot.from_file(path), "mjcf" if name == "toro" else "urdf"
+    return Robot.from_file(path), {"toro": "mjcf", "cassie": "sdf"}.get(name, "urdf")
 
 
 def read_again(robot: Robot, model: Path) -> Robot:

@@ -35,7 +35,21 @@ SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
-FORMATS = ("mjcf", "urdf", "c", "python", "yaml", "table")
+FORMATS = (
+    "mjcf",
+    "urdf",
+    "sdf",
+    "drake",
+    "c",
+    "python",
+    "yaml",
+    "table",
+    "isaaclab",
+    "physx",
+    "newton",
+    "genesis",
+    "pinocchio",
+)
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"

@@ -59,6 +59,11 @@ TRIM_LANDED = 0.07
 TRIM_END = 0.02
 """Time left out before a contact change [s], chosen by judgement."""
 
+# Logs
+
+MOST_LOG_OFFSETS = 400
+"""Logs but one, times joints, above which offsets are the same in all logs [1], to save time. Chosen by judgement."""
+
 # Derivatives
 
 POLYNOMIAL = 4

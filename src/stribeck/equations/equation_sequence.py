@@ -3,25 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stribeck.equations.build import WeakForm
+from stribeck.equations.constants import MOST_LOG_OFFSETS
+from stribeck.equations.log_offsets import with_log_offsets
 from stribeck.equations.segments import Segment
-from stribeck.weak_equations import WeakEquations
+from stribeck.weak_equations import Corrections, WeakEquations
 
 
 @dataclass(frozen=True, eq=False)
 class EquationSequence(Sequence[WeakEquations]):
-    """The equations of several logs' segments with their gait phases, computed when they are asked for."""
+    """The equations of several logs' segments with their gait phases, computed when they are asked for.
 
-    parts: tuple[tuple[WeakForm, Segment, int], ...]
+    Attributes
+    ----------
+    forms
+        Weak form of each log.
+    parts
+        Number of the log, segment, and gait phase of each part.
+    """
+
+    forms: tuple[WeakForm, ...]
+    parts: tuple[tuple[int, Segment, int], ...]
 
     def __len__(self) -> int:
         return len(self.parts)
 
     def __getitem__(self, k: int) -> WeakEquations:  # type: ignore[override]
-        form, segment, gait = self.parts[k]
-        return form.equations(segment, gait)
+        log, segment, gait = self.parts[k]
+        return with_log_offsets(self.forms[log].equations(segment, gait), log, self.corrections.log_offsets)
+
+    @property
+    def corrections(self) -> Corrections:
+        """Those of every log, and contrasts of the offsets where there are several logs, but not many."""
+        contrasts, joints = len(self.forms) - 1, len(self.forms[0].joints)
+        few = 0 < contrasts * joints <= MOST_LOG_OFFSETS
+        return replace(self.forms[0].corrections, log_offsets=(contrasts, joints) if few else (0, 0))
 
     @property
     def feet(self) -> tuple[tuple[str, ...], ...]:
@@ -42,5 +60,5 @@ def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
         for segment in form.segments:
             steps = segment.begins is not None or segment.ends is not None
             gait = gaits.setdefault((number, segment.feet), len(gaits)) if steps else -1
-            parts.append((form, segment, gait))
-    return EquationSequence(tuple(parts))
+            parts.append((number, segment, gait))
+    return EquationSequence(tuple(forms), tuple(parts))

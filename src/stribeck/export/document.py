@@ -72,6 +72,15 @@ def set_numbers(element: Element, **attributes: float | Array) -> None:
         element.setAttribute(name, " ".join(map(repr, numbers)))
 
 
+def set_text(element: Element, *values: float | str) -> None:
+    """Let an element hold a text: words as they are, and numbers with all their digits."""
+    document = element.ownerDocument
+    assert document is not None
+    while element.firstChild is not None:
+        element.removeChild(element.firstChild)
+    element.appendChild(document.createTextNode(" ".join(map(str, values))))
+
+
 def moved(path: str, source: Path, target: Path) -> str:
     """Return a path that leads from the folder `target` to where it led from the folder `source`."""
     if Path(path).is_absolute() or source.resolve() == target.resolve():

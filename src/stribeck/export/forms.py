@@ -23,6 +23,9 @@ from stribeck.typing import Array
 SPEEDS, POSITIONS = 40, 64
 """Speeds in each direction up to the top speed, and positions of the log, that friction is compared at [1]."""
 
+SLOWEST, SLOW_SPEEDS = 1e-3, 100
+"""Slowest speed over the top speed [1], and speeds in each direction [1], that the torque at rest is sought at."""
+
 GOLDEN = 0.5 * (5**0.5 - 1)
 """Multiples of it, less whole numbers, fill a range evenly, however often a ripple repeats in it (Weyl 1916)."""
 
@@ -52,6 +55,10 @@ class Form:
     of_law: frozenset[str]
 
 
+def _viscous(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
+    return velocity[:, None]
+
+
 def _plain(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
     return np.column_stack([np.sign(velocity), velocity])
 
@@ -63,6 +70,11 @@ def _stribeck(velocity: Array, load: Array, found: Mapping[str, float]) -> Array
 
 def _loaded(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
     return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * np.abs(load)])
+
+
+def viscous(**words: str) -> Form:
+    """Return the form Fv v."""
+    return Form(words, ("viscous",), _viscous, frozenset({"viscous"}))
 
 
 def plain(**words: str) -> Form:
@@ -115,7 +127,7 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
         If the friction is not finite there.
     """
     found = {name: parameter.value for name, parameter in joint.parameters.items()}
-    velocity, load, position = _visited(joint, found)
+    velocity, load, position = _visited(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
     with np.errstate(all="ignore"):  # numbers that no joint has are refused below
         friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
         columns = form.columns(velocity, load, found)
@@ -124,17 +136,19 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
             raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
     coefficients = nnls(columns / unit, friction)[0] / unit
     numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
-    numbers["static"] = numbers["coulomb"] + numbers.get("stribeck", _stiction(velocity, friction, numbers))
+    numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
     numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
     remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
     return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
 
 
-def _stiction(velocity: Array, friction: Array, numbers: Mapping[str, float]) -> float:
+def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
     """Return by how much the torque that resists slow motion is above Coulomb friction, mean of both directions."""
+    velocity, load, position = _visited(joint, found, np.geomspace(SLOWEST, 1.0, SLOW_SPEEDS))
+    friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
-    levels = resisting.reshape(2, SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
-    return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers["coulomb"], 0.0)
+    levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
+    return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
 
 
 def top_speed(joint: JointResult) -> float:
@@ -142,9 +156,9 @@ def top_speed(joint: JointResult) -> float:
     return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
 
 
-def _visited(joint: JointResult, found: Mapping[str, float]) -> tuple[Array, Array, Array]:
-    """Return speeds, loads and positions, shape (N,) each."""
-    positive = np.arange(1, SPEEDS + 1) / SPEEDS * top_speed(joint)
+def _visited(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array, Array]:
+    """Return velocities, at shares of the top speed in both directions, loads and positions, shape (N,) each."""
+    positive = shares * top_speed(joint)
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
     loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
     low, high = joint.position_range or (0.0, 2 * np.pi)

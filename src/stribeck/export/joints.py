@@ -174,7 +174,7 @@ def _errors(joint: JointResult) -> dict[str, float]:
     """Return standard errors of a form's numbers: the curve's, which is surer than each parameter by itself."""
     own = {name: parameter.standard_error for name, parameter in joint.parameters.items()}
     if not joint.curve:
-        return own
+        return own | {"static": own.get("coulomb", 0.0)}
     slow, top = joint.curve[0].standard_error, joint.curve[-1].standard_error
     return own | {"coulomb": slow, "static": slow, "viscous": top / max(top_speed(joint), 1e-9)}
 

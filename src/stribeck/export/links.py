@@ -82,7 +82,8 @@ def corrected_links(
 def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
     """Return each moving link's pseudo-inertia in its own frame, shape (4, 4).
 
-    Pinocchio keeps those of fixed links; a joint's own link has what they leave of the joint's body.
+    Pinocchio keeps those of fixed links; a joint's own link has what they leave of the joint's body. Of an SDF, each
+    link's frame has its own.
     """
     inertias: dict[str, Array] = {}
     own: dict[int, tuple[str, Array]] = {}
@@ -92,7 +93,9 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
         if frame.type != pin.FrameType.BODY or joint == 0:
             continue
         carrier = file.frames[frame.parentFrame]
-        if carrier.type == pin.FrameType.FIXED_JOINT:
+        if frame.inertia.mass > 0:
+            inertias[str(frame.name)] = _of_inertia(frame.inertia)
+        elif carrier.type == pin.FrameType.FIXED_JOINT:
             inertias[str(frame.name)] = _of_inertia(carrier.inertia)
             rest[joint] = rest[joint] - pose @ inertias[str(frame.name)] @ pose.T
         else:

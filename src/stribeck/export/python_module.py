@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stribeck.export.c_header import FADED
 from stribeck.export.numbers import numbers_of
+from stribeck.export.python_text import docstring
 from stribeck.export.target import Request, Target
 
 MODULE = '''
@@ -75,8 +76,7 @@ def python_text(request: Request) -> str:
         joint = request.result.joints[name]
         numbers = numbers_of(joint) | {"confidence": FADED if joint.verdict == "weak" else 1.0}
         rows.append(f"    {name!r}: {numbers!r},")
-    lines = "\n".join(" ".join(line.split()).replace("\\", "/").replace('"', "'") for line in request.lines)
-    return f'"""{lines}\n"""\n' + MODULE.format(rows="\n".join(rows))
+    return docstring(request.lines) + MODULE.format(rows="\n".join(rows))
 
 
 TARGET = Target(title="a Python module, for NumPy and torch", forms={"all": None}, suffix=".py", text=python_text)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
-from xml.dom.minidom import Element
+from xml.dom.minidom import Document, Element
 
 import numpy as np
 
@@ -15,15 +16,23 @@ from stribeck.export.target import Request, Target
 
 def urdf_text(request: Request) -> str:
     """Return the robot's URDF with links and joints changed."""
+    document, _ = changed_document(request)
+    return document_text(document, request.lines)
+
+
+def changed_document(request: Request, words: Collection[str] = ("friction", "damping")) -> tuple[Document, Element]:
+    """Return the robot's URDF with links and joints changed, and its root; `words` are those of <dynamics>."""
     document, root = read_document(request.model)
     for link in children(root, "link"):
         if link.getAttribute("name") in request.links:
             _set_inertia(child(link, "inertial"), request.links[link.getAttribute("name")])
     for joint in children(root, "joint"):
         if terms := request.joints.get(joint.getAttribute("name")):
-            set_numbers(child(joint, "dynamics"), **{name: value for name, (value, _) in terms.stated.items()})
+            stated = {name: value for name, (value, _) in terms.stated.items() if name in words}
+            if stated:
+                set_numbers(child(joint, "dynamics"), **stated)
     _move_files(root, request.model.parent, request.folder)
-    return document_text(document, request.lines)
+    return document, root
 
 
 TARGET = Target(

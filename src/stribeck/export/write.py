@@ -6,7 +6,21 @@ from collections.abc import Collection
 from pathlib import Path
 
 from stribeck.errors import NothingIdentifiedError, SettingsError
-from stribeck.export import c_header, mjcf, python_module, table, urdf, yaml_file
+from stribeck.export import (
+    c_header,
+    drake,
+    genesis,
+    isaaclab,
+    mjcf,
+    newton,
+    physx,
+    pinocchio_module,
+    python_module,
+    sdf,
+    table,
+    urdf,
+    yaml_file,
+)
 from stribeck.export.joints import JointTerms, joint_terms
 from stribeck.export.links import LinkInertia, corrected_links
 from stribeck.export.samples import drawn
@@ -20,10 +34,17 @@ from stribeck.robot.model_file import kind_of, load_model
 TARGETS: dict[str, Target] = {
     "mjcf": mjcf.TARGET,
     "urdf": urdf.TARGET,
+    "sdf": sdf.TARGET,
+    "drake": drake.TARGET,
     "c": c_header.TARGET,
     "python": python_module.TARGET,
     "yaml": yaml_file.TARGET,
     "table": table.TARGET,
+    "isaaclab": isaaclab.TARGET,
+    "physx": physx.TARGET,
+    "newton": newton.TARGET,
+    "genesis": genesis.TARGET,
+    "pinocchio": pinocchio_module.TARGET,
 }
 """As typed after `--to` -> target."""
 
@@ -54,7 +75,8 @@ def export(
     path
         The file to write, whole or not at all.
     target
-        One of `TARGETS`; "urdf" and "mjcf" write the robot's model again, which must be of that format.
+        One of `TARGETS`; "urdf", "sdf", "drake" and "mjcf" write the robot's model again, which must be of that
+        format.
     joints
         Those whose friction is written; all if None.
     include_weak

@@ -37,18 +37,25 @@ def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Ro
 
 
 def corrected_log(
-    log: RobotLog, robot: Robot, columns: NDArray[np.int64], corrections: Corrections, values: Array, delay: float
+    log: RobotLog,
+    number: int,
+    robot: Robot,
+    columns: NDArray[np.int64],
+    corrections: Corrections,
+    values: Array,
+    delay: float,
 ) -> RobotLog:
-    """Return the log without the errors of gains, zeros and orientation that were found.
+    """Return the log of some number without the errors of gains, zeros, offsets and orientation that were found.
 
-    Its torques are those that come `delay` [s] later.
+    Its torques are those that come `delay` [s] later; their offsets are the means over all logs.
     """
-    if not corrections.delays:
-        return log
     layout = layout_of(corrections)
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
     late = abs(delay) > LEAST_SHIFT * (log.time[1] - log.time[0])
     torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
+    if corrections.log_offsets[0]:
+        torque = torque.copy()
+        torque[:, columns] -= corrections.offsets_of_logs(values[layout.part("log_offsets")])[number]
     if not corrections.gains:
         return replace(log, torque=torque)
     factors = np.ones(log.torque.shape[1])

@@ -100,10 +100,10 @@ class WholeLog:
         """Names of the joints and couplings that the fit is of."""
         return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
 
-    def corrected(self, log: RobotLog) -> RobotLog:
-        """Return a log without the errors of its sensors that were found."""
+    def corrected(self, log: RobotLog, number: int) -> RobotLog:
+        """Return a log, by its number, without the errors of its sensors that were found."""
         corrections, values = self.fit.model.corrections, self.fit.corrections
-        return corrected_log(log, self.robot, self.columns, corrections, values, self.torque_delay)
+        return corrected_log(log, number, self.robot, self.columns, corrections, values, self.torque_delay)
 
     @property
     def fits(self) -> dict[str, JointFit]:
@@ -263,8 +263,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     delay = 0.0
     for _ in range(DELAY_ROUNDS):
         forms = weak_forms(prepared, robot, columns, couplings, settings, delay)
-        corrections = forms[0].corrections
         equations = equation_sequence(forms)
+        corrections = equations.corrections
         if delay and not equations:
             break  # every segment of the log is shorter than the delay
         if not equations:
@@ -289,8 +289,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         if abs(fit.torque_delay) < LINEAR_DELAY:
             break
     held_out: list[list[slice]] = [[] for _ in forms]
-    for form, segment, _ in (equations.parts[place] for place in fit.held_out):
-        held_out[forms.index(form)].append(slice(segment.first, segment.last))
+    for log, segment, _ in (equations.parts[place] for place in fit.held_out):
+        held_out[log].append(slice(segment.first, segment.last))
     robot = corrected_robot(robot, corrections, fit.corrections)
     return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, torque_delay=delay, held_out=held_out)
 
@@ -344,7 +344,7 @@ def find(
         validations=found.validations,
         unseen=_unseen(found, prepared, robot),
         robot=found.robot,
-        logs=[replace(part, log=found.corrected(part.log)) for part in prepared],
+        logs=[replace(part, log=found.corrected(part.log, k)) for k, part in enumerate(prepared)],
         settings=settings.model_copy(update={"standing_legs": True, "double_support": guess}),
         criteria=CRITERIA,
         corrections=found.corrections,
@@ -363,8 +363,8 @@ def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> U
     robot = corrected_robot(robot, fit.model.corrections, fit.corrections)
     before = replace(found, fit=fit, robot=robot)
     logs = [
-        replace(part, log=before.corrected(part.log), support=cut(part.support, rows))
-        for part, rows in zip(prepared, found.held_out, strict=True)
+        replace(part, log=before.corrected(part.log, k), support=cut(part.support, rows))
+        for k, (part, rows) in enumerate(zip(prepared, found.held_out, strict=True))
     ]
     return Unseen(fits=before.fits, robot=robot, logs=logs)
 

@@ -34,7 +34,8 @@ class Corrections:
     `chi_square` is the squared error over what it was taken to be; near 1 if all is well. `disagreement` is the
     heterogeneity over folds, the same for differences between parts of the log about the model; above 1 the prior is
     given more weight. Gains [1], zeros [rad] and delays [s] are (value, standard error), to be taken off; delays are
-    against the encoders, of all torques and of the base orientation.
+    against the encoders, of all torques and of the base orientation. `log_offsets` is by how much the offset of a joint
+    is larger in each log than in all, in their order [N m], [N]; empty for a single log.
     """
 
     chi_square: float
@@ -42,5 +43,6 @@ class Corrections:
     bodies: dict[str, BodyCorrection] = field(default_factory=dict)
     torque_gain: dict[str, tuple[float, float]] = field(default_factory=dict)
     encoder_zero: dict[str, tuple[float, float]] = field(default_factory=dict)
+    log_offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
     torque_delay: tuple[float, float] | None = None
     base_delay: tuple[float, float] | None = None

@@ -116,8 +116,9 @@ def build_from_sdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[
             by_default.append(f"'{name}' (line {xml.lines[link]})")
         if not is_possible(inertia.inertia):
             impossible[name] = f"line {xml.lines[link]}"
-        model.appendBodyToJoint(carrier, inertia, frame.actInv(poses[name]))
-        model.addBodyFrame(name, carrier, frame.actInv(poses[name]), 0)
+        placement = frame.actInv(poses[name])
+        model.appendBodyToJoint(carrier, inertia, placement)
+        model.addFrame(pin.Frame(name, carrier, 0, placement, pin.FrameType.BODY, inertia), False)
     warnings = [f"{xml.path.name}: left out of the tree: {', '.join(left_out)}"] if left_out else []
     if by_default:
         warnings.append(

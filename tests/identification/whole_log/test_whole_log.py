@@ -289,7 +289,7 @@ def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_a
     for fit in found.fits.values():
         assert fit.values[1] == pytest.approx(TRUTH["coulomb"], rel=0.01)
     true = np.roll(log.torque, -late, axis=0)[100:-100]
-    np.testing.assert_allclose(found.corrected(log).torque[100:-100], true, atol=0.05)
+    np.testing.assert_allclose(found.corrected(log, 0).torque[100:-100], true, atol=0.05)
     said = [f"delay = {1e-3 * late:.4f} in the robot file" in finding.cure for finding in found.findings]
     assert said == [True] * (late != 0)
 

@@ -41,12 +41,14 @@ def describe_corrections(
         return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
 
     gains, delays = pairs("gains"), pairs("delays")
+    offsets = corrections.offsets_of_logs(fit.corrections[layout.part("log_offsets")]).T.tolist()
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
         bodies=bodies,
         torque_gain={joints[k]: gains[k] for k in fit.model.loaded},
         encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
+        log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
         torque_delay=(torque_delay, delays[0][1]) if delays else None,
         base_delay=delays[1] if delays[1:] else None,
     )

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.identification.whole_log.constants import (
@@ -37,7 +38,11 @@ from stribeck.identification.whole_log.tests_of_fit.alternative_terms import fin
 from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit, run_score_tests
 from stribeck.identification.whole_log.tests_of_fit.validation import friction_residual_rms, remaining, validate
 from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
-from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
+from stribeck.identification.whole_log.uncertainty.heterogeneity import (
+    heterogeneity,
+    offsets_that_differ,
+    overdispersion_of,
+)
 from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance
 from stribeck.inertial_parameters import SIZE
 from stribeck.result import TermVerdict, Validation
@@ -169,6 +174,7 @@ def fit_whole_log(
     top_speed: Array,
     rest: Array,
     priors: Priors,
+    differ: NDArray[np.bool_] | None = None,
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
@@ -190,10 +196,12 @@ def fit_whole_log(
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
         Of friction, model and sensors.
+    differ
+        Which joints' offsets differ from log to log, shape (joints,); found out if None.
     """
     places = pilot_places(supports)
     some = [equations[k] for k in places]
-    pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors)
+    pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors, differ)
     per_turn, modulated = _ripples(equations, pilot), None
     if law.name == AUTO:
         modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot, per_turn)
@@ -211,6 +219,9 @@ def fit_whole_log(
     )
     first, others = _folds(training, gaits)
     folds, sampled = accumulate_folds(equations, first, pilot.prediction, gaits, alternatives)
+    if differ is None and np.any(differ := _offsets_that_differ(pilot, folds)):  # variance components have to know
+        plain = modulated.equations if modulated else equations
+        return fit_whole_log(plain, supports, gaits, corrections, law, top_speed, rest, priors, differ)
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
     pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn)
     part = normal_equations
@@ -265,6 +276,15 @@ def _ripples(equations: Sequence[WeakEquations], pilot: PilotFit) -> Array:
     many = [equations[k] for k in range(0, len(equations), -(-len(equations) // RIPPLE_SEGMENTS))]
     residuals = [remaining(part, pilot.curves.basis, *pilot.known) for part in many]
     return ripples_per_turn(many, residuals, [pilot.components.marginal(part) for part in many])
+
+
+def _offsets_that_differ(pilot: PilotFit, folds: list[NormalEquations]) -> NDArray[np.bool_]:
+    """Return which joints' offsets differ from log to log, shape (joints,); the pilot fit has the same in all logs."""
+    curves, joints = pilot.curves, pilot.model.corrections.log_offsets[1]
+    if not joints:
+        return np.zeros(0, dtype=bool)
+    total, model = merged(folds), pilot.model.with_log_offsets(np.ones(joints, dtype=bool))
+    return offsets_that_differ(total, folds, curves, model, solve(total, curves, model, pilot.solution))
 
 
 def _with_terms(

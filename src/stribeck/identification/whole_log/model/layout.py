@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +23,7 @@ class ModelLayout:
     ----------
     joints, per_joint
         Number n of joints, and of entries of each.
-    bodies, gains, zeros, tilts, delays, wrenches, rotors
+    bodies, gains, zeros, tilts, delays, wrenches, rotors, log_offsets
         How many there are of each, as in `Corrections`.
     gaits, gait_effects
         Number of gait phases, and of the random effects of each.
@@ -39,6 +40,7 @@ class ModelLayout:
     delays: int = 0
     wrenches: int = 0
     rotors: int = 0
+    log_offsets: int = 0
     gaits: int = 0
     gait_effects: int = 0
     alternatives: int = 0
@@ -54,6 +56,7 @@ class ModelLayout:
             "delays": self.delays,
             "wrenches": WRENCH_SIZE * self.wrenches,
             "rotors": self.rotors,
+            "log_offsets": self.log_offsets,
             "random_effects": self.gaits * self.gait_effects,
             "alternatives": self.alternatives,
         }
@@ -68,11 +71,11 @@ class ModelLayout:
     @property
     def corrections(self) -> slice:
         """All that corrects the model."""
-        return self.part("bodies", "rotors")
+        return self.part("bodies", "log_offsets")
 
     @property
     def nearly_right(self) -> slice:
-        """Corrections whose priors are widened: bodies and sensors, but no wrenches and no rotors."""
+        """Corrections whose priors are widened: bodies and sensors, but no wrenches, rotors and offsets."""
         return self.part("bodies", "delays")
 
     @property
@@ -126,4 +129,5 @@ def layout_of(corrections: Corrections) -> ModelLayout:
         delays=corrections.delays,
         wrenches=corrections.wrenches,
         rotors=len(corrections.rotors),
+        log_offsets=math.prod(corrections.log_offsets),
     )

@@ -5,13 +5,14 @@ The priors are those of the table in docs/estimator.md, "Coordinates and priors"
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.identification.whole_log.constants import LEAST_LOAD, MEAN_GAIN_STD
 from stribeck.identification.whole_log.model.bodies import Bodies, bodies_of
+from stribeck.identification.whole_log.model.friction_curves import FIXED
 from stribeck.identification.whole_log.model.layout import ModelLayout, layout_of
 from stribeck.inertial_parameters import SIZE
 from stribeck.settings import Priors
@@ -37,6 +38,8 @@ class ModelCorrections:
         Prior standard deviations of the coordinates of `corrections` [1], shape (corrections.size,).
     priors
         Units of the coordinates.
+    torque
+        Of the joints, which offsets are in proportion to [N m].
     overdispersion
         Of the model's coordinates [1], equation (27).
     """
@@ -47,6 +50,7 @@ class ModelCorrections:
     layout: ModelLayout
     prior_std: Array
     priors: Priors
+    torque: float
     overdispersion: float = 1.0
 
     @property
@@ -81,6 +85,14 @@ class ModelCorrections:
         changes, slopes = self.bodies.corrections(coordinates[bodies].reshape(-1, SIZE))
         return np.concatenate([changes.ravel(), self.scales * coordinates[bodies.stop :]]), slopes
 
+    def with_log_offsets(self, differ: NDArray[np.bool_]) -> ModelCorrections:
+        """Return the coordinates with the same offsets in all logs but for joints where they `differ`, shape (n,)."""
+        prior_std = self.prior_std.copy()
+        prior_std[self.layout.part("log_offsets")] = np.tile(
+            np.where(differ, 1.0, FIXED), self.corrections.log_offsets[0]
+        )
+        return replace(self, prior_std=prior_std)
+
     @property
     def scales(self) -> Array:
         """Units of the coordinates of calibration and random effects."""
@@ -91,17 +103,19 @@ class ModelCorrections:
         )
         wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
         rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
-        calibration = np.concatenate([sensors, np.tile(wrench, c.wrenches), rotors])
+        offsets = np.full(self.layout.log_offsets, priors.log_offset * self.torque)
+        calibration = np.concatenate([sensors, np.tile(wrench, c.wrenches), rotors, offsets])
         calibration[np.setdiff1d(np.arange(c.gains), self.loaded)] = 0.0
         return np.concatenate([calibration, np.ones(self.size - self.corrections.size)])
 
 
-def model_corrections(corrections: Corrections, loads: Array, priors: Priors) -> ModelCorrections:
+def model_corrections(corrections: Corrections, loads: Array, priors: Priors, torque: float = 1.0) -> ModelCorrections:
     """Return the coordinates of corrections, without random effects.
 
     `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). The gains of those that carry
-    next to nothing are not corrected: friction and noise would be taken for them.
+    next to nothing are not corrected: friction and noise would be taken for them. `torque` is that of the joints [N m].
     """
     loaded = np.flatnonzero(loads > LEAST_LOAD * loads.max(initial=0.0))
     bodies = bodies_of(corrections.inertial_parameters, priors)
-    return ModelCorrections(corrections, bodies, loaded, layout_of(corrections), np.ones(corrections.size), priors)
+    layout, prior_std = layout_of(corrections), np.ones(corrections.size)
+    return ModelCorrections(corrections, bodies, loaded, layout, prior_std, priors, torque)

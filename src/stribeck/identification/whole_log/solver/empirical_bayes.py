@@ -4,8 +4,9 @@ A standard deviation s is that under which the log is most likely: with coordina
 
     s^2 = sum u_i^2 / sum (1 - C_ii / s^2)
 
-where the right sum counts how many of them the log determines (MacKay 1992). Model and sensors have one each; scales
-and pure numbers of a law have a group prior over the joints, mean and standard deviation (Efron and Morris 1975).
+where the right sum counts how many of them the log determines (MacKay 1992). Model and sensors have one each, and so
+have a joint's offsets in several logs; scales and pure numbers of a law have a group prior over the joints, mean and
+standard deviation (Efron and Morris 1975).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from stribeck.identification.whole_log.constants import (
     LARGEST_PRIOR_STD,
     MODEL_PSEUDO_COUNT,
 )
-from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.model.friction_curves import FIXED, Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.solver.multistart import with_other_starts
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
@@ -92,18 +93,24 @@ def learn_group_prior(curves: Curves, solution: Solution) -> Curves:
 def _learn_prior_std(model: ModelCorrections, solution: Solution) -> ModelCorrections:
     """Return model and sensors with the prior of equation (23)."""
     variance = solution.model_variance
-    prior_std = model.prior_std.copy()
+    prior_std, dispersion, largest = model.prior_std.copy(), np.ones(model.size), np.full(model.size, np.inf)
+    dispersion[model.layout.nearly_right], largest[model.layout.nearly_right] = model.overdispersion, LARGEST_PRIOR_STD
     for group in _groups(model):
-        known = (1 - model.overdispersion * variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
+        known = (1 - dispersion[group] * variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
         square = np.sum(solution.corrections[group] ** 2)
-        prior_std[group] = min(np.sqrt((square + MODEL_PSEUDO_COUNT) / (known + MODEL_PSEUDO_COUNT)), LARGEST_PRIOR_STD)
+        found = np.sqrt((square + MODEL_PSEUDO_COUNT) / (known + MODEL_PSEUDO_COUNT))
+        prior_std[group] = np.minimum(found, largest[group])
     return replace(model, prior_std=prior_std)
 
 
 def _groups(model: ModelCorrections) -> Iterator[NDArray[np.int64]]:
-    """Yield the coordinates that have one prior standard deviation: masses, centres, moments, gains, zeros, tilts."""
+    """Yield the coordinates that have one prior standard deviation.
+
+    Masses, centres, moments, gains, zeros, tilts, and the contrasts of each joint's offsets between logs.
+    """
     places = np.arange(model.size)
     calibration = [places[model.layout.part(name)] for name in ("gains", "zeros", "tilts")]
-    for group in (*model.layout.body_groups(), *calibration):
-        if len(group):
+    offsets = places[model.layout.part("log_offsets")].reshape(model.corrections.log_offsets).T
+    for group in (*model.layout.body_groups(), *calibration, *offsets):
+        if len(group) and model.prior_std[group[0]] > FIXED:
             yield group

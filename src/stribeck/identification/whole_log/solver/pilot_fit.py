@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.friction import FrictionLaw
 from stribeck.identification.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS, STILL_GROWING
@@ -78,10 +79,12 @@ def fit_pilot(
     top_speed: Array,
     rest: Array,
     priors: Priors,
+    differ: NDArray[np.bool_] | None,
 ) -> tuple[PilotFit, list[WeakEquations]]:
     """Return the pilot fit to some segments, and these without outliers; parameters are those of `fit_whole_log`."""
-    model = model_corrections(corrections, _loads(some, corrections), priors)
     torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in some]) ** 2))), 1e-9)
+    model = model_corrections(corrections, _loads(some, corrections), priors, torque)
+    model = model.with_log_offsets(np.zeros(corrections.log_offsets[1], dtype=bool) if differ is None else differ)
     speed = np.maximum(top_speed, 1e-9)
     curves = Curves(law, make_basis(law, speed), speed, np.full(len(speed), torque), priors)
     others = np.array([parameter.name != "offset" for parameter in law.parameters])

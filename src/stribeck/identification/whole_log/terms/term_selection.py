@@ -210,6 +210,9 @@ class JointTrial:
         if "stribeck" in kept and rise > CLEARED * stribeck_velocity:
             gone = f"its Stribeck effect would be gone at {CLEARED * stribeck_velocity:.2g} rad/s"
             return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"
+        for name in ("viscous", "coulomb"):
+            if values[name] < abs(values.get(f"{name}_drift", 0.0)) / 2:
+                return "refused", f"{name} friction would be negative at the beginning of the log or at its end"
         if "asymmetry" in kept and abs(values["viscous_asymmetry"]) > LARGEST_ASYMMETRY:
             return "refused", f"viscous friction of one direction would be {abs(values['viscous_asymmetry']):.0%} more"
         for term, speed, what in (

@@ -135,7 +135,7 @@ def run_score_tests(
     parameters, layout = Parametrisation(curves, model), normal_equations.layout
     effects, tested = layout.part("random_effects"), layout.part("alternatives")
     plain = normal_equations.without("gaits", "alternatives")
-    fitted = plain.layout.part("friction", "rotors")
+    fitted = plain.layout.part("friction", "log_offsets")
     residual_sums = normal_equations.right_hand_side - normal_equations.information[:, fitted] @ parameters.values(
         solution.x
     )

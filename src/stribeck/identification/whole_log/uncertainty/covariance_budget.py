@@ -26,7 +26,7 @@ class CovarianceBudget:
     noise
         Of sensors, and of the model from window to window, if inertias and calibration were known.
     model
-        Of inertias and calibration, which are estimates.
+        Of inertias, calibration and offsets of logs, which are estimates.
     repeated_errors
         Of random effects of the gait phase, equation (29).
     group_mean
@@ -72,17 +72,18 @@ def covariance_budget(
     solution: Solution, overdispersion: float, repeated_errors: Array, group_mean: Array
 ) -> CovarianceBudget:
     """Return the budget of a solution, whose covariance is that of the curvature; `overdispersion` is the model's."""
-    model = through(solution, solution.layout.part("bodies", "wrenches"))
+    layout, places = solution.layout, np.arange(solution.layout.size)
+    model = through(solution, np.r_[places[layout.part("bodies", "wrenches")], places[layout.part("log_offsets")]])
     return CovarianceBudget(
         noise=solution.covariance - model,
         model=model,
         repeated_errors=repeated_errors,
         group_mean=group_mean,
-        heterogeneity=(overdispersion - 1) * through(solution, solution.layout.nearly_right),
+        heterogeneity=(overdispersion - 1) * through(solution, places[layout.nearly_right]),
     )
 
 
-def through(solution: Solution, own: slice) -> Array:
+def through(solution: Solution, own: NDArray[np.int64]) -> Array:
     """Return the share of a solution's covariance that comes from some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
     across = solution.covariance[own]
     return np.asarray(across.T @ (inverse_of(across[:, own]) @ across)) if len(across) else 0 * solution.covariance

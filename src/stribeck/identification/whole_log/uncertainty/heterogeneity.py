@@ -13,10 +13,11 @@ is one on average where errors of different windows are as independent as their 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri
+from scipy.special import chdtri, fdtri
 
 from stribeck.identification.whole_log.constants import HETEROGENEITY_P, LEAST_DETERMINED
 from stribeck.identification.whole_log.model.friction_curves import Curves
@@ -46,27 +47,10 @@ def heterogeneity(
     layout, of_model, of_friction = solution.layout, 1.0, np.ones(solution.internal.shape)
     if len(parts) < 2:
         return of_model, of_friction
-    parameters = Parametrisation(curves, model)
-    values = parameters.values(solution.x)
-    gradients = np.stack([part.information @ values - part.right_hand_side for part in parts])
-    slopes = parameters.times_jacobian(gradients, solution.x).T
-    prior = parameters.prior[1]
-    places = np.arange(layout.size)
-    free = np.setdiff1d(places, places[layout.friction][solution.at_bound.ravel()])
-    covariance, steps = np.zeros((layout.size, layout.size)), np.zeros((layout.size, len(parts)))
-    covariance[np.ix_(free, free)] = inverse_of(curvature(total, curves, model, solution)[np.ix_(free, free)])
-    steps[free] = covariance[np.ix_(free, free)] @ slopes[free]  # Newton steps of each fold
-
-    def ratio(own: NDArray[np.int64]) -> tuple[float, float]:
-        """Return D, and of how many squares it is the mean."""
-        block = np.ix_(own, own)
-        known = np.eye(len(own)) - covariance[block] @ prior[block]
-        expected = float(np.trace(known) - np.sum(known * known.T) / len(parts))
-        squares = float(np.sum(steps[own] * (inverse_of(covariance[block]) @ steps[own])))
-        return (squares / expected, expected * len(parts)) if expected > LEAST_DETERMINED else (1.0, 1.0)
-
+    places, steps = np.arange(layout.size), _fold_steps(total, parts, curves, model, solution)
+    free, ratio = steps.free, steps.ratio
     if len(places[layout.nearly_right]):
-        of_model = max(1.0, ratio(places[layout.model])[0])
+        of_model = max(1.0, ratio(places[layout.part("bodies", "rotors")])[0])
     for joint in range(layout.joints):
         own = np.intersect1d(free, places[layout.joint(joint)][curves.has(joint)])
         for group in (own, *own[:, None]) if len(own) else ():
@@ -75,6 +59,70 @@ def heterogeneity(
                 which = group - layout.joint(joint).start
                 of_friction[joint, which] = np.maximum(of_friction[joint, which], found)
     return of_model, of_friction
+
+
+def offsets_that_differ(
+    total: NormalEquations,
+    parts: Sequence[NormalEquations],
+    curves: Curves,
+    model: ModelCorrections,
+    solution: Solution,
+) -> NDArray[np.bool_]:
+    """Return which joints' offsets differ from log to log by more than those of folds, shape (joints,).
+
+    It is a Wald test of the k contrasts x of a joint, whose covariance C is multiplied by their own D, as errors of
+    real robots last: x^T C^-1 x / (k D) has the distribution F(k, k (F - 1)) where logs do not differ. Parameters are
+    those of `heterogeneity`.
+    """
+    contrasts, joints = model.corrections.log_offsets
+    if len(parts) < 2 or not joints:
+        return np.zeros(joints, dtype=bool)
+    steps = _fold_steps(total, parts, curves, model, solution)
+    places = np.arange(solution.layout.size)[solution.layout.part("log_offsets")].reshape(contrasts, joints)
+    differ = []
+    for own in places.T:
+        x, covariance = solution.x[own], steps.covariance[np.ix_(own, own)]
+        wald = float(x @ inverse_of(covariance) @ x) / (contrasts * max(1.0, steps.ratio(own)[0]))
+        differ.append(wald > fdtri(contrasts, contrasts * (len(parts) - 1), 1 - HETEROGENEITY_P))
+    return np.array(differ)
+
+
+@dataclass(frozen=True, eq=False)
+class _FoldSteps:
+    """Newton steps of each fold from the fit of all, shape (m, F); zero, as the covariance, for what a bound holds."""
+
+    free: NDArray[np.int64]
+    covariance: Array
+    steps: Array
+    prior: Array
+
+    def ratio(self, own: NDArray[np.int64]) -> tuple[float, float]:
+        """Return D of some coordinates, and of how many squares it is the mean."""
+        block, folds = np.ix_(own, own), self.steps.shape[1]
+        known = np.eye(len(own)) - self.covariance[block] @ self.prior[block]
+        expected = float(np.trace(known) - np.sum(known * known.T) / folds)
+        squares = float(np.sum(self.steps[own] * (inverse_of(self.covariance[block]) @ self.steps[own])))
+        return (squares / expected, expected * folds) if expected > LEAST_DETERMINED else (1.0, 1.0)
+
+
+def _fold_steps(
+    total: NormalEquations,
+    parts: Sequence[NormalEquations],
+    curves: Curves,
+    model: ModelCorrections,
+    solution: Solution,
+) -> _FoldSteps:
+    """Return the steps of the folds; parameters are those of `heterogeneity`."""
+    layout, parameters = solution.layout, Parametrisation(curves, model)
+    values = parameters.values(solution.x)
+    gradients = np.stack([part.information @ values - part.right_hand_side for part in parts])
+    slopes = parameters.times_jacobian(gradients, solution.x).T
+    places = np.arange(layout.size)
+    free = np.setdiff1d(places, places[layout.friction][solution.at_bound.ravel()])
+    covariance, steps = np.zeros((layout.size, layout.size)), np.zeros((layout.size, len(parts)))
+    covariance[np.ix_(free, free)] = inverse_of(curvature(total, curves, model, solution)[np.ix_(free, free)])
+    steps[free] = covariance[np.ix_(free, free)] @ slopes[free]
+    return _FoldSteps(free, covariance, steps, parameters.prior[1])
 
 
 def overdispersion_of(heterogeneity: float, parts: int) -> float:

@@ -1,0 +1,64 @@
+"""Actuators of Isaac Lab: joint friction and rotor inertias as keywords of any of its actuator configurations.
+
+`friction` and `dynamic_friction` are efforts [N m], [N], and `viscous_friction` is in [N m s/rad], [N s/m], since
+Isaac Sim 5.0 (PhysX 5.6); before, `friction` was a coefficient without a unit.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+
+from stribeck.export.forms import plain
+from stribeck.export.python_text import docstring
+from stribeck.export.target import Request, Target
+
+MODULE = '''
+ACTUATORS = [
+{groups}
+]
+"""Keywords of an actuator configuration, in SI units, of joints of which the same was found.
+
+`friction` is the effort that holds at rest, `dynamic_friction` the one of a moving joint. For Isaac Sim 5.0 and newer.
+"""
+
+
+def actuators(stiffness=None, damping=None, **settings):
+    """Return the `actuators` of an ArticulationCfg; gains that are None are those of the USD file."""
+    from isaaclab.actuators import ImplicitActuatorCfg
+
+    return {{
+        f"friction_{{k}}": ImplicitActuatorCfg(stiffness=stiffness, damping=damping, **found, **settings)
+        for k, found in enumerate(ACTUATORS)
+    }}
+'''
+
+
+def isaaclab_text(request: Request) -> str:
+    """Return the module.
+
+    Isaac Lab takes zero for a joint that a dictionary of its group lacks, so that a group has joints of which the same
+    is stated.
+    """
+    groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for name, terms in request.joints.items():
+        groups[tuple(sorted(terms.stated))].append(name)
+    rows = []
+    for words, names in groups.items():
+        patterns = {name: re.escape(name) for name in names}
+        rows += ["    {", f'        "joint_names_expr": {list(patterns.values())!r},']
+        for word in words:
+            values = {patterns[name]: request.joints[name].stated[word][0] for name in names}
+            rows.append(f'        "{word}": {values!r},')
+        rows.append("    },")
+    return docstring(request.lines) + MODULE.format(groups="\n".join(rows))
+
+
+TARGET = Target(
+    title="Isaac Lab: friction, dynamic_friction, viscous_friction, armature of actuators",
+    forms={
+        "plain": plain(static="friction", coulomb="dynamic_friction", viscous="viscous_friction", armature="armature")
+    },
+    suffix=".py",
+    text=isaaclab_text,
+)

@@ -1,0 +1,242 @@
+"""What friction compensation does in closed loop, with the friction that an arm's own noisy log shows.
+
+    python -m studies.compensation --save studies/compensation.json
+
+An arm of six joints moves as its log needs it, with noise in encoders and torque sensors; its friction is identified by
+default, exported as a C header, compiled, and compensated in the loop at 1 kHz:
+
+- tracking: slow sines through reversals, by computed torque;
+- guiding: gravity is compensated, and a hand drags the arm along slow sines by a spring;
+- rest: the arm is to stand still, from a start off its aim.
+
+Velocities are differences of noisy positions, low-passed. The same with no compensation, with the true friction, with
+half as much again (what overestimated friction does), and with the wrong sign.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import json
+import subprocess
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck import Robot, identify
+from stribeck.export import export
+from stribeck.friction import get_law
+from stribeck.outputs import whole_or_not_at_all
+from stribeck.result import Result
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth, LawFriction
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.rigid.constrained import BodyState, simulate_constrained
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
+
+LAW = "stribeck"
+COULOMB = (4.0, 4.0, 3.0, 1.2, 1.0, 0.6)
+"""Of the joints [N m], a twentieth to a thirtieth of what they can do, as harmonic drives have it."""
+
+OTHERS = {"stribeck_gain": 0.3, "stribeck_velocity": 0.1, "slope": 60.0, "offset": 0.0}
+VISCOUS = 0.3
+"""Viscous friction over Coulomb friction [s/rad]."""
+
+ENCODER, TORQUE = 2e-5, 0.05
+"""Noise of the log and of the loop [rad], of the log [N m]."""
+
+RATE, SECONDS, SETTLED = 1000.0, 12.0, 2.0
+"""Of the loop [Hz], of a run [s], and how long it takes to settle [s]."""
+
+SIZE, SLOWEST = 0.35, 0.08
+"""Of the sines [rad], and the lowest of their frequencies [Hz]."""
+
+STIFF, HAND = 30.0, 30.0
+"""Natural frequency of the controller, and of a joint on the hand's spring [rad/s]."""
+
+LOW_PASS = 0.01
+"""Time constant of velocities [s]."""
+
+SETTINGS = {"gain": 0.9, "near": 0.05, "dead_zone": 0.01, "release": 0.005, "fade": 0.02, "limit": 50.0}
+KINDS = ("none", "identified", "true", "half as much again", "wrong sign")
+TASKS = ("tracking", "guiding", "rest")
+
+Compensation = Callable[[Array, Array], Array]
+"""Measured and desired velocities -> torques [N m], shape (n,) each."""
+
+
+class Found(TypedDict):
+    """Of one task with one compensation: what is measured, in its unit."""
+
+    task: str
+    compensation: str
+    value: float
+    unit: str
+
+
+def arm() -> Robot:
+    """Return the arm."""
+    return Robot.from_file(MODELS / "arm.toml")
+
+
+def truth_of(robot: Robot) -> dict[str, dict[str, float]]:
+    """Return the friction of every joint."""
+    levels = zip(robot.joint_names, COULOMB, strict=True)
+    return {name: {"coulomb": level, "viscous": VISCOUS * level, **OTHERS} for name, level in levels}
+
+
+def identified(robot: Robot) -> Result:
+    """Return what the arm's own noisy log shows."""
+    exact, _ = exact_log(robot, get_law(LAW), truth_of(robot), duration=40.0, seed=1)
+    return identify(with_noise(exact, position=ENCODER, torque=TORQUE, seed=2), robot)
+
+
+def with_truth(result: Result, robot: Robot, factor: float) -> Result:
+    """Return the same with the true friction, times a factor."""
+    joints = {}
+    for name, values in truth_of(robot).items():
+        scaled = values | {key: factor * values[key] for key in ("coulomb", "viscous")}
+        some = next(iter(result.joints[name].parameters.values()))
+        parameters = {key: replace(some, value=value) for key, value in scaled.items()}
+        joints[name] = replace(result.joints[name], parameters=parameters, verdict="identified", law=LAW)
+    return replace(result, law=LAW, joints=joints)
+
+
+def compiled(result: Result, robot: Robot, sign: float = 1.0) -> Compensation:
+    """Return the compensation by the exported header, compiled."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)
+        export(result, robot, path / "friction.h", "c", include_weak=True)
+        (path / "loop.c").write_text(
+            '#include "friction.h"\n'
+            "static friction_state state[FRICTION_JOINT_COUNT];\n"
+            "double act(int k, double v, double w) {\n"
+            f"    static const friction_settings own = {{{', '.join(map(repr, SETTINGS.values()))}}};\n"
+            f"    return friction_compensation(k, v, w, 0, 0, {1 / RATE!r}, &own, &state[k]);\n"
+            "}\n"
+        )
+        command = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "loop.c", "-o", "loop.so", "-lm"]
+        subprocess.run(command, cwd=path, check=True)
+        act = ctypes.CDLL(str(path / "loop.so")).act
+    act.argtypes, act.restype = [ctypes.c_int, ctypes.c_double, ctypes.c_double], ctypes.c_double
+    known = [name for name in robot.joint_names if result.joints[name].parameters]
+    number = {robot.joint_names.index(name): k for k, name in enumerate(known)}
+
+    def compensate(measured: Array, desired: Array) -> Array:
+        torques = np.zeros(len(measured))
+        for joint, k in number.items():
+            torques[joint] = sign * act(k, measured[joint], desired[joint])
+        return torques
+
+    return compensate
+
+
+def run(robot: Robot, task: str, compensate: Compensation | None) -> tuple[float, str]:
+    """Return what a task shows with a compensation, and its unit."""
+    model = robot.tree.model
+    data, generator = model.createData(), np.random.default_rng(3)
+    joints = np.arange(model.nv)
+    speed = 2 * np.pi * SLOWEST * (1 + 0.35 * joints)
+    inertia = np.diag(pin.crba(model, data, np.zeros(model.nv))).copy()
+    seen = {"position": np.zeros(model.nv), "velocity": np.zeros(model.nv)}
+    measured: list[Array] = []
+
+    def aim(time: float) -> tuple[Array, Array, Array]:
+        if task == "rest":
+            return np.zeros((3, model.nv))[0], np.zeros(model.nv), np.zeros(model.nv)
+        phase = speed * time
+        return SIZE * np.sin(phase), SIZE * speed * np.cos(phase), -SIZE * speed**2 * np.sin(phase)
+
+    def controller(time: float, state: BodyState) -> Array:
+        position = state.configuration + ENCODER * generator.standard_normal(model.nv)
+        if time > 0:
+            share = 1 / (1 + LOW_PASS * RATE)
+            seen["velocity"] += share * ((position - seen["position"]) * RATE - seen["velocity"])
+        seen["position"] = position
+        velocity, (q, v, a) = seen["velocity"], aim(time)
+        hand = np.zeros(model.nv)
+        if task == "guiding":
+            hand = inertia * (HAND**2 * (q - state.configuration) + 2 * HAND * (v - state.velocity))
+            torque = pin.computeGeneralizedGravity(model, data, position)
+            wanted = velocity  # nobody knows where the hand wants to go
+        else:
+            push = STIFF**2 * (q - position) + 2 * STIFF * (v - velocity)
+            torque, wanted = pin.rnea(model, data, position, velocity, a + push), v
+        if time > SETTLED:
+            measured.append({"tracking": q - state.configuration, "guiding": hand, "rest": state.velocity}[task])
+        if compensate is not None:
+            torque = torque + compensate(velocity, wanted)
+        return np.asarray(torque + hand)
+
+    law = LawFriction(robot.joint_names, get_law(LAW), truth_of(robot))
+    start = np.full(model.nv, 0.05) if task == "rest" else np.zeros(model.nv)
+    friction = FrictionTruth(model.nv, [law])
+    simulate_constrained(robot, controller, (), friction, configuration=start, duration=SECONDS)
+    found = float(np.sqrt(np.mean(np.square(measured))))
+    return {"tracking": (1e3 * found, "mrad"), "guiding": (found, "N m"), "rest": (1e3 * found, "mrad/s")}[task]
+
+
+def measure() -> list[Found]:
+    """Return all tasks with all compensations."""
+    robot = arm()
+    result = identified(robot)
+    found = []
+    for task in TASKS:
+        for kind in KINDS:
+            value, unit = run(robot, task, _made(kind, result, robot))
+            found.append(Found(task=task, compensation=kind, value=float(f"{value:.4g}"), unit=unit))
+    return found
+
+
+def _made(kind: str, result: Result, robot: Robot) -> Compensation | None:
+    """Return a compensation with a state of its own."""
+    if kind == "none":
+        return None
+    factor = 1.5 if kind == "half as much again" else 1.0
+    return compiled(
+        result if kind in ("identified", "wrong sign") else with_truth(result, robot, factor),
+        robot,
+        -1.0 if kind == "wrong sign" else 1.0,
+    )
+
+
+def gain_of(found: list[Found], task: str) -> float:
+    """Return how much of what the true friction gains over no compensation the identified one does [1]."""
+    none, own, true = (
+        next(each["value"] for each in found if (each["task"], each["compensation"]) == (task, kind))
+        for kind in KINDS[:3]
+    )
+    return (none - own) / (none - true)
+
+
+def table(found: list[Found]) -> str:
+    """Return the table of the docs."""
+    lines = [f"| task | {' | '.join(KINDS)} |", "|---|" + "---|" * len(KINDS)]
+    for task in TASKS:
+        own = [each for each in found if each["task"] == task]
+        lines.append(f"| {task} [{own[0]['unit']}] | {' | '.join(format(each['value'], '.3g') for each in own)} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the table and the gains, and save them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--save", type=Path, metavar="FILE", help="save the figures as JSON")
+    options = parser.parse_args()
+    found = measure()
+    print(table(found))
+    for task in TASKS[:2]:
+        print(f"{task}: {gain_of(found, task):.2f} of what the true friction gains")
+    if options.save:
+        with whole_or_not_at_all(options.save) as temporary:
+            temporary.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
