@@ -6,7 +6,8 @@ R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,9 +50,11 @@ class ModelFriction:
         speed = np.maximum(np.abs(velocity), CREEP)
         return self._resistance(speed) / speed
 
+    @cached_property
+    def _numbers(self) -> Array:
+        """The numbers of all joints, shape (4, n)."""
+        return np.array([astuple(joint) for joint in self.joints]).T
+
     def _resistance(self, speed: Array) -> Array:
-        coulomb, viscous, rise, stribeck = (
-            np.array([getattr(joint, name) for joint in self.joints])
-            for name in ("coulomb", "viscous", "rise", "stribeck_velocity")
-        )
-        return np.asarray(coulomb + rise * np.exp(-((speed / stribeck) ** 2)) + viscous * speed)
+        coulomb, viscous, rise, stribeck_velocity = self._numbers
+        return np.asarray(coulomb + rise * np.exp(-((speed / stribeck_velocity) ** 2)) + viscous * speed)

@@ -32,7 +32,6 @@ from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog
 from stribeck.replay.model_friction import ModelFriction
 from stribeck.robot import Robot
-from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
 from stribeck.typing import Array
 
@@ -190,7 +189,9 @@ def _compared(
 def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArray[np.int64]) -> Array:
     """Return the velocity after each horizon, shape (S, H, n); of joints that are not `free` it is the measured one."""
     roots = [contact_root(robot, batch.mode, state) for state in batch.states]
-    rooted = roots[0][0]
+    rooted, first = roots[0]
+    names = [name for name in ("gravity", "velocity", "acceleration") if getattr(first, name, None) is not None]
+    root = {name: np.stack([getattr(motion, name) for _, motion in roots]) for name in names}
     motion = [np.stack([getattr(state, name) for state in batch.states]) for name in ("position", "velocity")]
     acceleration = np.stack([state.acceleration for state in batch.states])
     acceleration[:, :, free] = 0.0
@@ -203,23 +204,19 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
             now = _at(measured, at)
             now[:, free] = simulated[:, free]
             simulated[:] = now
-        root = _root_at(roots, at)
-        _, bias = rooted_inverse_dynamics(rooted, position, velocity, _at(acceleration, at), root)
-        force, matrix = (_at(batch.torque, at) - bias)[:, free], _inertia(rooted, position, free)
+        _, bias = rooted_inverse_dynamics(rooted, position, velocity, _at(acceleration, at), _root_at(root, at))
+        force = (_at(batch.torque, at) - bias)[:, free]
+        inertia = joint_inertia(rooted, position)[:, free[:, None], free]
         before = velocity.copy()
-        for _ in range(ITERATIONS):
+        for _ in range(ITERATIONS if friction else 1):
             slope = friction.slope(velocity)[:, free]
-            resisted = matrix + STEP * slope[:, :, None] * np.eye(len(free))
+            resisted = inertia + STEP * slope[:, :, None] * np.eye(len(free))
             change = np.linalg.solve(resisted, (force - slope * before[:, free])[:, :, None])[:, :, 0]
             velocity[:, free] = np.clip(before[:, free] + STEP * change, -FASTEST, FASTEST)
         position[:, free] += STEP * velocity[:, free]
         if step + 1 in steps:
             found.append(velocity.copy())
     return np.stack(found, axis=1)
-
-
-def _inertia(rooted: RootedModel, position: Array, free: NDArray[np.int64]) -> Array:
-    return joint_inertia(rooted, position)[:, free[:, None], free]
 
 
 def _at(signal: Array, row: float) -> Array:
@@ -229,19 +226,9 @@ def _at(signal: Array, row: float) -> Array:
     return np.asarray((1 - share) * signal[:, before] + share * signal[:, before + 1])
 
 
-def _root_at(roots: Sequence[tuple[RootedModel, RootMotion | None]], row: float) -> RootMotion | None:
-    """Return how the roots of all rollouts move at a row between two."""
-    motions = [motion for _, motion in roots if motion is not None]
-    if not motions:
-        return None
-
-    def signal(name: str) -> Array | None:
-        values = [getattr(motion, name) for motion in motions]
-        return None if values[0] is None else _at(np.stack(values), row)
-
-    gravity = signal("gravity")
-    assert gravity is not None
-    return RootMotion(gravity, signal("velocity"), signal("acceleration"))
+def _root_at(root: dict[str, Array], row: float) -> RootMotion | None:
+    """Return how the roots of all rollouts move at a row between two; None of a fixed base."""
+    return RootMotion(**{name: _at(signal, row) for name, signal in root.items()}) if root else None
 
 
 def _of_joint(error: Array, change: Array, counts: NDArray[np.bool_]) -> list[RolloutError | None]:
