@@ -73,7 +73,7 @@ def _same(result: Result) -> Result:
 
 REFUSED: list[tuple[Callable[[Result], Result], str, str, list[str]]] = [
     (_same, "unity", "new.urdf", ["'unity'", "expected mjcf, urdf"]),
-    (_same, "mjcf", "new.xml", ["arm.urdf", "is URDF", "export to urdf"]),
+    (_same, "sdf", "new.sdf", ["arm.urdf", "is URDF", "export to mjcf, urdf"]),
     (_same, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
     (_other_joints, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
     (_other_bodies, "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),

@@ -30,10 +30,15 @@ def numbers(link: ET.Element, path: str) -> list[float]:
     return [float(word) for word in (link.findtext(path) or "").split()]
 
 
+def post(folder: Path) -> Robot:
+    """Write the model and its robot file to a folder, and return the robot."""
+    (folder / "post.sdf").write_text(MODEL)
+    (folder / "robot.toml").write_text(f'[robot]\nmodel = "{folder}/post.sdf"\nbase = "fixed"\n')
+    return Robot.from_file(folder / "robot.toml")
+
+
 def test_links_joints_and_paths(tmp_path: Path) -> None:
-    (tmp_path / "post.sdf").write_text(MODEL)
-    (tmp_path / "robot.toml").write_text(f'[robot]\nmodel = "{tmp_path}/post.sdf"\nbase = "fixed"\n')
-    robot = Robot.from_file(tmp_path / "robot.toml")
+    robot = post(tmp_path)
     result, corrected = found_in(robot)
     path = tmp_path / "new" / "post.sdf"
     path.parent.mkdir()

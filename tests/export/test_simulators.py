@@ -61,6 +61,11 @@ def test_pinocchio_has_it(tmp_path: Path) -> None:
         robot.tree.model, robot.tree.model.createData(), neutral
     )
     np.testing.assert_allclose(np.triu(more), np.diag([0.05, 0.1, 0.4]), atol=1e-12)
+    still, acceleration = np.zeros(3), np.array([1.0, -2.0, 3.0])
+    torque = pin.rnea(model, model.createData(), neutral, still, acceleration)
+    without = pin.rnea(robot.tree.model, robot.tree.model.createData(), neutral, still, acceleration)
+    np.testing.assert_allclose(torque - without, [0.05, -0.2, 1.2], atol=1e-12)
+    np.testing.assert_allclose(pin.aba(model, model.createData(), neutral, still, torque), acceleration, atol=1e-9)
 
 
 def test_pinocchio_without_the_joint_is_left_as_it_was(tmp_path: Path) -> None:

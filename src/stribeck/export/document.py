@@ -81,6 +81,11 @@ def set_text(element: Element, *values: float | str) -> None:
     element.appendChild(document.createTextNode(" ".join(map(str, values))))
 
 
+def text_of(element: Element) -> str:
+    """Return the text that an element holds."""
+    return "".join(node.data for node in element.childNodes if isinstance(node, Text)).strip()
+
+
 def moved(path: str, source: Path, target: Path) -> str:
     """Return a path that leads from the folder `target` to where it led from the folder `source`."""
     if Path(path).is_absolute() or source.resolve() == target.resolve():

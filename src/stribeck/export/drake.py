@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from xml.dom.minidom import Element
 
-from stribeck.export.document import child, children, document_text, set_numbers, set_text
+from stribeck.export.document import child, children, document_text, set_numbers, set_text, text_of
 from stribeck.export.forms import viscous
 from stribeck.export.target import Request, Target
 from stribeck.export.urdf import changed_document
@@ -48,9 +48,10 @@ def _set_rotor(root: Element, joint: str, inertia: float) -> None:
 
 
 def _transmission(root: Element, joint: str) -> Element:
-    """Return the transmission of a joint; it is made where there is none."""
+    """Return the transmission of a joint, of the one type that Drake reads; it is made where there is none."""
     for transmission in children(root, "transmission"):
-        if joint in [own.getAttribute("name") for own in children(transmission, "joint")]:
+        simple = any(text_of(own).endswith("SimpleTransmission") for own in children(transmission, "type"))
+        if simple and joint in [own.getAttribute("name") for own in children(transmission, "joint")]:
             return transmission
     document = root.ownerDocument
     assert document is not None

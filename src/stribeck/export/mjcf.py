@@ -1,4 +1,4 @@
-"""An MJCF with other inertias, joint friction and rotor inertias."""
+"""An MJCF with other inertias, joint friction and rotor inertias; of a URDF, made from it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ import numpy as np
 from stribeck.export.document import child, children, document_text, moved, read_document, remove, set_numbers
 from stribeck.export.forms import plain, stribeck
 from stribeck.export.links import LinkInertia
+from stribeck.export.mjcf_of_urdf import mjcf_of_urdf
 from stribeck.export.target import Request, Target
+from stribeck.robot.model_file import kind_of
 
 BREAKAWAY, BRISTLE_TIME = 1e-3, 1e-3
 """How far LuGre's bristles bend before they slip [rad], [m], and their damping over their stiffness [s].
@@ -24,9 +26,18 @@ ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia")
 
 
 def mjcf_text(request: Request) -> str:
-    """Return the robot's MJCF with bodies and joints changed; included files are put in their place."""
-    document, root = read_document(request.model)
-    _include(root, request.model.parent)
+    """Return the robot's MJCF with bodies and joints changed; included files are put in their place.
+
+    Of a robot whose model is URDF, the MJCF is made of that.
+    """
+    if kind_of(request.model) == "urdf":
+        floating = request.robot.base == "floating"
+        document, root, notes = mjcf_of_urdf(request.model, request.folder, floating=floating)
+    else:
+        document, root = read_document(request.model)
+        notes = []
+        _include(root, request.model.parent)
+        _move_files(root, request.model.parent, request.folder)
     for world in children(root, "worldbody"):
         for name, body in _bodies(world, ""):
             if name in request.links:
@@ -36,8 +47,7 @@ def mjcf_text(request: Request) -> str:
                     _set_friction(root, joint, {name: value for name, (value, _) in terms.stated.items()})
     if request.links:
         _state_inertias(root)
-    _move_files(root, request.model.parent, request.folder)
-    return document_text(document, request.lines)
+    return document_text(document, [*request.lines, *notes])
 
 
 TARGET = Target(
@@ -50,7 +60,7 @@ TARGET = Target(
     },
     suffix=".xml",
     text=mjcf_text,
-    models=("mjcf",),
+    models=("mjcf", "urdf"),
 )
 
 

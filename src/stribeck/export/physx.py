@@ -17,11 +17,11 @@ PER_DEGREE = math.pi / 180
 
 def physx_text(request: Request) -> str:
     """Return the file: by joint what PhysX takes, in SI units, and what a USD prim of the joint has."""
-    turning = dict(zip(request.robot.joint_names, request.robot.prismatic, strict=True))
+    prismatic = dict(zip(request.robot.joint_names, request.robot.prismatic, strict=True))
     joints = {}
     for name, terms in request.joints.items():
         numbers = {word: value for word, (value, _) in terms.stated.items()}
-        axis = "linear" if turning[name] else "angular"
+        axis = "linear" if prismatic[name] else "angular"
         friction = {word: numbers[word] for word in PARAMETERS if word in numbers}
         joints[name] = {
             **({"PxJointFrictionParams": friction} if friction else {}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.dom.minidom import Element
 
-from stribeck.export.document import child, children, document_text, moved, read_document, remove, set_text
+from stribeck.export.document import child, children, document_text, moved, read_document, remove, set_text, text_of
 from stribeck.export.forms import plain
 from stribeck.export.links import LinkInertia
 from stribeck.export.target import Request, Target
@@ -51,6 +51,6 @@ def _move_files(root: Element, source: Path, folder: Path) -> None:
     """Let paths of meshes and textures lead where they led; those with a scheme, as model://, stay."""
     for tag in ("uri", "normal_map", "albedo_map"):
         for element in root.getElementsByTagName(tag):
-            name = "".join(node.data for node in element.childNodes if node.nodeType == node.TEXT_NODE).strip()
+            name = text_of(element)
             if name and "://" not in name:
                 set_text(element, moved(name, source, folder))

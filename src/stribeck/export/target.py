@@ -51,8 +51,8 @@ class Request:
 class Target:
     """A target of `stribeck export --to`.
 
-    To add one: write `export/<name>.py` with a `TARGET`, add it to `TARGETS` in `export/write.py`, and its row to the
-    table in docs/export.md.
+    To add one: write `export/<name>.py` with a `TARGET`, add it to `TARGETS` in `export/write.py` and to `FORMATS` in
+    `cli/app.py`, and its row to the table in docs/export.md.
 
     Attributes
     ----------

@@ -76,7 +76,7 @@ def export(
         The file to write, whole or not at all.
     target
         One of `TARGETS`; "urdf", "sdf", "drake" and "mjcf" write the robot's model again, which must be of that
-        format.
+        format; "mjcf" also takes a URDF, and "drake" does.
     joints
         Those whose friction is written; all if None.
     include_weak
