@@ -2,8 +2,9 @@
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.replayed --save studies/replayed.json
 
-Friction and corrections are found in a robot's first log, or in the first half of its only one, and exported into its
-own model; the other logs, or the other half, are replayed. `--table` prints the table of a saved study.
+Friction and corrections are found in a robot's first log, or in the first half of its only one, and exported as MJCF,
+which has a place for rotors; the other logs, or the other half, are replayed. `--table` prints the table of a saved
+study.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from stribeck import Robot, export, identify
 from stribeck.replay.replay import Replayed, replay
 from stribeck.replay.rollouts import HORIZONS
-from studies.real import DATA, EXAMPLES, FORMATS
+from studies.real import DATA, EXAMPLES
 
 ROBOTS = ("tx40", "go2", "double-pendulum", "kinova-gen3")
 SHOWN = 1
@@ -48,8 +49,8 @@ def rows_of(folder: Path) -> Iterator[dict[str, Any]]:
     first, *others = logs if len(logs) > 1 else halves(logs[0])
     robot = Robot.from_file(folder / "robot.toml")
     model = Path(robot.model_path)
-    exported = folder / f"exported{model.suffix}"
-    export(identify(first, robot), robot, exported, FORMATS[model.suffix])
+    exported = folder / "exported.xml"
+    export(identify(first, robot), robot, exported, "mjcf")
     for log in others:
         found = replay(log, robot, exported)
         errors = {(Path(each.model).name, each.friction): medians(each) for each in found.models}

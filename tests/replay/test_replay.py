@@ -160,7 +160,7 @@ def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsy
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("wrong.urdf", ""), ["no such model file"]),
+        (("wrong.urdf", ""), ["wrong.urdf: no such file; expected a URDF, MJCF or SDF model of robot 'arm'"]),
         (("wrong.urdf", URDF.replace("elbow", "knee")), ["wrong.urdf: has no joint 'elbow'", "shoulder, knee, slide"]),
         (("wrong.urdf", "<robot"), ["wrong.urdf: is not well-formed"]),
         (
@@ -207,6 +207,20 @@ def test_other_orders_and_further_joints_change_nothing(tmp_path: Path) -> None:
     )
     again = replay(moved, robot, tmp_path / "other.urdf", EXACT)
     assert again.models[0].torque == own.torque
+
+
+def test_a_joint_that_moves_no_mass_is_taken_as_measured(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    zeros = 'ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"'
+    light = URDF.replace('<mass value="1"/>', '<mass value="0"/>')
+    light = light.replace('ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"', zeros)
+    (tmp_path / "light.urdf").write_text(light)
+    found = replay(arm_log(robot, duration=4), robot, tmp_path / "light.urdf", EXACT)
+    assert "light.urdf: joint 'slide' moves no mass, so rollouts take it as measured" in found.notes
+    assert found.joints == ["shoulder", "elbow", "slide"]
+    for model in found.models:
+        assert "slide" in model.torque
+        assert list(model.rollouts) == ["shoulder", "elbow"]
 
 
 def test_contact_frames_that_a_model_lacks_are_the_robots(tmp_path: Path) -> None:

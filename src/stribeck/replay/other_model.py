@@ -29,6 +29,8 @@ def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:
     RobotFileError
         If the file cannot be read, or lacks a joint of the robot.
     """
+    if not path.exists():
+        raise RobotFileError(f"{path}: no such file; expected a URDF, MJCF or SDF model of robot '{robot.name}'")
     model, notes = load_model(path, robot.base)
     names = joint_names(model)
     if missing := [name for name in robot.joint_names if name not in names]:
@@ -80,18 +82,20 @@ def _add_frames(model: pin.Model, robot: Robot, path: Path) -> list[str]:
     missing = [name for name in frames if not model.existFrame(name)]
     if not missing:
         return []
+    base = int(is_floating(model))  # its joint: the free one, or the world
     zero, there = (_at_zero(each) for each in (source, model))
     for name in missing:
         frame = source.frames[source.getFrameId(name)]
         carrier = str(source.names[frame.parentJoint])
-        joint = int(model.getJointId(carrier)) if carrier in robot.joint_names else int(is_floating(model))
-        in_base = zero.oMi[frame.parentJoint] * frame.placement
-        model.addFrame(pin.Frame(name, joint, 0, there.oMi[joint].inverse() * in_base, pin.FrameType.OP_FRAME))
+        joint = int(model.getJointId(carrier)) if carrier in robot.joint_names else base
+        in_base = zero.oMi[base].actInv(zero.oMi[frame.parentJoint] * frame.placement)
+        placement = there.oMi[joint].actInv(there.oMi[base] * in_base)
+        model.addFrame(pin.Frame(name, joint, 0, placement, pin.FrameType.OP_FRAME))
     return [f"{path.name}: frame(s) {', '.join(missing)} are missing, and put where the robot's own model has them"]
 
 
 def _at_zero(model: pin.Model) -> pin.Data:
-    """Return where the joints are at zero position, the base at the origin."""
+    """Return where the joints are at zero position."""
     data = model.createData()
     pin.forwardKinematics(model, data, pin.neutral(model))
     return data

@@ -93,9 +93,8 @@ class Replay:
     @property
     def joints(self) -> list[str]:
         """Those of which there is an error."""
-        return [
-            name for name, errors in self.models[0].rollouts.items() if any(errors) or name in self.models[0].torque
-        ]
+        first = self.models[0]
+        return list(dict.fromkeys([*first.torque, *(name for name, errors in first.rollouts.items() if any(errors))]))
 
     def to_json(self) -> str:
         """Return all of it as JSON text."""
