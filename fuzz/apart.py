@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import pickle
+import pickle  # nosec B403 - of what a child of this process has sent
 import traceback
 from collections.abc import Callable
 from typing import TypeVar
@@ -36,5 +36,5 @@ def apart(work: Callable[[], Value]) -> Value:
         found = pipe.read()
     if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
         raise RuntimeError("work in a child process failed")
-    value: Value = pickle.loads(found)
+    value: Value = pickle.loads(found)  # nosec B301 - the same
     return value

@@ -30,6 +30,7 @@ import pinocchio as pin
 
 from stribeck import Robot, identify
 from stribeck.export import export
+from stribeck.export.joints import joint_terms
 from stribeck.friction import get_law
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import Result
@@ -108,8 +109,8 @@ def with_truth(result: Result, robot: Robot, factor: float) -> Result:
     return replace(result, law=LAW, joints=joints)
 
 
-def compiled(result: Result, robot: Robot, sign: float = 1.0) -> Compensation:
-    """Return the compensation by the exported header, compiled."""
+def compiled(result: Result, robot: Robot, sign: float = 1.0, period: float = 1 / RATE) -> Compensation:
+    """Return the compensation by the exported header, compiled, every `period` [s]."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         export(result, robot, path / "friction.h", "c", include_weak=True)
@@ -118,15 +119,15 @@ def compiled(result: Result, robot: Robot, sign: float = 1.0) -> Compensation:
             "static friction_state state[FRICTION_JOINT_COUNT];\n"
             "double act(int k, double v, double w) {\n"
             f"    static const friction_settings own = {{{', '.join(map(repr, SETTINGS.values()))}}};\n"
-            f"    return friction_compensation(k, v, w, 0, 0, {1 / RATE!r}, &own, &state[k]);\n"
+            f"    return friction_compensation(k, v, w, 0, 0, {period!r}, &own, &state[k]);\n"
             "}\n"
         )
         command = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "loop.c", "-o", "loop.so", "-lm"]
         subprocess.run(command, cwd=path, check=True)
         act = ctypes.CDLL(str(path / "loop.so")).act
     act.argtypes, act.restype = [ctypes.c_int, ctypes.c_double, ctypes.c_double], ctypes.c_double
-    known = [name for name in robot.joint_names if result.joints[name].parameters]
-    number = {robot.joint_names.index(name): k for k, name in enumerate(known)}
+    written = joint_terms(result, None, include_weak=True)
+    number = {robot.joint_names.index(name): k for k, name in enumerate(written)}
 
     def compensate(measured: Array, desired: Array) -> Array:
         torques = np.zeros(len(measured))

@@ -85,6 +85,9 @@ class Conditions:
         Of feet that have no simple shape in the model.
     physics_step
         [s]
+    compensation
+        Torques to add to the controller's [N m], shape (n,), from joint velocities as they are known [rad/s], shape
+        (n,), in the tree's order; called whenever the controller is.
     """
 
     friction: FrictionTruth | None = None
@@ -96,6 +99,7 @@ class Conditions:
     gains: Gains = field(default_factory=Gains)
     soles: Mapping[str, Sole] = field(default_factory=dict)
     physics_step: float = PHYSICS_STEP
+    compensation: Callable[[Array], Array] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +161,7 @@ def simulate_walk(
         seed=conditions.seed,
     )
     with one_blas_thread():
-        _run(sim, controller, recorder, estimator, sensors, conditions.pushes, progress)
+        _run(sim, controller, recorder, estimator, sensors, conditions, progress)
     exact = recorder.log()
     truth = replace(recorder.truth(friction.parameters), foot_wrench=exact.foot_wrench)
     return Walk(measure(exact, sensors), truth, plan)
@@ -169,7 +173,7 @@ def _run(
     recorder: Recorder,
     estimator: StateEstimator | None,
     sensors: Sensors,
-    pushes: Sequence[Push],
+    conditions: Conditions,
     progress: Callable[[float], None],
 ) -> None:
     """Step through the plan: see, estimate, control, act."""
@@ -185,7 +189,9 @@ def _run(
             else:
                 configuration, velocity = estimator.update(_read(recorder, sensors, k))
             torque = controller.torque(k, configuration, velocity)
-        applied, first, touch = sim.advance(torque, _push_at(pushes, k * plan.period))
+            if conditions.compensation is not None:
+                torque = torque + conditions.compensation(velocity[6:])
+        applied, first, touch = sim.advance(torque, _push_at(conditions.pushes, k * plan.period))
         recorder.act(applied, first)
         if not now.configuration[2] > lowest:  # false for numbers that are none, too
             raise FellError(f"{robot.name} fell {k * plan.period:.2f} s after the start, {_place(plan, k)}")
