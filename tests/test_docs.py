@@ -29,6 +29,7 @@ from studies import (
     replayed,
     step_coverage,
     verdicts,
+    walking_compensation,
     what_is_told,
 )
 from tests.arm import arm_log, save_npz, write_arm
@@ -348,6 +349,8 @@ def test_the_compensation_shown_is_the_studys_and_as_good_as_the_truth() -> None
     found = json.loads((ROOT / "studies/compensation.json").read_text())
     assert compensation.table(found) in PAGES["docs/export.md"]
     assert all(compensation.gain_of(found, task) > 0.75 for task in compensation.TASKS[:2])
+    walks = json.loads((ROOT / "studies/walking_compensation.json").read_text())
+    assert walking_compensation.table(walks) in PAGES["docs/export.md"]
 
 
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:

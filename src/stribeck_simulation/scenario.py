@@ -17,8 +17,7 @@ Named = dict[str, Finite]
 Share = Annotated[float, Field(ge=0, lt=1)]
 LONGEST = 1000.0
 """Of a simulation [s]; a log of it fits memory."""
-PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]
-"""[s]; coarser ones are longer than a period of the log."""
+PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]  # [s]; coarser ones are longer than a period of the log
 
 
 class StepsTable(Table):
