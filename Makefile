@@ -36,7 +36,7 @@ bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
 
 fuzz: .venv/.dev
-	$(BIN)/python -m fuzz --seed 0 --inputs 10000
+	$(BIN)/python -m fuzz --seed 0 --inputs 10100
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper
