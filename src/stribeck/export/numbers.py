@@ -40,22 +40,10 @@ NAMES = (
 """Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s, tau_c, tau_s, k, and the positions of
 the log, of which the nearest counts beyond them."""
 
-SAME = (
-    "viscous",
-    "coulomb",
-    "stribeck_gain",
-    "stribeck_velocity",
-    "exponent",
-    "slope",
-    "offset",
-    "load",
-    "coulomb_per_kelvin",
-    "viscous_per_kelvin",
-    "coulomb_cosine",
-    "coulomb_sine",
-    "ripple_cosine",
-    "ripple_sine",
-)
+MADE = ("viscous_difference", "coulomb_difference", "mean_cosine", "mean_sine", "ripple_per_turn", "lowest", "highest")
+"""Numbers that are no parameters of a law."""
+
+SAME = tuple(name for name in NAMES if name not in MADE)
 """Parameters of laws that are numbers of the function as they are."""
 
 FAR = 1e9

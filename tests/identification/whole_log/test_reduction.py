@@ -1,6 +1,7 @@
 """A part of a long log tells the curves nearly, and the rest of it in fewer coefficients says what the whole would."""
 
 import pytest
+from tests.identification.whole_log.test_whole_log import TRUTH
 
 from stribeck import Robot, identify
 from stribeck.friction import get_law
@@ -9,15 +10,6 @@ from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
-
-TRUTH = {
-    "viscous": 0.3,
-    "coulomb": 1.2,
-    "stribeck_gain": 0.3,
-    "stribeck_velocity": 0.15,
-    "offset": 0.2,
-    "slope": 50.0,
-}
 
 
 @pytest.mark.parametrize("law", ["stribeck", "auto"])
