@@ -37,6 +37,7 @@ bench: .venv/.dev
 
 fuzz: .venv/.dev
 	$(BIN)/python -m fuzz --seed 0 --inputs 10100
+	$(PYTEST) --hypothesis-profile=default tests/result tests/log tests/robot tests/test_settings.py
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper

@@ -126,20 +126,22 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
     SettingsError
         If the friction is not finite there.
     """
-    found = {name: parameter.value for name, parameter in joint.parameters.items()}
-    velocity, load, position = _visited(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
-    with np.errstate(all="ignore"):  # numbers that no joint has are refused below
+    with np.errstate(all="ignore"):  # numbers that no joint has are refused in the end
+        found = {name: parameter.value for name, parameter in joint.parameters.items()}
+        velocity, load, position = _visited(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
         friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
         columns = form.columns(velocity, load, found)
         unit = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         if not np.isfinite(np.append(unit, np.linalg.norm(friction))).all():
             raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
-    coefficients = nnls(columns / unit, friction)[0] / unit
-    numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
-    numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
-    numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
-    remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
-    return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
+        coefficients = nnls(columns / unit, friction)[0] / unit
+        numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
+        numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
+        numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
+        remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
+        if not np.isfinite([*numbers.values(), remains]).all():
+            raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite one")
+        return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
 
 
 def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
