@@ -8,6 +8,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 
+import numpy as np
+
+from stribeck.audit import audit_or_stop
 from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque.stage import with_filter
 from stribeck.log import RobotLog
@@ -107,6 +110,7 @@ def replay(
     model: str | Path,
     settings: Settings | None = None,
     *,
+    force: bool = False,
     progress: Progress = quiet,
 ) -> Replay:
     """Compare a log with another model of the robot and with the robot's own, each with and without its friction.
@@ -121,22 +125,27 @@ def replay(
         A URDF, MJCF or SDF with the robot's joints.
     settings
         The robot file's if None. Motion and torque pass the same filter, and standing legs move as measured.
+    force
+        Whether to go on with a log in which the audit finds what makes every number wrong.
     progress
         Told how far the work is.
 
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If robot, model or log cannot be used, or the log shows no joint's friction.
+        If robot, model or log cannot be used, the log shows no joint's friction, or, unless forced, the audit finds
+        what makes every number wrong.
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     common = {"filter_torque": True, "averaged_law": False, "double_support": "skip", "standing_legs": False}
-    settings = (settings or robot.settings).model_copy(update=common)
+    asked = settings or robot.settings
+    settings = asked.model_copy(update=common)
     other, notes = other_model(robot, Path(model))
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
         prepared = prepare(log, robot, settings)
+        notes += [*(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)), *_flight(prepared)]
         settings, _ = with_filter(prepared, robot, settings)
         logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
         massless = _massless((robot, other), logs)
@@ -173,12 +182,26 @@ def _massless(robots: Sequence[Robot], logs: Sequence[PreparedLog]) -> list[tupl
     ]
 
 
+def _flight(prepared: PreparedLog) -> list[str]:
+    """Return a note on the share of a log that is flight, if there is any: its joints move the base, too."""
+    rows = sum(phase.last - phase.first for phase in prepared.support.phases if phase.kind == "flight")
+    share = 100 * rows / len(prepared.log.time)
+    return [f"{share:.2g} % of the log is flight, which is left out"] if rows else []
+
+
 def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
     """Return the friction that a robot's model states, and note what it lacks."""
     path = Path(robot.model_path)
-    stated, own = read_friction(path)
-    found = ModelFriction([stated.get(name, JointFriction()) for name in robot.joint_names])
-    notes += [f"{path.name}: {note}" for note in own]
+    stated = read_friction(path)
+    names, couplings = robot.joint_names, []
+    unmeasured = [name for k, name in enumerate(names) if k not in robot.torque_controlled]
+    for coupling, (coefficients, friction) in stated.couplings.items():
+        if own := [name for name in coefficients if name in unmeasured]:
+            stated.notes.append(f"tendon '{coupling}' is left out, as the torque of '{own[0]}' is not measured")
+        else:
+            couplings.append((np.array([coefficients.get(name, 0.0) for name in names]), friction))
+    found = ModelFriction([stated.joints.get(name, JointFriction()) for name in names], couplings)
+    notes += [f"{path.name}: {note}" for note in stated.notes]
     if not found:
         notes.append(f"{path.name}: states no joint friction")
     return found
