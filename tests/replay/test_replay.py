@@ -306,6 +306,15 @@ def test_contact_frames_that_a_model_lacks_are_the_robots(tmp_path: Path) -> Non
         assert other.torque[joint].rms == pytest.approx(error.rms, rel=1e-9)
 
 
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize("friction", ["1e200", "1e308"])
+def test_a_model_with_numbers_that_no_robot_has_is_refused(friction: str, tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    path = with_friction(robot, "urdf", tmp_path / "huge.urdf", float(friction), float(friction))
+    with pytest.raises(RobotFileError, match=r"huge\.urdf: its .* is not finite; expected masses"):
+        replay(arm_log(robot, duration=3), robot, path, EXACT)
+
+
 def test_a_model_of_another_robot_is_refused(tmp_path: Path) -> None:
     robot = Robot.from_file(write_arm(tmp_path))
     (tmp_path / "toro").mkdir()

@@ -11,7 +11,7 @@ from statistics import median
 import numpy as np
 
 from stribeck.audit import audit_or_stop
-from stribeck.errors import errors_about, findings_kept
+from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.stage import with_filter
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
@@ -151,13 +151,17 @@ def replay(
         massless = _massless((robot, other), logs)
         notes += [f"{file}: joint '{name}' moves no mass, so rollouts take it as measured" for name, file in massless]
         found: list[Replayed] = []
-        with errors_about(prepared.log.path):
+        with errors_about(prepared.log.path), np.errstate(all="ignore"):  # numbers that no robot has are refused
             for each, own, friction in zip((robot, other), logs, frictions, strict=True):
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
                 none = ModelFriction([JointFriction()] * len(each.joint_names))
                 variants = [none, friction] if friction else [none]
                 torque = torque_errors(own, each, variants, settings)
-                rollouts = rollout_errors(own, each, variants, dict(massless), settings)
+                try:
+                    rollouts = rollout_errors(own, each, variants, dict(massless), settings)
+                except np.linalg.LinAlgError as error:
+                    raise _impossible(each, f"its joint-space inertia matrix cannot be inverted ({error})") from error
+                _require_finite(each, torque, rollouts)
                 found += [
                     Replayed(model=each.model_path, friction=n > 0, torque=torque[n], rollouts=rollouts[n])
                     for n in range(len(variants))
@@ -171,6 +175,22 @@ def replay(
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
     )
+
+
+def _require_finite(
+    robot: Robot, torque: list[dict[str, TorqueError]], rollouts: list[dict[str, list[RolloutError | None]]]
+) -> None:
+    for of_joints, of_rollouts in zip(torque, rollouts, strict=True):
+        for name, error in of_joints.items():
+            if not np.isfinite([error.rms, error.r2]).all():
+                raise _impossible(robot, f"its torque of joint '{name}' is not finite")
+        for name, errors in of_rollouts.items():
+            if not all(np.isfinite([error.rms, error.relative]).all() for error in errors if error):
+                raise _impossible(robot, f"its simulated velocity of joint '{name}' is not finite")
+
+
+def _impossible(robot: Robot, what: str) -> RobotFileError:
+    return RobotFileError(f"{robot.model_path}: {what}; expected masses, lengths and friction that a robot can have")
 
 
 def _massless(robots: Sequence[Robot], logs: Sequence[PreparedLog]) -> list[tuple[str, str]]:
