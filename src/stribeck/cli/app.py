@@ -134,6 +134,33 @@ def inspect(
 
 
 @app.command()
+def convert(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .npz, .parquet or .mcap.")],
+    robot: Annotated[
+        Path | None, typer.Option("--robot", "-r", help="Whose joints, in whose order, units and signs.")
+    ] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write a log again, in SI units and under the names that are read without any setting."""
+    from stribeck.log.readers import read_log
+    from stribeck.log.writers import write_log
+    from stribeck.robot import Robot
+
+    check_outputs([output], [log, *(_files_of(robot) if robot else [])], overwrite)
+    with progress_bar() as progress:
+        progress("reading", 0.1)
+        found = read_log(log, Robot.from_file(robot) if robot else None)
+        progress("writing", 0.6)
+        left_out = write_log(found, output)
+    for note in found.notes:
+        typer.echo(note)
+    if left_out:
+        typer.echo(f"Messages have no place for {' and '.join(left_out)}: left out.")
+    console.print_paths([output])
+
+
+@app.command()
 def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
