@@ -2,9 +2,9 @@
 
     python contest/contestants/with_mujoco_sysid.py CASE OUT
 
-Needs mujoco[sysid] alone. Used as its integration test identifies an arm: joint parameters with a modifier each,
-sensors of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, intervals by `calculate_intervals`. Its
-rollouts begin anew every half second: over a whole log an arm that nobody controls falls.
+Needs mujoco[sysid] alone. Used as its integration test identifies an arm: joint parameters with a modifier each, sensors
+of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and `calculate_intervals`. Its rollouts
+begin anew every half second: over a whole log an arm that nobody controls falls.
 """
 
 from __future__ import annotations
