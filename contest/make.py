@@ -40,10 +40,10 @@ from contest.model_errors import publish_model
 from contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, write
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
+from stribeck.log.writers import write_log
 from stribeck.robot import Robot
 from stribeck.settings import parse_toml
 from stribeck.typing import Array
-from stribeck_simulation.files import write_npz
 from stribeck_simulation.friction import FrictionTruth, LuGre
 from stribeck_simulation.friction.injection import Instant
 from stribeck_simulation.prescribed.exact import exact_log
@@ -194,7 +194,7 @@ def publish(name: str, moved: Simulated, label: str, folder: Path, seeds: np.ran
     publish_model(Path(robot.model_path), case_folder / model, generator)
     exact = replace(moved.log, torque=moved.log.torque + friction(condition, parameters, moved.log))
     log = seen(exact, condition, log_seed)
-    write_npz(log, case_folder / "log.npz")
+    write_log(log, case_folder / "log.npz")
     asked = asked_joints(exact, tuple(parameters))
     case = Case(
         robot=name,

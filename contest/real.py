@@ -24,7 +24,7 @@ from stribeck import Robot, read_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
 from stribeck.log.sampling import regularise
-from stribeck_simulation.files import write_npz
+from stribeck.log.writers import write_log
 
 CONDITION = "held-out"
 HELD_OUT = 2
@@ -56,7 +56,7 @@ def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
     train, held = apart(parts)
     names = [f"log_{number}.npz" for number in range(1, len(train) + 1)]
     for log, label in zip(train, names, strict=True):
-        write_npz(log, case_folder / label)
+        write_log(log, case_folder / label)
     rate = 1 / float(np.median(np.diff(held.time)))
     position = sosfiltfilt(butter(ORDER, 2 * WIDER * band / rate, output="sos"), held.position, axis=0)
     velocity = np.gradient(position, 1 / rate, axis=0)

@@ -2,7 +2,7 @@
 
     python contest/contestants/with_mujoco_sysid.py CASE OUT
 
-Needs mujoco[sysid] alone. Used as its integration test identifies an arm: joint parameters with a modifier each, sensors
+Needs mujoco[sysid] alone. Used as its integration test identifies an arm: parameters with a modifier each, sensors
 of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and `calculate_intervals`. Its rollouts
 begin anew every half second: over a whole log an arm that nobody controls falls.
 """
@@ -31,9 +31,11 @@ LONGEST = 20.0
 """Of all logs together [s]."""
 START, MOST = 0.5, 60.0
 """Friction loss [N m] and damping [N m s/rad] to begin with, and bound."""
+OFFSET = 20.0
+"""Largest offset of a motor [N m], which starts at none."""
 ROTOR = 0.01, 2.0
 """Rotor inertia likewise [kg m^2]."""
-NAMES = {"coulomb": "frictionloss", "viscous": "damping"}
+NAMES = {"coulomb": "frictionloss", "viscous": "damping", "offset": "offset"}
 
 
 def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: float) -> Any:
@@ -52,6 +54,7 @@ def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: floa
         spec.joint(joint).actfrclimited = False
         motor = spec.add_actuator(name=f"{joint}_motor", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_motor()
+        motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE  # whose constant is less the offset
         spec.add_sensor(
             name=f"{joint}_position",
             type=mujoco.mjtSensor.mjSENS_JOINTPOS,
@@ -96,13 +99,19 @@ def parameters(joints: list[str], rotors: bool) -> Any:
     found = sysid.ParameterDict()
     for joint in joints:
         for name in [*NAMES.values(), *["armature"] * rotors]:
-            start, most = ROTOR if name == "armature" else (START, MOST)
+            start, most = {"armature": ROTOR, "offset": (0.0, OFFSET)}.get(name, (START, MOST))
+            least = -most if name == "offset" else 0.0
 
             def modify(spec: Any, parameter: Any, joint: str = joint, name: str = name) -> None:
                 value = parameter.value[0]
-                setattr(spec.joint(joint), name, [value, 0.0, 0.0] if name == "damping" else value)
+                if name == "offset":
+                    spec.actuator(f"{joint}_motor").biasprm[0] = -value
+                else:
+                    setattr(spec.joint(joint), name, [value, 0.0, 0.0] if name == "damping" else value)
 
-            found.add(sysid.Parameter(f"{joint} {name}", nominal=start, min_value=0.0, max_value=most, modifier=modify))
+            found.add(
+                sysid.Parameter(f"{joint} {name}", nominal=start, min_value=least, max_value=most, modifier=modify)
+            )
     return found
 
 
@@ -158,6 +167,7 @@ def predict(spec: Any, found: Any, log: Any, joints: list[str], out: Path) -> No
     torque += (
         log["velocity"] * np.ravel(model.dof_damping[columns])
         + np.sign(log["velocity"]) * model.dof_frictionloss[columns]
+        + np.array([found[f"{joint} offset"].value[0] for joint in joints])
     )
     np.savez(out / "torque.npz", torque=torque)
 
