@@ -19,6 +19,9 @@ SIZE = 10
 _ENTRIES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 """Rows and columns of I in the order of the parameters."""
 
+_ABOVE = ((0, 1), (1, 2), (0, 2))
+"""Entries above the diagonal of K, in the order of the coordinates of a shape."""
+
 
 def pseudo_inertia(parameters: Array) -> Array:
     """Return the pseudo-inertia, shape (..., 4, 4), of parameters, shape (..., 10); it is linear in them."""
@@ -42,6 +45,34 @@ def inertial_parameters(matrix: Array) -> Array:
     for k, (i, j) in enumerate(_ENTRIES):
         parameters[..., 4 + k] = (trace if i == j else 0.0) - matrix[..., i, j]
     return parameters
+
+
+def shape_coordinates(matrix: Array) -> Array:
+    """Return the coordinates of a body's shape, shape (..., 6), of a pseudo-inertia, shape (..., 4, 4).
+
+    With second moments about the centre of mass Sigma_c = m K K^T, K upper triangular, they are the logarithms of its
+    diagonal, in meters, and K_01, K_12, K_02 [m]: log-Cholesky coordinates (Rucker and Wensing 2022), in which every
+    value is a body that can exist. It has none if Sigma_c is not positive definite: NaN.
+    """
+    mass = matrix[..., 3, 3]
+    centre = matrix[..., :3, 3] / mass[..., None]
+    moments = matrix[..., :3, :3] / mass[..., None, None] - centre[..., :, None] * centre[..., None, :]
+    with np.errstate(invalid="ignore"):
+        possible = np.linalg.eigvalsh(moments)[..., 0] > 0
+    safe = np.where(possible[..., None, None], moments, np.eye(3))
+    factor = np.linalg.cholesky(safe[..., ::-1, ::-1])[..., ::-1, ::-1]
+    entries = [np.log(factor[..., i, i]) for i in range(3)] + [factor[..., i, j] for i, j in _ABOVE]
+    return np.asarray(np.where(possible[..., None], np.stack(entries, axis=-1), np.nan))
+
+
+def inertia_of_shape(mass: float, coordinates: Array) -> Array:
+    """Return Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre, shape (6,), of a body [kg] of such a shape, shape (6,)."""
+    factor = np.diag(np.exp(coordinates[:3]))
+    for (i, j), value in zip(_ABOVE, coordinates[3:].tolist(), strict=True):
+        factor[i, j] = value
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3] = mass * factor @ factor.T
+    return inertial_parameters(matrix)[4:]
 
 
 def carried(homogeneous: Array) -> Array:

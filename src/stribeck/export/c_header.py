@@ -32,6 +32,7 @@ typedef double friction_real;
 typedef struct {{
 {fields}
     friction_real confidence; /* share that is compensated, by the joint's verdict */
+    friction_real mean_temperature; /* of the log [deg C], 0 if none was logged */
 }} friction_joint;
 
 static const friction_joint FRICTION_JOINTS[FRICTION_JOINT_COUNT] = {{
@@ -43,7 +44,7 @@ FUNCTIONS = """
 /*
  * Friction torque of a joint [N m], of a prismatic one [N]; positive for positive velocity, offset included; the mean
  * over the positions of the log. velocity [rad/s], [m/s]; load: torque that the joint carries without friction [N m];
- * temperature: above its mean in the log [K].
+ * temperature: above mean_temperature [K].
  */
 static inline friction_real friction_torque(int joint, friction_real velocity, friction_real load,
                                             friction_real temperature)
@@ -124,7 +125,11 @@ def c_text(request: Request) -> str:
     names = [f"    FRICTION_{own[name]} = {k}," for k, name in enumerate(joints)]
     rows = []
     for name, joint in joints.items():
-        numbers = [*numbers_of(joint).values(), FADED if joint.verdict == "weak" else 1.0]
+        numbers = [
+            *numbers_of(joint).values(),
+            FADED if joint.verdict == "weak" else 1.0,
+            joint.mean_temperature or 0.0,
+        ]
         rows.append(f"    {{{', '.join(f'(friction_real){number!r}' for number in numbers)}}}, /* {own[name]} */")
     head = HEAD.format(
         guard=f"FRICTION_{identifier(request.result.robot)}_H",

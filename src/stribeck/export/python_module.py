@@ -13,15 +13,16 @@ import numpy
 JOINTS = {{
 {rows}
 }}
-"""Joint -> numbers of the function below; `confidence` is the share that is compensated, by the joint's verdict."""
+"""Joint -> numbers of the function below; `confidence` is the share that is compensated, by the joint's verdict,
+`mean_temperature` that of the log [deg C], 0 if none was logged."""
 
 
 def friction_torque(joint, velocity, load=0.0, temperature=0.0, position=None, xp=numpy):
     """Return the friction torque of a joint [N m], of a prismatic one [N]; offset included.
 
     Positive for positive velocity. velocity [rad/s], [m/s]; load: torque that the joint carries without friction [N m];
-    temperature: above its mean in the log [K]; position [rad], if None the mean over the log's. Arrays of NumPy, or,
-    with `xp=torch`, tensors.
+    temperature: above the joint's `mean_temperature` [K]; position [rad], if None the mean over the log's. Arrays of
+    NumPy, or, with `xp=torch`, tensors.
     """
     p = JOINTS[joint]
     speed, rise = abs(velocity), xp.tanh(p["slope"] * velocity)
@@ -74,7 +75,10 @@ def python_text(request: Request) -> str:
     rows = []
     for name in request.joints:
         joint = request.result.joints[name]
-        numbers = numbers_of(joint) | {"confidence": FADED if joint.verdict == "weak" else 1.0}
+        numbers = numbers_of(joint) | {
+            "confidence": FADED if joint.verdict == "weak" else 1.0,
+            "mean_temperature": joint.mean_temperature or 0.0,
+        }
         rows.append(f"    {name!r}: {numbers!r},")
     return docstring(request.lines) + MODULE.format(rows="\n".join(rows))
 

@@ -2,39 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from stribeck.friction import get_law
 from stribeck.friction.terms import BEYOND_VELOCITY
-from stribeck.result import BodyCorrection, Corrections, JointResult, ParameterEstimate, Result
+from stribeck.inertial_parameters import inertia_of_shape, pseudo_inertia, shape_coordinates
+from stribeck.result import BODY_COORDINATES, BodyCorrection, JointResult, ParameterEstimate, Result
 from stribeck.typing import Array
 
 
 def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
     """Yield so many results, each with parameters and inertias as they may be in truth.
 
-    A joint's parameters, its rotor inertia among them, are drawn together from their covariance, scales by their
-    logarithm, within their bounds; joints independently of each other. Bodies are moved and scaled as a whole, from the
-    errors of mass and centre of mass, so that each could exist; the correlation of bodies with joints is left out.
+    Friction, rotor inertias and bodies are drawn together from the joint covariance of their errors, scales by their
+    logarithm, within their bounds. Bodies are drawn by the logarithm of their mass, their centre, and their shape, so
+    that each could exist. Of files of earlier versions joints and bodies are independent, and shapes stay.
     """
     generator = np.random.default_rng(seed)
+    labels, root = _labels(result), _root(result)
     for _ in range(count):
-        joints = {name: _drawn_joint(joint, generator) for name, joint in result.joints.items()}
+        off = dict(zip(labels, (root @ generator.standard_normal(len(labels))).tolist(), strict=True))
+        joints = {name: _drawn_joint(name, joint, off) for name, joint in result.joints.items()}
         corrections = result.corrections
         if corrections:
-            corrections = _drawn_corrections(corrections, generator)
+            bodies = {name: _drawn_body(name, body, off) for name, body in corrections.bodies.items()}
+            corrections = replace(corrections, bodies=bodies)
         yield replace(result, joints=joints, corrections=corrections)
 
 
-def _drawn_joint(joint: JointResult, generator: np.random.Generator) -> JointResult:
-    normal = generator.standard_normal(len(joint.parameters))  # always as many, so that a joint's draws are its own
+def _labels(result: Result) -> list[str]:
+    """Return what is drawn: parameters of joints, then coordinates of bodies."""
+    bodies = result.corrections.bodies if result.corrections else {}
+    parameters = [f"{name}.{parameter}" for name, joint in result.joints.items() for parameter in joint.parameters]
+    return parameters + [f"{name}.{coordinate}" for name in bodies for coordinate in BODY_COORDINATES]
+
+
+def _root(result: Result) -> Array:
+    """Return a root of the correlation of all errors, in the order of `_labels`, whose rows have length one.
+
+    What is told is rounded, and small correlations are left out: the nearest by the eigenvalues is taken.
+    """
+    labels = _labels(result)
+    place = {label: k for k, label in enumerate(labels)}
+    correlation = np.eye(len(labels))
+    for name, joint in result.joints.items():
+        size = len(joint.parameters)
+        if joint.correlation is not None and np.shape(joint.correlation) == (size, size):
+            own = [place[f"{name}.{parameter}"] for parameter in joint.parameters]
+            correlation[np.ix_(own, own)] = np.nan_to_num(np.array(joint.correlation))
+    for one, other, value in result.corrections.correlations if result.corrections else ():
+        if one in place and other in place:
+            correlation[place[one], place[other]] = correlation[place[other], place[one]] = value
+    values, vectors = np.linalg.eigh(np.clip(correlation, -1.0, 1.0))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return np.asarray(root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), 1e-12))
+
+
+def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) -> JointResult:
     known = {parameter.name: parameter for parameter in (*get_law(joint.law).parameters, *BEYOND_VELOCITY)}
-    off = _root(joint) @ normal
     parameters: dict[str, ParameterEstimate] = {}
-    for (name, found), change in zip(joint.parameters.items(), off.tolist(), strict=True):
+    for name, found in joint.parameters.items():
+        change = off[f"{joint_name}.{name}"]
         error = found.standard_error if np.isfinite(found.standard_error) else 0.0
         own = known.get(name)
         if own is not None and own.logarithmic and found.value > 0:
@@ -50,28 +81,23 @@ LARGEST = 3.0
 """Change of a scale's logarithm at most [1]: a log that does not show a scale is no reason for an absurd one."""
 
 
-def _root(joint: JointResult) -> Array:
-    """Return a root of the correlation of the parameters' errors, shape (p, p)."""
-    size = len(joint.parameters)
-    if joint.correlation is None or np.shape(joint.correlation) != (size, size):
-        return np.eye(size)
-    values, vectors = np.linalg.eigh(np.nan_to_num(np.array(joint.correlation)))
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
-def _drawn_corrections(corrections: Corrections, generator: np.random.Generator) -> Corrections:
-    bodies = {name: _drawn_body(body, generator.standard_normal(4)) for name, body in corrections.bodies.items()}
-    return replace(corrections, bodies=bodies)
-
-
-def _drawn_body(body: BodyCorrection, normal: Array) -> BodyCorrection:
-    """Return a body whose mass and centre are drawn; its inertia about the centre grows with the mass."""
+def _drawn_body(name: str, body: BodyCorrection, off: Mapping[str, float]) -> BodyCorrection:
+    """Return a body whose mass, centre and shape are drawn; its inertia about the centre grows with the mass."""
     (before, mass), (lever, centre), (was, inertia) = body.mass, body.centre_of_mass, body.inertia
+    normal = np.array([off[f"{name}.{coordinate}"] for coordinate in BODY_COORDINATES])
     share = float(np.exp(np.clip(normal[0] * body.mass_error / mass, -LARGEST, LARGEST))) if mass > 0 else 1.0
-    moved = np.array(centre) + normal[1:] * np.array(body.centre_of_mass_error)
+    moved = np.array(centre) + normal[1:4] * np.array(body.centre_of_mass_error)
+    about_centre = np.array(inertia)
+    if body.shape_error is not None and mass > 0:
+        shape = shape_coordinates(pseudo_inertia(np.array([mass, 0.0, 0.0, 0.0, *inertia])))
+        if np.isfinite(shape).all():  # it could exist
+            change = normal[4:] * np.array(body.shape_error)
+            change[:3] = np.clip(change[:3], -LARGEST, LARGEST)
+            with np.errstate(over="ignore"):  # numbers that no body has are refused where they are written
+                about_centre = inertia_of_shape(mass, shape + change)
     return replace(
         body,
         mass=(before, share * mass),
         centre_of_mass=(lever, tuple(moved.tolist())),
-        inertia=(was, tuple((share * np.array(inertia)).tolist())),
+        inertia=(was, tuple((share * about_centre).tolist())),
     )

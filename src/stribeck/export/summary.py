@@ -44,6 +44,9 @@ def summary(
             f"No body has the inertia found for these, so they have the nearest possible: {', '.join(mended)}."
         )
     lines += [f"Joint {name}: {terms}." for name, terms in joints.items()]
+    warm = {name: result.joints[name].mean_temperature for name in joints}
+    if known := [f"{name} {mean:.3g}" for name, mean in warm.items() if mean is not None]:
+        lines.append(f"It holds at the mean temperatures of the log [deg C]: {', '.join(known)}.")
     kept = [name for name in result.joints if name not in joints]
     if kept and target.models:
         lines.append(f"Not identified, so that these joints keep what the model said: {', '.join(kept)}.")

@@ -15,6 +15,7 @@ def yaml_text(request: Request) -> str:
     for name in request.joints:
         joint = request.result.joints[name]
         lines += [f"  {json.dumps(name)}:", f"    verdict: {joint.verdict}"]
+        lines += [f"    mean_temperature: {joint.mean_temperature}"] * (joint.mean_temperature is not None)
         lines += [f"    {key}: {json.dumps(value)}" for key, value in numbers_of(joint).items()]
     return "\n".join(lines) + "\n"
 

@@ -116,14 +116,18 @@ class WholeLog:
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
-    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float]]:
-        """Of the law "auto": terms of each joint, its load and the deviation of that [N m], mean direction, ripple."""
-        numbers = (self.fit.mean_load, self.fit.load_deviation, self.fit.mean_direction, self.fit.per_turn)
+    def terms(
+        self,
+    ) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float | None]]:
+        """Of the law "auto": terms of each joint, load and its deviation [N m], mean direction, ripple, temperature."""
+        fit = self.fit
+        numbers = (fit.mean_load, fit.load_deviation, fit.mean_direction, fit.per_turn, fit.mean_temperature)
         if any(own is None for own in numbers):
             return {}
-        loads, deviations, means, per_turn = (own.tolist() for own in numbers if own is not None)
+        loads, deviations, means, per_turn, warm = (own.tolist() for own in numbers if own is not None)
         directions = [tuple(own) if np.isfinite(own).all() else None for own in means]
-        own = zip(self.fit.terms, loads, deviations, directions, per_turn, strict=True)
+        temperatures = [own if np.isfinite(own) else None for own in warm]
+        own = zip(fit.terms, loads, deviations, directions, per_turn, temperatures, strict=True)
         return dict(zip(self.joints, own, strict=True))
 
     @property

@@ -1,5 +1,6 @@
 """What was found, and how it is kept, compared and traced back."""
 
+from stribeck.result.corrections import BODY_COORDINATES as BODY_COORDINATES
 from stribeck.result.corrections import BodyCorrection as BodyCorrection
 from stribeck.result.corrections import Corrections as Corrections
 from stribeck.result.coupling import CouplingResult as CouplingResult

@@ -10,13 +10,17 @@ from pydantic import Field
 Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
+BODY_COORDINATES = ("log_mass", "centre_x", "centre_y", "centre_z", *(f"shape_{k}" for k in range(1, 7)))
+"""Of a body's errors: `stribeck.inertial_parameters.shape_coordinates` has the last six."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BodyCorrection:
     """What the log says about a body's inertia; before and after, in the frame of the joint that carries the body.
 
     `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass [kg m^2]. `known` is the share of the prior
-    variance of the body that the log removes, from 0 to 1.
+    variance of the body that the log removes, from 0 to 1. `shape_error` are standard errors of the last six of
+    `BODY_COORDINATES`; files of earlier versions have none.
     """
 
     mass: tuple[float, float]
@@ -25,6 +29,7 @@ class BodyCorrection:
     centre_of_mass_error: Three
     inertia: tuple[Six, Six]
     known: float
+    shape_error: Six | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +40,9 @@ class Corrections:
     heterogeneity over folds, the same for differences between parts of the log about the model; above 1 the prior is
     given more weight. Gains [1], zeros [rad] and delays [s] are (value, standard error), to be taken off; delays are
     against the encoders, of all torques and of the base orientation. `log_offsets` is by how much the offset of a joint
-    is larger in each log than in all, in their order [N m], [N]; empty for a single log.
+    is larger in each log than in all, in their order [N m], [N]; empty for a single log. `correlations` are of two
+    errors each, of friction as "joint.parameter" and of bodies as "body.coordinate" (`BODY_COORDINATES`); those among
+    the parameters of one joint are in `JointResult`, and small ones are left out.
     """
 
     chi_square: float
@@ -46,3 +53,4 @@ class Corrections:
     log_offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
     torque_delay: tuple[float, float] | None = None
     base_delay: tuple[float, float] | None = None
+    correlations: list[tuple[str, str, float]] = field(default_factory=list)

@@ -119,6 +119,7 @@ class JointResult:
     which `load_deviation` is the standard deviation, and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
     how many periods a turn its torque ripple has; None without any.
+    `mean_temperature` is that of the joint in the log [deg C], at which its friction holds; None if it was not logged.
     `position_range` are its lowest and highest position in the log [rad], [m].
     `correlation` is that of the parameters' errors, in their order, shape (p, p); None where nothing was fitted.
     `torque_r2` is how much of its torque is explained, None where nothing was held out.
@@ -139,6 +140,7 @@ class JointResult:
     load_deviation: float | None = None
     mean_direction: Annotated[tuple[float, ...], Field(min_length=2, max_length=2)] | None = None
     ripple_per_turn: float | None = None
+    mean_temperature: float | None = None
     curve: tuple[CurvePoint, ...] = ()
     position_range: tuple[float, float] | None = None
     correlation: tuple[tuple[float, ...], ...] | None = None

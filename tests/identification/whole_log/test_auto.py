@@ -129,6 +129,9 @@ def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
         assert "coulomb_per_kelvin" not in joint.parameters
     for joint in others:
         assert set(joint.parameters) == {"viscous", "coulomb", "offset"}
+    means = [joint.mean_temperature for joint in result.joints.values()]
+    np.testing.assert_allclose(means[0] or 0.0, temperature[:, 0].mean(), atol=0.1 * np.ptp(temperature[:, 0]))
+    assert means[5] is None
     reasons = [joint.terms["viscous_temperature"].reason for joint in others if joint.terms]
     assert reasons[2].startswith("its temperature changes by 0.9")
     assert reasons[3] == "the log has no temperature of this joint throughout"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.identification.whole_log.estimate import WholeLogFit
+from stribeck.identification.whole_log.uncertainty.joint_errors import correlations, shape_errors
 from stribeck.inertial_parameters import SIZE
 from stribeck.result import BodyCorrection, Corrections
 from stribeck.settings import Priors
@@ -29,8 +30,9 @@ def describe_corrections(
     errors = np.sqrt(fit.solution.model_variance * fit.widening)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
     before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
+    shapes = shape_errors(fit)
     bodies = {
-        name: _describe(before[k], before[k] + change[k], body_errors[k], fit.model.priors)
+        name: _describe(before[k], before[k] + change[k], body_errors[k], shapes[k], fit.model.priors)
         for k, name in enumerate(corrections.bodies)
         if before[k, 0] > 0
     }
@@ -51,10 +53,11 @@ def describe_corrections(
         log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
         torque_delay=(torque_delay, delays[0][1]) if delays else None,
         base_delay=delays[1] if delays[1:] else None,
+        correlations=correlations(fit, joints),
     )
 
 
-def _describe(before: Array, after: Array, errors: Array, priors: Priors) -> BodyCorrection:
+def _describe(before: Array, after: Array, errors: Array, shape: Array, priors: Priors) -> BodyCorrection:
     return BodyCorrection(
         mass=(float(before[0]), float(after[0])),
         mass_error=float(priors.mass * errors[0] * after[0]),
@@ -62,6 +65,7 @@ def _describe(before: Array, after: Array, errors: Array, priors: Priors) -> Bod
         centre_of_mass_error=tuple((priors.centre_of_mass * errors[1:4]).tolist()),
         inertia=(_inertia(before), _inertia(after)),
         known=float(1 - np.mean(np.minimum(errors, 1.0) ** 2)),
+        shape_error=tuple(shape.tolist()),
     )
 
 

@@ -75,10 +75,11 @@ class WholeLogFit:
         Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
     held_out, training
         The places of those segments, and the fit to all others.
-    terms, mean_load, load_deviation, mean_direction, per_turn
+    terms, mean_load, load_deviation, mean_direction, per_turn, mean_temperature
         Of the law "auto": which terms each joint has, the torque that it carries, mean and standard deviation of its
         size [N m], shape (n,) each, the means of
-        cosine and sine of its position, shape (n, 2), and the periods of its torque ripple a turn, if any, shape (n,).
+        cosine and sine of its position, shape (n, 2), the periods of its torque ripple a turn, if any, and its mean
+        temperature [deg C], NaN where none is logged, shape (n,) each.
     heterogeneity, joint_heterogeneity
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
@@ -107,6 +108,7 @@ class WholeLogFit:
     load_deviation: Array | None = None
     mean_direction: Array | None = None
     per_turn: Array | None = None
+    mean_temperature: Array | None = None
 
     @property
     def without_held_out(self) -> WholeLogFit:
@@ -265,6 +267,7 @@ def fit_whole_log(
         load_deviation=normal_equations.load_deviation if choice else None,
         mean_direction=modulated.direction if modulated else None,
         per_turn=per_turn,
+        mean_temperature=modulated.mean_temperature if modulated else None,
         misfits=run_score_tests(
             sampled, normal_equations.count, curves, model, solution, effect_std, budget.total, of_model
         ),

@@ -72,6 +72,11 @@ class WithCovariates(Sequence[WeakEquations]):
             load = _carried(part, times_covariates(windows, _beside(load, others), self.basis), self.refined)
         return replace(part, covariates=_beside(load, others))
 
+    @property
+    def mean_temperature(self) -> Array:
+        """Mean temperature of each joint [deg C], NaN where none is logged, shape (n,)."""
+        return self.middle if self.slow == "temperature" else np.full(len(self.direction), np.nan)
+
     def _slow(self, part: WeakEquations) -> Array:
         if self.slow == "temperature" and part.temperature is not None:
             return np.asarray(np.nan_to_num(part.temperature - self.middle))
@@ -160,7 +165,8 @@ def _last(pilot: Sequence[WeakEquations]) -> float:
 def _mean(temperature: Array) -> Array:
     """Return the mean of what is finite, shape (K, n) -> (n,); 0 where nothing is."""
     known = np.isfinite(temperature)
-    return np.asarray(np.where(known, temperature, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
+    total, count = np.where(known, temperature, 0.0).sum(axis=0), known.sum(axis=0)
+    return np.asarray(np.where(count, total / np.maximum(count, 1), np.nan))
 
 
 def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str, str]:

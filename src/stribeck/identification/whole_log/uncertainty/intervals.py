@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stribeck.friction import Parameter
 from stribeck.identification.curve_fit.covariance import intervals_95
 from stribeck.identification.curve_fit.descent import to_external
 from stribeck.identification.curve_fit.problem import ARMATURE
 from stribeck.identification.joint_fit import JointFit, near_bound, parameter_units
 from stribeck.identification.whole_log.constants import FOLDS
 from stribeck.identification.whole_log.estimate import WholeLogFit
+from stribeck.typing import Array
 
 
 def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
@@ -24,7 +27,35 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
 
 
-def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointCoordinates:
+    """The k coordinates of a joint's friction, and of its rotor if that is fitted.
+
+    Attributes
+    ----------
+    places, unit
+        In the parameter vector, and what one of them is, shape (k,) each.
+    parameters, values
+        What they are of, and the values of these, shape (k,).
+    held
+        Which are at bound, shape (k,).
+    heterogeneity
+        Over folds, of each [1], shape (k,).
+    gain
+        Standard deviations that one gain common to all torques gives, shape (k,).
+    """
+
+    places: NDArray[np.int64]
+    unit: Array
+    parameters: tuple[Parameter, ...]
+    values: Array
+    held: NDArray[np.bool_]
+    heterogeneity: Array
+    gain: Array
+
+
+def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
+    """Return the coordinates of a joint by its number."""
     solution, corrections = fit.solution, fit.model.corrections
     has = np.flatnonzero(fit.curves.has(joint))
     own, unit = solution.layout.joint(joint).start + has, np.ones(len(has))
@@ -37,14 +68,29 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         rotor = replace(ARMATURE, lower=0.0 - float(corrections.armature[number]))
         parameters, joint_heterogeneity = (*parameters, rotor), np.append(joint_heterogeneity, 1.0)
         held = np.append(held, solution.x[own[-1]] * unit[-1] <= rotor.lower)
-    degrees = np.where(joint_heterogeneity > fit.widening, min(freedom, FOLDS - 1), freedom)
     logs = np.array([parameter.logarithmic for parameter in parameters])
-    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
     least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # which the fit passes
     values = np.maximum(to_external(solution.x[own], logs) * unit, least)
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
     gain = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
-    terms = fit.budget.terms(own, fit.widening, joint_heterogeneity, gain)
+    return JointCoordinates(
+        places=own,
+        unit=unit,
+        parameters=parameters,
+        values=values,
+        held=held,
+        heterogeneity=joint_heterogeneity,
+        gain=gain,
+    )
+
+
+def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
+    own = joint_coordinates(fit, joint)
+    parameters, values, unit = own.parameters, own.values, own.unit
+    degrees = np.where(own.heterogeneity > fit.widening, min(freedom, FOLDS - 1), freedom)
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
+    terms = fit.budget.terms(own.places, fit.widening, own.heterogeneity, own.gain)
     covariance = np.sum(list(terms.values()), axis=0) * np.outer(unit, unit)
     deviation = np.sqrt(np.diag(covariance))
     shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}
@@ -57,11 +103,11 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         covariance=covariance * np.outer(factor, factor),
         intervals=np.clip(intervals_95(values, deviation, degrees, logs), bounds[:, :1], bounds[:, 1:]),
         degrees_of_freedom=degrees,
-        at_bound=held | near_bound(parameters, values, deviation, units),
+        at_bound=own.held | near_bound(parameters, values, deviation, units),
         rms=float(fit.residual_rms[joint]),
         samples=fit.normal_equations.count // joints,
         blocks=fit.segments,
-        converged=solution.converged,
-        variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(own))),
+        converged=fit.solution.converged,
+        variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(unit))),
         mean_load=0.0 if fit.mean_load is None else float(fit.mean_load[joint]),
     )
