@@ -16,9 +16,11 @@ DEFINITIONS = {
     "COLUMNS": "number of columns",
     "CUBIC": "weights of a cubic",
     "DECAY": "follows from the noise of a second derivative",
+    "DIGITS": "of what a result tells",
     "FIXED": "numerical guard: as good as zero",
     "GAIN_COLUMN": "index of a column",
     "IGNORED": "numerical guard: as good as infinite",
+    "LEAST_CORRELATION": "of what a result tells; no estimate has it",
     "LEAST_DAMPING": "numerical guard",
     "LEAST_INFORMATION": "numerical guard: as good as zero",
     "LEAST_MASS": "numerical guard: as good as zero",
@@ -33,6 +35,7 @@ DEFINITIONS = {
     "RANK": "numerical guard: as good as zero",
     "REACH_OF_FACTOR": "until rows of a Cholesky factor no longer change",
     "SHRINK": "follows from bias and noise of a polynomial",
+    "STEP": "step of a numerical derivative",
     "TURN": "step of a numerical derivative",
 }
 """Constants that nobody tuned, and why they are as they are."""

@@ -17,7 +17,7 @@ from stribeck.typing import Array
 STEP = 1e-5
 """Of differences, in prior standard deviations [1]."""
 
-LEAST, DIGITS = 0.05, 3
+LEAST_CORRELATION, DIGITS = 0.05, 3
 """Correlation that is told at least [1], and its digits."""
 
 
@@ -31,7 +31,7 @@ def shape_errors(fit: WholeLogFit) -> Array:
 
 
 def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, str, float]]:
-    """Return the correlations of errors that are not of one joint's parameters, of `LEAST` and more.
+    """Return the correlations of errors that are not of one joint's parameters, of `LEAST_CORRELATION` and more.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     unit = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
     found = np.round(covariance * np.outer(unit, unit), DIGITS)
-    rows, columns = np.nonzero(np.triu(np.abs(found) >= LEAST, 1))
+    rows, columns = np.nonzero(np.triu(np.abs(found) >= LEAST_CORRELATION, 1))
     owner = [label.rpartition(".")[0] if k < friction else "" for k, label in enumerate(labels)]
     return [
         (labels[i], labels[j], float(found[i, j]))
