@@ -79,7 +79,7 @@ def identify(
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
     law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
-    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
+    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log, ground-reaction.")] = None,
     settings: SetOption = [],  # noqa: B006
     force: ForceOption = False,
     json: JsonOption = False,
