@@ -43,11 +43,11 @@ class JointColumns:
 
 
 def joint_fits(fit: DirectFit, joints: Sequence[JointColumns], rows: Sequence[DirectRows]) -> dict[str, JointFit]:
-    """Return the fit of each joint that moves long enough in the rows."""
+    """Return the fit of each joint that moves long enough in the rows; up to half of its blocks may be held out."""
     found = {}
     for joint in joints:
         samples, blocks = _counts(rows, joint)
-        if blocks >= MIN_BLOCKS and samples >= MIN_SAMPLES_PER_PARAMETER * len(joint.parameters):
+        if 2 * blocks >= MIN_BLOCKS and samples >= MIN_SAMPLES_PER_PARAMETER * len(joint.parameters):
             found[joint.name] = _joint_fit(fit, joint, samples, blocks)
     return found
 
