@@ -15,6 +15,7 @@ from stribeck.identification.direct.base_parameters import base_parameters
 from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS
+from stribeck.result import BodyCorrection
 from stribeck.settings import FilterSettings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
@@ -70,7 +71,7 @@ def test_friction_and_base_parameters_come_back_from_a_wrong_model(arm: Robot, l
     assert any(f"{len(base_parameters(regressor).columns)} of 30 inertial" in note for note in result.evidence.notes)
 
 
-def _parameters(body: object) -> np.ndarray:
+def _parameters(body: BodyCorrection) -> np.ndarray:
     xx, xy, yy, xz, yz, zz = body.inertia[1]
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return pin.Inertia(body.mass[1], np.array(body.centre_of_mass[1]), tensor).toDynamicParameters()
@@ -97,10 +98,10 @@ def test_intervals_cover_the_truth_under_noise(arm: Robot, log: RobotLog) -> Non
 
 def test_robust_regression_heeds_outliers_less(arm: Robot, log: RobotLog) -> None:
     generator = np.random.default_rng(5)
-    pushed = log.torque.copy()
+    torque = log.torque.copy()
     for row in generator.integers(0, len(log.time) - 60, 12):
-        pushed[row : row + 60] += 8 * generator.standard_normal(3)
-    pushed = replace(log, torque=pushed)
+        torque[row : row + 60] += 8 * generator.standard_normal(3)
+    pushed = replace(log, torque=torque)
 
     def error(regression: str) -> float:
         joints = identify(pushed, arm, settings(regression=regression), force=True).joints.values()
@@ -133,12 +134,13 @@ def test_held_out_blocks_judge_the_law(arm: Robot, log: RobotLog) -> None:
         assert joint.torque_r2.corrected > joint.torque_r2.nominal
 
 
-def test_a_walk() -> None:
-    """Of a quadruped, whose swinging legs show friction while the others stand."""
+@pytest.mark.parametrize("double_support", ["skip", "fit"])
+def test_a_walk(double_support: str) -> None:
+    """Of a quadruped: swinging legs show friction, and standing ones do without their contact forces."""
     robot = example_robot("go2")
     truth = dict.fromkeys(robot.joint_names, TRUTH)
-    log, _ = exact_log(robot, get_law(LAW), truth, duration=32, rate=30, posture=POSTURES["go2"], seed=3)
-    result = identify(log, wrong(robot), settings(filter=FilterSettings(kind="log")))
+    log, _ = exact_log(robot, get_law(LAW), truth, duration=32, rate=25, posture=POSTURES["go2"], seed=3)
+    result = identify(log, wrong(robot), settings(filter=FilterSettings(kind="log"), double_support=double_support))
     for name, joint in result.joints.items():
         assert joint.verdict == "identified", f"{name}: {joint.reason}"
         assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.05), name

@@ -187,15 +187,8 @@ def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> No
 
 
 ON_AN_ARM = (
-    "block",
-    "filter_torque",
-    "fit_armature",
-    "rest",
-    "holdout",
-    "loss",
-    "averaged_law",
-    "corrections",
-    "regression",
+    *("block", "filter_torque", "fit_armature", "rest", "holdout"),
+    *("loss", "averaged_law", "corrections", "regression"),
 )
 
 
