@@ -164,9 +164,11 @@ class Settings(Table):
     priors: Priors = Priors()  # of friction, model and sensors (whole-log)
     tilt: Literal["auto", "imu", "flat"] = "auto"
     double_support: Literal["skip", "guess", "fit"] = "skip"
-    standing_legs: bool = False  # let samples of standing legs into the fits
+    standing_legs: bool | Literal["measured"] = False  # let them into the fits, by the model or by measured wrenches
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
-    fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: where rotors turn in the torque (not curve-fit)
+    fit_armature: Literal["auto"] | bool | list[str] = (
+        "auto"  # auto: where rotors turn, but not curve-fit
+    )
     filter_torque: bool = False
     averaged_law: bool = False  # torque and law are averaged over time as the filter averages the acceleration
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there

@@ -152,6 +152,11 @@ def test_a_law_that_is_not_linear_is_refused(arm: Robot, log: RobotLog) -> None:
         identify(log, arm, method="direct", law="stribeck")
 
 
+def test_measured_wrenches_are_refused(arm: Robot, log: RobotLog) -> None:
+    with pytest.raises(SettingsError, match="standing_legs is 'measured', and the method 'direct' does not use"):
+        identify(log, arm, settings(standing_legs="measured"))
+
+
 def test_both_directions_apart(arm: Robot, log: RobotLog) -> None:
     result = identify(log, wrong(arm), settings(law="asymmetric"))
     for joint in result.joints.values():

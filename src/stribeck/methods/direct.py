@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.equations.build import find_corrections
 from stribeck.equations.couplings import acting
-from stribeck.errors import NothingIdentifiedError
+from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.friction_torque.thinning import join_logs
@@ -46,6 +46,11 @@ def find(
     progress: Progress,
 ) -> Fitted:
     """Fit friction and bodies to all blocks but every n-th, which is held out."""
+    if settings.standing_legs == "measured":
+        raise SettingsError(
+            "[identify] standing_legs is 'measured', and the method 'direct' does not use wrenches on feet; "
+            "expected true or false, or --method ground-reaction"
+        )
     progress("building the regressor", 0.0)
     filtered = with_filter(prepared[0], robot, settings)[0].model_copy(update={"filter_torque": True})
     joints, couplings, top_speed = joints_that_move(prepared, robot, law)
