@@ -148,7 +148,7 @@ def test_a_walk(double_support: str) -> None:
 
 def test_a_law_that_is_not_linear_is_refused(arm: Robot, log: RobotLog) -> None:
     assert METHODS["direct"].laws == ("coulomb-viscous", "asymmetric")
-    with pytest.raises(SettingsError, match="law 'stribeck' needs method 'curve-fit or .*', found 'direct'"):
+    with pytest.raises(SettingsError, match=r"law 'stribeck' needs method 'curve-fit or .*', found 'direct'"):
         identify(log, arm, method="direct", law="stribeck")
 
 
