@@ -38,6 +38,7 @@ OTHER = {
     "block": 0.5,
     "holdout": 4,
     "corrections": "none",
+    "observer_bandwidth": 5.0,
 }
 """Settings by key, each another than the usual one."""
 
@@ -110,7 +111,7 @@ def test_nothing_asks_which_method_ran() -> None:
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Constant) and node.value in METHODS
     )
-    assert named == {"methods/curve_fit.py": 1, "methods/whole_log.py": 1, "settings.py": 1}
+    assert named == {"methods/curve_fit.py": 1, "methods/observer.py": 1, "methods/whole_log.py": 1, "settings.py": 1}
 
 
 def test_a_comparison_with_the_method_is_nowhere() -> None:
@@ -172,7 +173,7 @@ def test_no_stage_copies_a_log_without_need(arm: Robot, log: RobotLog, correctio
         assert np.shares_memory(channel, getattr(log, name)), name
 
 
-@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+@pytest.mark.parametrize("method", ["curve-fit", "observer", "whole-log"])
 def test_settings_that_a_method_does_not_use_are_refused(arm: Robot, log: RobotLog, method: str) -> None:
     refused = [key for key in OTHER if key not in METHODS[method].uses]
     assert refused
@@ -185,7 +186,7 @@ def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> No
     assert {key for method in METHODS.values() for key in method.uses} == set(flat(Settings()))
 
 
-ON_AN_ARM = ("block", "filter_torque", "fit_armature", "rest", "holdout", "loss", "averaged_law", "corrections")
+ON_AN_ARM = [key for key in OTHER if key not in ("tilt", "double_support", "standing_legs")]
 
 
 @pytest.mark.parametrize(

@@ -40,8 +40,8 @@ def find(
 def _left_out(robot: Robot) -> Finding:
     return Finding(
         check="couplings-left-out",
-        text=f"the curve fit takes the friction of couplings for that of their joints: {', '.join(robot.couplings)}",
-        cure="use the method whole-log, which does not",
+        text=f"the friction of couplings is taken for that of their joints: {', '.join(robot.couplings)}",
+        cure="use the method whole-log, which tells them apart",
         joints=tuple(dict.fromkeys(joint for own in robot.couplings.values() for joint in own)),
     )
 
