@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
-UNTRACED := tests/simulation tests/studies
+UNTRACED := tests/simulation tests/studies tests/test_fuzz.py tests/test_real_logs.py
 BENCHMARKS := startup friction_torque identify whole_log walking balance controller
 
 .PHONY: demo test lint coverage bench fuzz paper docs accuracy ablation real clean

@@ -16,10 +16,10 @@ from stribeck import Robot, Settings
 from stribeck.errors import RobotFileError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
+from stribeck.log.writers import write_log
 from stribeck.replay.replay import Replay, Replayed, replay
 from stribeck.replay.rollouts import HORIZONS
 from stribeck.settings import FilterSettings
-from stribeck_simulation.files import write_npz
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.toro import standing_posture
 from stribeck_simulation.sensors.measure import with_noise
@@ -134,7 +134,7 @@ def test_a_quadrupeds_swinging_legs_are_replayed(tmp_path: Path) -> None:
 
 def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot, _ = robot_of("arm", tmp_path)
-    write_npz(with_noise(known_log(robot, 15.0), position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
+    write_log(with_noise(known_log(robot, 15.0), position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
     log, out = tmp_path / "log.npz", tmp_path / "out"
     assert run("identify", log, "-r", robot.path, "-o", out, "--law", "coulomb-viscous") == 0
     assert run("export", out, "-r", robot.path, "--to", "urdf", "-o", tmp_path / "new.urdf") == 0
