@@ -32,8 +32,16 @@ extensions = [
 NAVIGATION = {
     "index": {
         "First steps": ["tour", "logs", "robot-file", "result", "verdicts", "findings", "export", "replay"],
-        "The method": ["laws/index", "mathematics", "observer", "whole-log", "estimator", "glossary"],
-        "Evidence": ["paper/index", "simulation", "real-robots", "ablation", "constants"],
+        "The method": [
+            "laws/index",
+            "mathematics",
+            "observer",
+            "whole-log",
+            "ground-reaction",
+            "estimator",
+            "glossary",
+        ],
+        "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "ablation", "constants"],
         "For developers": ["extending", "api/index"],
     },
     "laws/index": {

@@ -113,6 +113,7 @@ def choices(law: str) -> Iterator[dict[str, str]]:
     if law != AUTO:
         yield {"method": "curve-fit"}
         yield {"method": "observer"}
+        yield {"method": "ground-reaction"}
     for corrections in CORRECTIONS:
         yield {"method": "whole-log", "corrections": corrections}
 

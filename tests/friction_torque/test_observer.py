@@ -252,6 +252,13 @@ def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: 
         assert joint.parameters["armature"].value == pytest.approx(0.15, rel=1e-3)
 
 
+def test_measured_wrenches_are_not_for_an_observer(arm: Robot, log: RobotLog) -> None:
+    with pytest.raises(
+        SettingsError, match="standing_legs is 'measured', and a momentum observer takes no foot wrenches"
+    ):
+        identify(log, arm, Settings(method="observer", filter=EXACT, standing_legs="measured"))
+
+
 def test_an_average_over_the_past_is_the_sample_itself() -> None:
     """Of a velocity that is a polynomial of time: its low-pass, and what `velocity_around` makes of it again."""
     shrinks = 0.9
