@@ -38,6 +38,7 @@ NAVIGATION = {
             "observer",
             "whole-log",
             "ground-reaction",
+            "direct",
             "estimator",
             "glossary",
         ],

@@ -39,6 +39,7 @@ OTHER = {
     "holdout": 4,
     "corrections": "none",
     "observer_bandwidth": 5.0,
+    "regression": "robust",
 }
 """Settings by key, each another than the usual one."""
 
@@ -126,7 +127,7 @@ def test_a_comparison_with_the_method_is_nowhere() -> None:
     assert compared == []
 
 
-@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
 def test_each_log_is_prepared_once(
     arm: Robot, log: RobotLog, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
