@@ -257,7 +257,8 @@ def table_of_wrong(found: dict[str, Found]) -> str:
 
 
 def _shown(own: Run, measure: Measure) -> str:
-    return "falls" if own["fell"] else f"{own[measure]:.3g}"
+    value = own[measure]
+    return "falls" if own["fell"] else f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def main() -> None:

@@ -138,7 +138,7 @@ def test_the_desired_velocity_is_the_tasks_own(feet: tuple[int, ...], tmp_path: 
     start = start_standing(robot, dynamics, POSTURE["toro"])
     nv = dynamics.model.nv
     terms = dynamics.at(start.configuration, np.zeros(nv))
-    dcm, turned = terms.com[:2] + [0.01, 0.02], np.eye(3, nv, 3)
+    dcm, turned = terms.com[:2] + np.array([0.01, 0.02]), np.eye(3, nv, 3)
     asked = [
         com_task(terms, dcm, np.zeros(2), terms.com[2] + 0.001, 3.2, Gains()),
         base_task(terms, np.zeros(3), 0.0, 0.3, Gains()),
