@@ -2,10 +2,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
-UNTRACED := tests/simulation tests/studies
+UNTRACED := tests/simulation tests/studies tests/test_fuzz.py tests/test_real_logs.py
 BENCHMARKS := startup friction_torque identify whole_log walking balance controller
 
-.PHONY: demo test lint coverage bench fuzz paper docs accuracy ablation real clean
+.PHONY: demo test lint coverage bench benchmark fuzz paper docs accuracy ablation real clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -34,6 +34,12 @@ coverage: .venv/.dev
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
+
+benchmark: .venv/.dev
+	$(BIN)/python -m contest install
+	$(BIN)/python -m contest make build/benchmark
+	$(BIN)/python -m contest run build/benchmark --jobs 2 --save build/benchmark/scores.json
+	$(BIN)/python -m contest table build/benchmark/scores.json
 
 fuzz: .venv/.dev
 	$(BIN)/python -m fuzz --seed 0 --inputs 10100

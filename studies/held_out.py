@@ -27,6 +27,7 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
@@ -89,10 +90,41 @@ def missing_rotor(robot: Robot, joint: JointResult, column: int) -> float:
     return found.value - float(robot.armature[column]) if found else 0.0
 
 
+def predicted_torque(
+    robot: Robot,
+    result: Result | None,
+    position: Array,
+    velocity: Array,
+    acceleration: Array,
+    lowpass: Array | None = None,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the torques that a motion needs by a result [N m], shape (T, n), and of which joints it says friction.
+
+    Those of the model alone if there is no result. The load that friction grows with is that behind a lowpass, given as
+    second-order sections.
+    """
+    believed = corrected(robot, result) if result else robot
+    needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
+    load = needed if lowpass is None else sosfiltfilt(lowpass, needed, axis=0)
+    found, said = needed.copy(), np.ones(needed.shape[1], dtype=bool)
+    for column, name in enumerate(robot.joint_names if result else ()):
+        joint = result.joints.get(name) if result else None
+        said[column] = bool(joint and joint.parameters)
+        if joint and joint.parameters:
+            found[:, column] += joint.friction(velocity[:, column], load=load[:, column], position=position[:, column])
+            found[:, column] += missing_rotor(robot, joint, column) * acceleration[:, column]
+    for coupling in result.couplings.values() if result else ():
+        if coupling.parameters:
+            acting = np.array([coupling.joints.get(name, 0.0) for name in robot.joint_names])
+            rotor = coupling.parameters["armature"].value if "armature" in coupling.parameters else 0.0
+            torque = coupling.friction(velocity @ acting) + rotor * (acceleration @ acting)
+            found += np.outer(torque, acting)
+    return found, said
+
+
 def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: float, slowest: Array) -> Array:
     """Return what is left of the torques of a part [N m], shape (T, n); NaN at rest and where nothing is said."""
     log, sampling = regularise(part, robot.log_table)
-    believed = corrected(robot, result) if result else robot
     late = result.corrections.torque_delay if result and result.corrections else None
     torque = linear(log.time + late[0], log.time, log.torque) if late else log.torque
     wide, narrow = (butter(ORDER, 2 * cutoff * sampling.period, output="sos") for cutoff in (WIDER * band, band))
@@ -101,23 +133,8 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
         position = sosfiltfilt(wide, log.position[rows], axis=0)
         velocity = np.gradient(position, sampling.period, axis=0)
         acceleration = np.gradient(velocity, sampling.period, axis=0)
-        needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
-        left, load = torque[rows] - needed, sosfiltfilt(narrow, needed, axis=0)
-        said = np.ones(left.shape[1], dtype=bool)
-        for column, name in enumerate(robot.joint_names if result else ()):
-            joint = result.joints.get(name) if result else None
-            said[column] = bool(joint and joint.parameters)
-            if result and joint and joint.parameters:
-                left[:, column] -= joint.friction(
-                    velocity[:, column], load=load[:, column], position=position[:, column]
-                )
-                left[:, column] -= missing_rotor(robot, joint, column) * acceleration[:, column]
-        for coupling in result.couplings.values() if result else ():
-            if coupling.parameters:
-                acting = np.array([coupling.joints.get(name, 0.0) for name in robot.joint_names])
-                rotor = coupling.parameters["armature"].value if "armature" in coupling.parameters else 0.0
-                torque = coupling.friction(velocity @ acting) + rotor * (acceleration @ acting)
-                left -= np.outer(torque, acting)
+        predicted, said = predicted_torque(robot, result, position, velocity, acceleration, narrow)
+        left = torque[rows] - predicted
         left = sosfiltfilt(narrow, left, axis=0)
         found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])
     return np.concatenate(found)

@@ -31,6 +31,7 @@ PUBLIC = ERRORS | {
     "read_log",
     "read_result",
     "register_law",
+    "write_log",
     "write_report",
 }
 METHODS = ("Result.to_dataframe", "JointResult.friction", "Robot.from_file", "Robot.from_model")

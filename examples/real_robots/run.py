@@ -216,22 +216,26 @@ SECTIONS: dict[str, Callable[[Sequence[Path], Robot, Path], str]] = {
 """Of the curve fit, whose settings stand in each robot's curve-fit.toml."""
 
 
-def main(data: Path) -> None:
-    """Print the tables of each robot: by default, and by the curve fit."""
+def shown(name: str, data: Path, scratch: Path) -> str:
+    """Return the tables of a robot: by default, and by the curve fit."""
     known: dict[str, Published] = {
         "tx40": {name: values[:4] for name, values in TX40.items()},  # joints 5 and 6 share a motor
         "kinova-gen3": kinova_published(data),
         "double-pendulum": DOUBLE_PENDULUM,
     }
+    folder = convert(name, data, scratch)
+    logs, robot = sorted(folder.glob("log*.npz")), Robot.from_file(folder / "robot.toml")
+    if name == "cassie-landings":
+        return f"### {robot.name}\n\n{cassie(logs, robot, data)}"
+    curves = SECTIONS[name](logs, Robot.from_file(folder / "curve-fit.toml"), data)
+    return f"### {robot.name}\n\n{by_default(identify(logs, robot), known.get(name))}\n{curves}"
+
+
+def main(data: Path) -> None:
+    """Print the tables of all robots."""
     with tempfile.TemporaryDirectory() as scratch:
-        for name, section in SECTIONS.items():
-            folder = convert(name, data, Path(scratch))
-            logs, robot = sorted(folder.glob("log*.npz")), Robot.from_file(folder / "robot.toml")
-            print(f"### {robot.name}\n\n{by_default(identify(logs, robot), known.get(name))}")
-            print(section(logs, Robot.from_file(folder / "curve-fit.toml"), data))
-        folder = convert("cassie-landings", data, Path(scratch))
-        robot = Robot.from_file(folder / "robot.toml")
-        print(f"### {robot.name}\n\n{cassie(sorted(folder.glob('log*.npz')), robot, data)}")
+        for name in (*SECTIONS, "cassie-landings"):
+            print(shown(name, data, Path(scratch)))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stribeck.inspection import inspect_log as inspect_log
     from stribeck.log import RobotLog as RobotLog
     from stribeck.log.readers import read_log as read_log
+    from stribeck.log.writers import write_log as write_log
     from stribeck.pipeline import identify as identify
     from stribeck.report import write_report as write_report
     from stribeck.result import Result as Result
@@ -48,6 +49,7 @@ _EXPORTS = {
     "read_log": "stribeck.log.readers",
     "read_result": "stribeck.result",
     "register_law": "stribeck.friction.register",
+    "write_log": "stribeck.log.writers",
     "write_report": "stribeck.report",
 }
 """Public name -> the module that has it, imported when the name is first used."""

@@ -9,17 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from stribeck.log import RobotLog
+from stribeck.log.writers import write_log
 from stribeck.outputs import whole_or_not_at_all
 from stribeck_simulation.prescribed.exact import Truth
-
-
-def write_npz(log: RobotLog, path: Path) -> None:
-    """Write a log as NumPy arrays under the contract's names, whole or not at all."""
-    names = {"joint_names": np.array(log.joint_names)}
-    if log.foot_names:
-        names["foot_names"] = np.array(log.foot_names)
-    with whole_or_not_at_all(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, allow_pickle=False, **names, **log.channels())
 
 
 def truth_file(log: Path) -> Path:
@@ -46,7 +38,7 @@ def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
                 parameters=np.array(json.dumps(truth.parameters)),
                 **arrays,
             )
-        write_npz(log, path)
+        write_log(log, path)
     return beside
 
 

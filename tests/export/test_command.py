@@ -18,8 +18,8 @@ from tests.identification.whole_log.test_whole_log import TRUTH
 from stribeck import Robot, export
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
+from stribeck.log.writers import write_log
 from stribeck.result import Result
-from stribeck_simulation.files import write_npz
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
@@ -29,7 +29,7 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     export(found_in(true)[0], true, tmp_path / "wrong.urdf", "urdf")
     wrong = read_again(true, tmp_path / "wrong.urdf")
     exact, _ = exact_log(true, get_law("stribeck"), dict.fromkeys(true.joint_names, TRUTH), duration=20.0, seed=1)
-    write_npz(with_noise(exact, position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
+    write_log(with_noise(exact, position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
     out = tmp_path / "out"
     assert run("identify", tmp_path / "log.npz", "-r", wrong.path, "-o", out, "--method", "whole-log") == 0
     capsys.readouterr()

@@ -50,6 +50,7 @@ FORMATS = (
     "genesis",
     "pinocchio",
 )
+ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
@@ -78,9 +79,9 @@ def identify(
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
     law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
-    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
+    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log, ground-reaction.")] = None,
     settings: SetOption = [],  # noqa: B006
-    force: Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")] = False,
+    force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -133,12 +134,40 @@ def inspect(
 
 
 @app.command()
+def convert(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .npz, .parquet or .mcap.")],
+    robot: Annotated[
+        Path | None, typer.Option("--robot", "-r", help="Whose joints, in whose order, units and signs.")
+    ] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write a log again, in SI units and under the names that are read without any setting."""
+    from stribeck.log.readers import read_log
+    from stribeck.log.writers import write_log
+    from stribeck.robot import Robot
+
+    check_outputs([output], [log, *(_files_of(robot) if robot else [])], overwrite)
+    with progress_bar() as progress:
+        progress("reading", 0.1)
+        found = read_log(log, Robot.from_file(robot) if robot else None)
+        progress("writing", 0.6)
+        left_out = write_log(found, output)
+    for note in found.notes:
+        typer.echo(note)
+    if left_out:
+        typer.echo(f"Messages have no place for {' and '.join(left_out)}: left out.")
+    console.print_paths([output])
+
+
+@app.command()
 def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
     to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write; with --samples the folder.")],
     samples: Annotated[int | None, typer.Option(help="Write as many robots that the log cannot tell apart.")] = None,
+    ranges: Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges of the numbers to draw from.")] = False,
     joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
     include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
@@ -147,13 +176,15 @@ def export(
 ) -> None:
     """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
     from stribeck.export import export as write_model
-    from stribeck.export import export_samples
+    from stribeck.export import export_ranges, export_samples
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
     found = read_result(_result_file(result))
     machine = Robot.from_file(robot)
     asked = None if joints is None else [name.strip() for name in joints.split(",")]
+    if ranges and (samples is not None or strict or friction is not None):
+        raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
     if samples is not None:
         if output.is_dir() and any(output.iterdir()) and not overwrite:
             raise SettingsError(f"{output}: is there already; name another folder, or add --overwrite")
@@ -165,9 +196,12 @@ def export(
         return
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
-        lines = write_model(
-            found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
-        )
+        if ranges:
+            lines = export_ranges(found, machine, output, to, joints=asked, include_weak=include_weak)
+        else:
+            lines = write_model(
+                found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
+            )
     typer.echo("\n".join(lines))
     console.print_paths([output])
 
@@ -181,6 +215,7 @@ def replay(
         Path | None, typer.Option("--output", "-o", help="Folder for replay.json and replay.html.")
     ] = None,
     settings: SetOption = [],  # noqa: B006
+    force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -193,7 +228,7 @@ def replay(
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
     check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
     with progress_bar() as progress:
-        found = run(log, machine, model, with_settings(machine.settings, {}, settings), progress=progress)
+        found = run(log, machine, model, with_settings(machine.settings, {}, settings), force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")

@@ -2,4 +2,5 @@
 
 from stribeck.export.write import TARGETS as TARGETS
 from stribeck.export.write import export as export
+from stribeck.export.write import export_ranges as export_ranges
 from stribeck.export.write import export_samples as export_samples

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stribeck.export.forms import plain
 from stribeck.export.python_text import docstring, joints_text
+from stribeck.export.ranges import ranges_json
 from stribeck.export.target import Request, Target
 
 MODULE = '''
@@ -30,4 +31,5 @@ TARGET = Target(
     forms={"plain": plain(coulomb="frictionloss", viscous="damping", armature="armature")},
     suffix=".py",
     text=genesis_text,
+    ranges=ranges_json,
 )

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from collections.abc import Mapping
 
 from stribeck.export.forms import plain
-from stribeck.export.python_text import docstring
+from stribeck.export.python_text import dictionary_text, docstring
+from stribeck.export.ranges import JointRanges
 from stribeck.export.target import Request, Target
 
 MODULE = '''
@@ -32,6 +34,49 @@ def actuators(stiffness=None, damping=None, **settings):
         for k, found in enumerate(ACTUATORS)
     }}
 '''
+
+EVENTS = '''
+{ranges}
+"""Joint -> keyword of its actuator -> lowest and highest value, in SI units."""
+
+{scales}
+"""Joint -> lowest and highest friction as a whole over the one found [1]."""
+
+
+def events(asset="robot", mode="startup"):
+    """Return event terms by name, of a robot whose actuators are those of `--to isaaclab` (Isaac Lab 2.3, 3.0).
+
+    `randomize_joint_parameters` draws static, dynamic and viscous friction from one range, each by itself, so that it
+    scales them, and friction as a whole stays in the range that was found.
+    """
+    from isaaclab.envs import mdp
+    from isaaclab.managers import EventTermCfg, SceneEntityCfg
+
+    def term(joint, **params):
+        params = {{"asset_cfg": SceneEntityCfg(asset, joint_names=[PATTERNS[joint]]), **params}}
+        return EventTermCfg(func=mdp.randomize_joint_parameters, mode=mode, params=params)
+
+    terms = {{}}
+    for k, (joint, found) in enumerate(RANGES.items()):
+        if joint in SCALES:
+            terms[f"friction_{{k}}"] = term(joint, friction_distribution_params=SCALES[joint], operation="scale")
+        if "armature" in found:
+            terms[f"armature_{{k}}"] = term(joint, armature_distribution_params=found["armature"], operation="abs")
+    return terms
+
+
+{patterns}
+"""Joint -> regular expression of its name."""
+'''
+
+
+def isaaclab_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
+    """Return the module of ranges."""
+    return docstring(lines) + EVENTS.format(
+        ranges=dictionary_text("RANGES", {name: own.numbers for name, own in joints.items()}),
+        scales=dictionary_text("SCALES", {name: own.friction for name, own in joints.items() if own.friction}),
+        patterns=dictionary_text("PATTERNS", {name: re.escape(name) for name in joints}),
+    )
 
 
 def isaaclab_text(request: Request) -> str:
@@ -61,4 +106,5 @@ TARGET = Target(
     },
     suffix=".py",
     text=isaaclab_text,
+    ranges=isaaclab_ranges,
 )

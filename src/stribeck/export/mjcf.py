@@ -12,6 +12,7 @@ from stribeck.export.document import child, children, document_text, moved, read
 from stribeck.export.forms import plain, stribeck
 from stribeck.export.links import LinkInertia
 from stribeck.export.mjcf_of_urdf import mjcf_of_urdf
+from stribeck.export.mujoco_ranges import mujoco_ranges
 from stribeck.export.target import Request, Target
 from stribeck.robot.model_file import kind_of
 
@@ -60,6 +61,7 @@ TARGET = Target(
     },
     suffix=".xml",
     text=mjcf_text,
+    ranges=mujoco_ranges,
     models=("mjcf", "urdf"),
 )
 

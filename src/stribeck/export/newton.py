@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stribeck.export.forms import plain
 from stribeck.export.python_text import docstring, joints_text
+from stribeck.export.ranges import ranges_json
 from stribeck.export.target import Request, Target
 
 MODULE = '''
@@ -60,4 +61,5 @@ TARGET = Target(
     forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
     suffix=".py",
     text=newton_text,
+    ranges=ranges_json,
 )

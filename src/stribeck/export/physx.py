@@ -6,6 +6,7 @@ import json
 import math
 
 from stribeck.export.forms import plain
+from stribeck.export.ranges import ranges_json
 from stribeck.export.target import Request, Target
 
 PARAMETERS = ("staticFrictionEffort", "dynamicFrictionEffort", "viscousFrictionCoefficient")
@@ -43,6 +44,7 @@ TARGET = Target(
     },
     suffix=".json",
     text=physx_text,
+    ranges=ranges_json,
 )
 
 

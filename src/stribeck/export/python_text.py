@@ -16,5 +16,9 @@ def docstring(lines: Iterable[str]) -> str:
 def joints_text(joints: Mapping[str, JointTerms]) -> str:
     """Return `JOINTS`, a dictionary of joint -> word -> value in SI units."""
     numbers = {name: {word: value for word, (value, _) in terms.stated.items()} for name, terms in joints.items()}
-    rows = [f"    {name!r}: {own!r}," for name, own in numbers.items()]
-    return "\n".join(["JOINTS = {", *rows, "}"])
+    return dictionary_text("JOINTS", numbers)
+
+
+def dictionary_text(name: str, entries: Mapping[str, object]) -> str:
+    """Return a dictionary of Python by its name, a line an entry."""
+    return "\n".join([f"{name} = {{", *(f"    {key!r}: {own!r}," for key, own in entries.items()), "}"])

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stribeck.export.joints import JointTerms
+from stribeck.export.ranges import JointRanges
 from stribeck.export.target import Target
 from stribeck.result import Result
 from stribeck.robot import Robot
 
 
 def summary(
-    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms], mended: list[str]
+    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], mended: list[str]
 ) -> list[str]:
     """Return the lines.
 

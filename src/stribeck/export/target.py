@@ -9,6 +9,7 @@ from pathlib import Path
 from stribeck.export.forms import Form
 from stribeck.export.joints import JointTerms
 from stribeck.export.links import LinkInertia
+from stribeck.export.ranges import JointRanges
 from stribeck.result import Result
 from stribeck.robot import Robot
 
@@ -66,6 +67,9 @@ class Target:
         Return the file's text.
     models
         Kinds of robot models that it writes again, with their inertias; none if it writes another kind of file.
+    ranges
+        Return the text of a file of ranges, from the lines of its head and the ranges of the first form; None if
+        nobody draws robots there.
     """
 
     title: str
@@ -73,3 +77,4 @@ class Target:
     suffix: str
     text: Callable[[Request], str]
     models: tuple[str, ...] = ()
+    ranges: Callable[[list[str], Mapping[str, JointRanges]], str] | None = None

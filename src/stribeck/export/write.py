@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 
 from stribeck.errors import NothingIdentifiedError, SettingsError
@@ -23,6 +24,7 @@ from stribeck.export import (
 )
 from stribeck.export.joints import JointTerms, joint_terms
 from stribeck.export.links import LinkInertia, corrected_links
+from stribeck.export.ranges import joint_ranges
 from stribeck.export.samples import drawn
 from stribeck.export.summary import summary
 from stribeck.export.target import Request, Target
@@ -175,6 +177,63 @@ def export_samples(
     return paths
 
 
+def export_ranges(
+    result: Result | str | Path,
+    robot: Robot | str | Path,
+    path: str | Path,
+    target: str,
+    *,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+) -> list[str]:
+    """Write the ranges that a simulation draws friction and rotor inertias from, in a target's own form.
+
+    Each holds 95 % of the robots that the log cannot tell apart from the one that was found
+    (`stribeck.export.samples.drawn`).
+
+    Parameters
+    ----------
+    path
+        The file to write, whole or not at all: a Python module for "mjcf" and "isaaclab", JSON for others.
+    result, robot, target, joints, include_weak
+        As of `export`; targets are those that have `ranges`.
+
+    Returns
+    -------
+    summary
+        The ranges of each joint, and what there are none of, a line each.
+
+    Raises
+    ------
+    SettingsError, NothingIdentifiedError, RobotFileError
+        As `export` does.
+
+    Examples
+    --------
+    >>> for line in export_ranges("out/result.json", "robot.toml", "ranges.py", "mjcf")[2:]:
+    ...     print(line.partition(":")[0])
+    Joint shoulder
+    Joint elbow
+    Joint slide
+    """
+    result, robot = _read(result, robot)
+    own = {name: each for name, each in TARGETS.items() if each.ranges}.get(target)
+    if own is None or own.ranges is None:
+        ranged = [name for name, each in TARGETS.items() if each.ranges]
+        raise SettingsError(f"export: ranges are asked for of target '{target}'; expected {_either(ranged)}")
+    _check(result, robot, Path(path))
+    form = next(iter(own.forms.values()))
+    assert form is not None  # of targets that have ranges
+    found = joint_ranges(result, form, joints, include_weak)
+    if not found:
+        raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} has a place for")
+    first, *rest = summary(result, robot, replace(own, models=()), found, [])
+    lines = [first, "Ranges hold 95 % of the robots that the log cannot tell apart, each number by itself.", *rest]
+    with whole_or_not_at_all(path) as temporary:
+        temporary.write_text(own.ranges(lines, found), encoding="utf-8")
+    return lines
+
+
 def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
     result = result if isinstance(result, Result) else read_result(result)
     return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
@@ -194,7 +253,8 @@ def _text(
     if target not in TARGETS:
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}")
     own = TARGETS[target]
-    _check(result, robot, path, target)
+    _refuse_other_models(robot, target)
+    _check(result, robot, path)
     form, terms = _least_lost(result, own, friction, joints, include_weak)
     links: dict[str, LinkInertia] = {}
     mended: list[str] = []
@@ -226,8 +286,8 @@ def _least_lost(
     return best, terms[best]
 
 
-def _check(result: Result, robot: Robot, path: Path, target: str) -> None:
-    """Refuse a model of another format, a result of another robot, and writing over the model."""
+def _refuse_other_models(robot: Robot, target: str) -> None:
+    """Refuse a model of another format than those that a target writes again."""
     model, models = Path(robot.model_path), TARGETS[target].models
     kind = kind_of(model)
     if models and kind not in models:
@@ -236,13 +296,17 @@ def _check(result: Result, robot: Robot, path: Path, target: str) -> None:
             f"{model}: is {kind.upper()}, which '{target}' does not write again; expected a robot whose model is "
             f"{_either([own.upper() for own in models])}" + f", or export to {_either(others)}" * bool(others)
         )
+
+
+def _check(result: Result, robot: Robot, path: Path) -> None:
+    """Refuse a result of another robot, and writing over the model."""
     unknown = [joint for joint in result.joints if joint not in robot.joint_names]
     if unknown:
         raise SettingsError(
             f"{robot.path}: the result has joint '{unknown[0]}', which this robot has not; it has "
             f"{', '.join(robot.joint_names)}"
         )
-    if path.exists() and path.samefile(model):
+    if path.exists() and path.samefile(robot.model_path):
         raise SettingsError(f"{path}: is the robot's own model; expected another file to write to")
 
 

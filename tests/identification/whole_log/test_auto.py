@@ -207,10 +207,10 @@ def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> N
 
 def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> None:
     from stribeck.cli.app import app
-    from stribeck_simulation.files import write_npz
+    from stribeck.log.writers import write_log
 
     log, _ = plain_log(arm, 12.0, 8)
-    write_npz(with_noise(log, position=5e-5, torque=0.1), tmp_path / "log.npz")
+    write_log(with_noise(log, position=5e-5, torque=0.1), tmp_path / "log.npz")
     arguments = ["identify", str(tmp_path / "log.npz"), "-r", str(MODELS / "arm.toml"), "-o", str(tmp_path / "out")]
     ran = CliRunner().invoke(app, [*arguments, "--law", "auto", "--method", "whole-log"])
     assert ran.exit_code == 0, ran.output

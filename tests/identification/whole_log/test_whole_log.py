@@ -381,11 +381,11 @@ def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
     from stribeck.cli.app import app
-    from stribeck_simulation.files import write_npz
+    from stribeck.log.writers import write_log
 
     robot_file = write_arm(tmp_path)
     log = with_noise(arm_log(Robot.from_file(robot_file), duration=12.0), position=1e-5, torque=0.05)
-    write_npz(log, tmp_path / "log.npz")
+    write_log(log, tmp_path / "log.npz")
     arguments = ["identify", str(tmp_path / "log.npz"), "-r", str(robot_file), "-o", str(tmp_path / "out")]
     ran = CliRunner().invoke(app, [*arguments, "--method", "whole-log"])
     assert ran.exit_code == 0, ran.output

@@ -83,9 +83,10 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
 
 def _stream(topic: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:
     stamps = np.array(growing.stamps, dtype=np.int64)
-    unstamped = bool((stamps <= 0).any())
+    recorded = np.array(growing.recorded, dtype=np.int64)
+    unstamped = bool((stamps <= 0).any() and (stamps != recorded).any())
     if unstamped:
-        stamps = np.array(growing.recorded, dtype=np.int64)
+        stamps = recorded
     values = {name: np.frombuffer(flat).reshape(len(stamps), -1) for name, flat in growing.values.items()}
     return Stream(topic, kind, labels, stamps, values, recorder_time=unstamped)
 

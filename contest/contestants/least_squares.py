@@ -1,0 +1,135 @@
+"""What a user would write instead: inverse dynamics, a lowpass, and least squares joint by joint.
+
+    python -m contest.contestants.least_squares CASE OUT
+
+Positions, torques and the IMU are filtered, velocities and accelerations are central differences. Of a robot that
+walks, the IMU says how the base moves, and a joint counts while no foot beyond it stands. Nothing of stribeck is used.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from scipy.ndimage import binary_dilation
+from scipy.signal import butter, sosfiltfilt
+
+CUTOFF = 20.0
+"""Of all filters, unless the case says how far its torques reach [Hz]."""
+MOVES = 0.02
+"""Share of a joint's top speed below which it is at rest [1]."""
+ENDS = 0.25
+"""Left out at both ends of a log, where filters swing in [s]."""
+AROUND = 0.1
+"""Left out before and after a foot stands [s]."""
+LEAST = 100
+"""Samples that a joint needs [1]."""
+NAMES = ("coulomb", "viscous", "offset")
+
+
+def load_model(folder: Path) -> tuple[Any, dict[str, Any]]:
+    """Return Pinocchio's model of a case and its robot file; a floating base feels gravity through its IMU alone."""
+    table = tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))
+    robot, path = table["robot"], str(folder / table["robot"]["model"])
+    floating = robot.get("base", "floating") == "floating"
+    if path.endswith(".xml"):
+        model = pin.buildModelFromMJCF(path)
+    else:
+        model = pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer()) if floating else pin.buildModelFromUrdf(path)
+    if floating:
+        model.gravity.linear = np.zeros(3)
+    for joint, value in robot.get("armature", {}).items():
+        model.armature[model.joints[model.getJointId(joint)].idx_v] = value
+    return model, table
+
+
+def rigid_torque(model: Any, names: list[str], q: Any, v: Any, a: Any, base: Any = None) -> Any:
+    """Return torques without friction [N m], shape (T, n); of a base, angular velocity and acceleration (T, 9)."""
+    data, free = model.createData(), base is not None
+    joints = [model.joints[model.getJointId(name)] for name in names]
+    columns, places = [joint.idx_v for joint in joints], [joint.idx_q for joint in joints]
+    found = np.empty_like(q)
+    for k in range(len(q)):
+        full_q, full_v, full_a = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+        full_q[places], full_v[columns], full_a[columns] = q[k], v[k], a[k]
+        if free:
+            full_v[3:6], full_a[:3], full_a[3:6] = base[k, :3], base[k, 3:6], base[k, 6:]
+        found[k] = pin.rnea(model, data, full_q, full_v, full_a)[columns]
+    return found
+
+
+def in_the_air(model: Any, table: dict[str, Any], names: list[str], log: Any, period: float) -> Any:
+    """Return when each joint has no standing foot beyond it, shape (T, n)."""
+    free = np.ones(log["position"].shape, dtype=bool)
+    for foot, contact in table.get("contacts", {}).items():
+        column = list(log["foot_names"]).index(foot)
+        near = binary_dilation(log["contact"][:, column], iterations=max(round(AROUND / period), 1))
+        joint = model.frames[model.getFrameId(contact["frame"])].parentJoint
+        while joint > 0:
+            if model.names[joint] in names:
+                free[:, names.index(model.names[joint])] &= ~near
+            joint = model.parents[joint]
+    return free
+
+
+def equations(model: Any, table: dict[str, Any], log: Any, cutoff: float) -> tuple[Any, Any, Any, Any]:
+    """Return friction torque, velocity, acceleration and which samples count, of one log, shape (T, n) each."""
+    names, time = [str(name) for name in log["joint_names"]], log["time"]
+    period = float(np.median(np.diff(time)))
+    lowpass = butter(4, 2 * cutoff * period, output="sos")
+    q, torque = (sosfiltfilt(lowpass, log[name], axis=0) for name in ("position", "torque"))
+    v = np.gradient(q, period, axis=0)
+    a = np.gradient(v, period, axis=0)
+    base, counts = None, np.ones(q.shape, dtype=bool)
+    if table.get("contacts"):
+        turning, force = (
+            sosfiltfilt(lowpass, log[name], axis=0) for name in ("angular_velocity", "linear_acceleration")
+        )
+        base = np.hstack([turning, force, np.gradient(turning, period, axis=0)])
+        counts = in_the_air(model, table, names, log, period)
+    counts &= np.abs(v) > MOVES * np.percentile(np.abs(v), 99, axis=0)
+    counts[: round(ENDS / period)] = counts[-round(ENDS / period) :] = False
+    return torque - rigid_torque(model, names, q, v, a, base), v, a, counts
+
+
+def main() -> None:
+    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
+    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    model, table = load_model(folder)
+    logs = [np.load(folder / log) for log in case["logs"]]
+    names = [str(name) for name in logs[0]["joint_names"]]
+    parts = [equations(model, table, log, case.get("band", CUTOFF)) for log in logs]
+    left, v, a, counts = (np.concatenate(each) for each in zip(*parts, strict=True))
+    rotors = table["robot"].get("torque_source", "link_side_sensor") != "link_side_sensor"
+    columns = np.stack([np.sign(v), v, np.ones_like(v), a][: 3 + rotors], axis=2)
+    found = {
+        name: np.linalg.lstsq(columns[rows, k], left[rows, k])[0]
+        for k, (name, rows) in enumerate(zip(names, counts.T, strict=True))
+        if np.sum(rows) >= LEAST
+    }
+    if case.get("predict"):
+        log = np.load(folder / case["predict"])
+        q, v, a = (log[name] for name in ("position", "velocity", "acceleration"))
+        columns = np.stack([np.sign(v), v, np.ones_like(v), a][: 3 + rotors], axis=2)
+        friction = np.einsum("tnp,np->tn", columns, np.array([found[name] for name in names]))
+        np.savez(out / "torque.npz", torque=rigid_torque(model, names, q, v, a) + friction)
+    joints = {
+        joint: {name: {"value": float(value)} for name, value in zip(NAMES, found[joint], strict=False)}
+        for joint in case["joints"]
+        if joint in found
+    }
+    missing = [joint for joint in case["joints"] if joint not in found]
+    needs = ["contact flags", "IMU"] if table.get("contacts") else []
+    answer = {"method": "least squares", "version": np.__version__, "needs": needs, "joints": joints}
+    if missing:
+        answer["blank"] = f"never in the air and moving: {', '.join(missing)}"
+    (out / "answer.json").write_text(json.dumps(answer), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""A method of stribeck, with no setting but its name.
+
+python -m contest.contestants.stribeck_method METHOD CASE OUT
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from studies.held_out import predicted_torque
+
+from contest.schema import (
+    ANSWER,
+    CASE,
+    PARAMETERS,
+    PREDICT,
+    TORQUE,
+    Answer,
+    Case,
+    Estimate,
+    JointAnswer,
+    Need,
+    read,
+    write,
+)
+from stribeck import Robot, Settings, __version__, identify, read_log
+from stribeck.errors import StribeckError
+from stribeck.log.interpolation import linear
+from stribeck.result import JointResult, ParameterEstimate, Result
+from stribeck.typing import Array
+
+NEEDS: Mapping[str, list[Need]] = {"curve-fit": ["contact flags"], "whole-log": ["contact flags", "IMU"]}
+"""Of a robot that walks; contacts follow from wrenches or kinematics where there are no flags."""
+
+
+def answer(method: str, folder: Path, out: Path) -> Answer:
+    """Return what a method finds of a case; predicted torques are written to `out`."""
+    case, robot = read(Case, folder / CASE), Robot.from_file(folder / "robot.toml")
+    needs = NEEDS.get(method, []) if robot.base == "floating" else []
+    try:
+        result = identify([read_log(folder / log, robot) for log in case.logs], robot, Settings(method=method))
+    except StribeckError as error:
+        return Answer(method=method, version=__version__, needs=needs, blank=str(error))
+    if case.predict:
+        np.savez(out / TORQUE, torque=predicted(folder / PREDICT, robot, result))
+    joints = {joint: of_joint(result.joints[joint], np.array(asked.velocity)) for joint, asked in case.joints.items()}
+    found = {joint: each for joint, each in joints.items() if each}
+    reasons = sorted({result.joints[joint].reason for joint in joints if joint not in found})
+    return Answer(method=method, version=__version__, needs=needs, joints=found, blank="; ".join(reasons) or None)
+
+
+def of_joint(found: JointResult, velocity: Array) -> JointAnswer | None:
+    """Return a joint's answer; friction that was found to be none is zero, and meant."""
+    if not found.parameters and found.verdict != "no friction":
+        return None
+    given = {name: estimate(found.parameters[name]) for name in PARAMETERS if name in found.parameters}
+    if found.verdict == "no friction":
+        given |= {"coulomb": Estimate(value=0.0), "viscous": Estimate(value=0.0)}
+    curve = found.friction(velocity) - found.parameters["offset"].value if "offset" in found.parameters else None
+    return JointAnswer(**given, curve=None if curve is None else curve.tolist())
+
+
+def estimate(found: ParameterEstimate) -> Estimate:
+    """Return a parameter; weak ones are not to be relied on."""
+    low, high = found.interval_95
+    return Estimate(
+        value=found.value,
+        standard_error=found.standard_error if np.isfinite(found.standard_error) else None,
+        interval_95=(low, high) if np.isfinite([low, high]).all() else None,
+        good=found.verdict != "weak",
+    )
+
+
+def predicted(path: Path, robot: Robot, result: Result) -> Array:
+    """Return the torques that a log would have [N m], shape (T, n), by the model and friction found."""
+    with np.load(path) as file:
+        motion = {name: file[name] for name in ("time", "position", "velocity", "acceleration")}
+    torque, _ = predicted_torque(robot, result, motion["position"], motion["velocity"], motion["acceleration"])
+    late = result.corrections.torque_delay if result.corrections else None
+    return linear(motion["time"] - late[0], motion["time"], torque) if late else torque
+
+
+def main() -> None:
+    method, folder, out = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    write(answer(method, folder, out), out / ANSWER)
+
+
+if __name__ == "__main__":
+    main()

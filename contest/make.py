@@ -1,0 +1,244 @@
+"""Makes the logs with known friction: one motion a robot, and everything that is wrong put on afterwards.
+
+A motion is prescribed, or walked in MuJoCo; more or other friction is what the motors have to give on top of it, so
+that motion, contacts and all equations of motion stay what they are:
+
+    torque = torque of the motion without friction + R
+
+for friction of any kind R.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from studies.accuracy_cases import ROBOTS as HUMANOIDS
+from studies.accuracy_cases import walk_scenario
+from studies.walking_cases import WALKERS
+
+from contest.cases import (
+    BRISTLES,
+    CONDITIONS,
+    COULOMB,
+    EVERY,
+    PRESCRIBED,
+    RATE,
+    SECONDS,
+    SEED,
+    SLOPE,
+    SPREAD,
+    VISCOUS,
+    WALKS,
+    WRENCHES,
+    Condition,
+)
+from contest.model_errors import publish_model
+from contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, write
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.log.writers import write_log
+from stribeck.robot import Robot
+from stribeck.settings import parse_toml
+from stribeck.typing import Array
+from stribeck_simulation.friction import FrictionTruth, LuGre
+from stribeck_simulation.friction.injection import Instant
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import PACKAGED, POSTURES, Simulated, run_scenario
+from stribeck_simulation.sensors.measure import measure, sensors_for
+
+POINTS = 61
+"""Velocities that a curve is asked at [1]: an odd number of them, over the middle 98 % of the joint's own."""
+GRAVITY = np.array([0.0, 0.0, -9.81])
+"""[m/s^2]"""
+
+Parameters = dict[str, dict[str, float]]
+
+
+def make(
+    folder: Path, robots: tuple[str, ...], seconds: float = SECONDS, progress: Callable[[str], None] = print
+) -> None:
+    """Write cases and truth of these robots, and the checksums of all that is in the folder."""
+    for name in robots:
+        moved = motion(name, folder, seconds)
+        for number, condition in enumerate(CONDITIONS):
+            publish(name, moved, condition, folder, np.random.SeedSequence([SEED, number]))
+        progress(f"{name}: {len(CONDITIONS)} cases of {np.ptp(moved.log.time):.3g} s")
+    (folder / SUMS).write_text(checksums(folder), encoding="utf-8")
+
+
+def robot_file(name: str, folder: Path) -> Path:
+    """Return the robot file that a motion is made with."""
+    if name in PRESCRIBED:
+        return MODELS / PACKAGED[name]
+    path = folder / "robots" / f"{name}.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(WALKERS[name].robot_file, encoding="utf-8")
+    return path
+
+
+def motion(name: str, folder: Path, seconds: float) -> Simulated:
+    """Return a robot's motion without any friction in its torques, and with the friction's parameters as its truth.
+
+    In a walk the friction of the table acts, so that feet and base move as they do with friction, and is taken out of
+    the torques afterwards.
+    """
+    path = robot_file(name, folder)
+    if name in WALKS:
+        walked = HUMANOIDS[name]
+        scenario = walk_scenario(walked, WALKS[name][0], path.name).model_copy(update={"walk": WALKS[name]})
+        found = run_scenario(scenario, path.parent)
+        log = replace(found.log, torque=found.log.torque - found.truth.friction_torque)
+        levels = {joint: values["coulomb"] for joint, values in found.truth.parameters.items()}
+        robot = found.robot
+        truth = found.truth
+    else:
+        robot, gait = Robot.from_file(path), PRESCRIBED[name]
+        law, seed = get_law("coulomb-viscous"), SEED
+        log, truth = exact_log(
+            robot,
+            law,
+            {},
+            duration=seconds,
+            rate=RATE,
+            seed=seed,
+            gait=gait,
+            posture=POSTURES.get(name),
+        )
+        log = replace(log, velocity=None, acceleration=None)
+        if truth.base_velocity is not None and truth.base_acceleration is not None:
+            log = _with_imu(log, truth.base_velocity, truth.base_acceleration)
+        levels = dict.fromkeys(robot.joint_names, COULOMB)
+    if name not in WRENCHES:
+        log = replace(log, foot_wrench=None)
+    return Simulated(robot, log, replace(truth, parameters=drawn(levels)))
+
+
+def _with_imu(log: RobotLog, velocity: Array, acceleration: Array) -> RobotLog:
+    """Return the log with what an IMU at the root of a tree measures, whose orientation the log has."""
+    turn = Rotation.from_quat(np.asarray(log.base_orientation))
+    linear = acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]) - turn.inv().apply(GRAVITY)
+    return replace(log, angular_velocity=velocity[:, 3:], linear_acceleration=linear)
+
+
+def drawn(levels: dict[str, float]) -> Parameters:
+    """Return Coulomb and viscous friction and offset of every joint, drawn about a level [N m]."""
+    generator, found = np.random.default_rng([SEED, 100]), {}
+    for joint, level in levels.items():
+        coulomb, viscous = np.exp(SPREAD * generator.standard_normal(2)) * [level, VISCOUS]
+        offset = level * generator.uniform(-1, 1)
+        found[joint] = {"coulomb": float(coulomb), "viscous": float(viscous), "offset": float(offset)}
+    return found
+
+
+def friction(condition: Condition, parameters: Parameters, log: RobotLog) -> Array:
+    """Return the friction torque R of a motion whose log has none [N m], shape (T, n)."""
+    velocity = np.gradient(log.position, log.time, axis=0)
+    found = np.zeros_like(velocity)
+    if condition.bristles:
+        return _bristles(parameters, log, velocity)
+    for joint, values in parameters.items():
+        column = log.joint_names.index(joint)
+        v = velocity[:, column]
+        found[:, column] = values["coulomb"] * np.tanh(SLOPE * v) + values["viscous"] * v + values["offset"]
+        carried, share = log.torque[:, column] + found[:, column], condition.load * np.tanh(SLOPE * v)
+        found[:, column] += share * np.abs(carried) / (1 - share * np.sign(carried))  # of the whole torque, its own too
+    return found
+
+
+def _bristles(parameters: Parameters, log: RobotLog, velocity: Array) -> Array:
+    bristles = LuGre(log.joint_names, {joint: {**BRISTLES, **values} for joint, values in parameters.items()})
+    truth, found = FrictionTruth(len(log.joint_names), [bristles]), np.empty_like(velocity)
+    for k, v in enumerate(velocity):  # every state follows from the one before
+        truth.before(Instant(float(log.time[k]), 1 / RATE, log.position[k], v, log.torque[k]))
+        found[k] = truth.after(v)
+    return found
+
+
+def known(condition: Condition, values: dict[str, float], asked: Asked) -> KnownFriction:
+    """Return the truth of a joint; of LuGre friction the curve is that of steady sliding."""
+    v = np.array(asked.velocity)
+    level = values["coulomb"] + condition.load * asked.load
+    if condition.bristles:
+        levels = level * (1 + BRISTLES["stribeck_gain"] * np.exp(-((v / BRISTLES["stribeck_velocity"]) ** 2)))
+        curve = levels * np.sign(v) + values["viscous"] * v
+    else:
+        curve = level * np.tanh(SLOPE * v) + values["viscous"] * v
+    return KnownFriction(**values, curve=curve.tolist())
+
+
+def seen(log: RobotLog, condition: Condition, seeds: np.random.SeedSequence) -> RobotLog:
+    """Return an exact log as the sensors of a condition give it, and as often as it is published."""
+    gains, noise = seeds.spawn(2)
+    late = np.maximum(np.arange(len(log.time)) - round(condition.late * RATE), 0)
+    factors = 1 + condition.gains * np.random.default_rng(gains).standard_normal(len(log.joint_names))
+    log = replace(log, torque=log.torque[late] * factors)
+    return measure(log, sensors_for(log, condition.sensors, int(noise.generate_state(1)[0]))).take(
+        slice(None, None, EVERY)
+    )
+
+
+def publish(name: str, moved: Simulated, label: str, folder: Path, seeds: np.random.SeedSequence) -> None:
+    """Write a case and its truth."""
+    condition, parameters, robot = CONDITIONS[label], moved.truth.parameters, moved.robot
+    case_folder, truth_folder = (folder / part / name / label for part in ("cases", "truth"))
+    case_folder.mkdir(parents=True, exist_ok=True)
+    truth_folder.mkdir(parents=True, exist_ok=True)
+    model_seed, log_seed = seeds.spawn(2)
+    model = publish_robot(robot, case_folder)
+    generator = np.random.default_rng(model_seed) if condition.wrong_model else None
+    publish_model(Path(robot.model_path), case_folder / model, generator)
+    exact = replace(moved.log, torque=moved.log.torque + friction(condition, parameters, moved.log))
+    log = seen(exact, condition, log_seed)
+    write_log(log, case_folder / "log.npz")
+    asked = asked_joints(exact, tuple(parameters))
+    case = Case(
+        robot=name,
+        condition=label,
+        base=robot.base,
+        seconds=float(np.ptp(log.time)),
+        rate=RATE / EVERY,
+        logs=["log.npz"],
+        joints=asked,
+    )
+    write(case, case_folder / CASE)
+    truth = Truth(
+        says=condition.says, joints={joint: known(condition, parameters[joint], asked[joint]) for joint in asked}
+    )
+    write(truth, truth_folder / TRUTH)
+
+
+def asked_joints(log: RobotLog, joints: tuple[str, ...]) -> dict[str, Asked]:
+    """Return the velocities that the curves of joints are asked at, and the mean size of their torques."""
+    found = {}
+    for joint in joints:
+        column = log.joint_names.index(joint)
+        velocity = np.gradient(log.position[:, column], log.time)
+        low, high = np.percentile(velocity, [1, 99])
+        load = float(np.mean(np.abs(log.torque[:, column])))
+        found[joint] = Asked(velocity=np.linspace(low, high, POINTS).tolist(), load=load)
+    return found
+
+
+def publish_robot(robot: Robot, folder: Path) -> str:
+    """Write the robot file of a case, which says nothing of settings or channels, and return its model's name."""
+    document = parse_toml(Path(robot.path).read_text(encoding="utf-8"))
+    table, model = document["robot"], Path(robot.model_path)
+    table["model"] = f"model{model.suffix}"
+    lines = ["[robot]", *(_toml(key, value) for key, value in table.items() if key != "couplings")]
+    for coupling in table.get("couplings", []):
+        lines += ["", "[[robot.couplings]]", *(_toml(key, value) for key, value in coupling.items())]
+    for foot, contact in document.get("contacts", {}).items():
+        lines += ["", f"[contacts.{foot}]", *(_toml(key, value) for key, value in contact.items())]
+    (folder / "robot.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return str(table["model"])
+
+
+def _toml(key: str, value: object) -> str:
+    if isinstance(value, dict):
+        return f"{key} = {{ {', '.join(_toml(name, item) for name, item in value.items())} }}"
+    return f"{key} = {value if isinstance(value, float | int) else repr(value).replace(chr(39), chr(34))}"

@@ -1,0 +1,99 @@
+"""Logs of real robots, whose friction nobody knows: torque that was held out takes the place of the truth.
+
+The logs are published ones that are no part of this repository; `STRIBECK_REAL_LOGS` names their folder. Of several
+logs the last is held out, of the only one its third quarter. The motion of what is held out is given to all contestants
+filtered alike: they say which torques it needs.
+"""
+
+from __future__ import annotations
+
+import runpy
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+from studies.held_out import BANDS, ORDER, PARTS, WIDER
+
+from contest.make import asked_joints, publish_robot
+from contest.model_errors import publish_model
+from contest.schema import CASE, PREDICT, SUMS, TORQUE, TRUTH, Case, Truth, checksums, write
+from stribeck import Robot, read_log
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.log import RobotLog
+from stribeck.log.sampling import regularise
+from stribeck.log.writers import write_log
+
+CONDITION = "held-out"
+HELD_OUT = 2
+"""Which quarter of the only log is held out, counted from 0: the last of one robot is at rest."""
+SHORTEST = 1.0
+"""Segment between gaps that is given to contestants [s]."""
+NO_LOGS = "no logs of real robots: set STRIBECK_REAL_LOGS to their folder"
+ROOT = Path(__file__).parents[1]
+
+
+def make_real(folder: Path, data: Path, progress: Callable[[str], None] = print) -> None:
+    """Write the cases of real robots, and the checksums of all that is in the folder."""
+    convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, band in BANDS.items():
+            publish_real(name, convert(name, data, Path(scratch)), band, folder)
+            progress(f"{name}: 1 case")
+    (folder / SUMS).write_text(checksums(folder), encoding="utf-8")
+
+
+def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
+    """Write the case of a real robot, whose logs and robot file are in a folder."""
+    case_folder, truth_folder = (folder / part / name / CONDITION for part in ("cases", "truth"))
+    case_folder.mkdir(parents=True, exist_ok=True)
+    truth_folder.mkdir(parents=True, exist_ok=True)
+    robot = Robot.from_file(converted / "robot.toml")
+    publish_model(Path(robot.model_path), case_folder / publish_robot(robot, case_folder), None)
+    parts = [even for path in sorted(converted.glob("log*.npz")) for even in evenly(read_log(path, robot), robot)]
+    train, held = apart(parts)
+    names = [f"log_{number}.npz" for number in range(1, len(train) + 1)]
+    for log, label in zip(train, names, strict=True):
+        write_log(log, case_folder / label)
+    rate = 1 / float(np.median(np.diff(held.time)))
+    position = sosfiltfilt(butter(ORDER, 2 * WIDER * band / rate, output="sos"), held.position, axis=0)
+    velocity = np.gradient(position, 1 / rate, axis=0)
+    acceleration = np.gradient(velocity, 1 / rate, axis=0)
+    rigid = rooted_inverse_dynamics(robot.tree, position, velocity, acceleration, None)[1]
+    motion = {"time": held.time, "position": position, "velocity": velocity, "acceleration": acceleration}
+    np.savez(case_folder / PREDICT, allow_pickle=False, joint_names=np.array(held.joint_names), **motion)
+    np.savez(truth_folder / TORQUE, allow_pickle=False, torque=held.torque, rigid=rigid)
+    case = Case(
+        robot=name,
+        condition=CONDITION,
+        base=robot.base,
+        seconds=sum(float(np.ptp(log.time)) for log in train),
+        rate=rate,
+        logs=names,
+        joints=asked_joints(train[0], train[0].joint_names),
+        predict=PREDICT,
+        band=band,
+    )
+    write(case, case_folder / CASE)
+    write(Truth(says="torque that was held out"), truth_folder / TRUTH)
+
+
+def evenly(log: RobotLog, robot: Robot) -> list[RobotLog]:
+    """Return the parts of a log between gaps, each on an even clock."""
+    even, sampling = regularise(log, robot.log_table)
+    parts = [even.take(rows) for rows in sampling.segments]
+    return [replace(part, notes=()) for part in parts if np.ptp(part.time) >= SHORTEST]
+
+
+def apart(parts: Sequence[RobotLog]) -> tuple[list[RobotLog], RobotLog]:
+    """Return the logs that contestants see, and the one that is held out."""
+    if len(parts) > 1:
+        return list(parts[:-1]), parts[-1]
+    edges = np.linspace(0, len(parts[0].time), PARTS + 1).astype(int)
+    before, held, after = (
+        parts[0].take(slice(start, stop))
+        for start, stop in ((0, edges[HELD_OUT]), (edges[HELD_OUT], edges[HELD_OUT + 1]), (edges[HELD_OUT + 1], None))
+    )
+    return [before, after], held

@@ -1,0 +1,129 @@
+"""Runs contestants on cases, each in a process of its own, and scores what they answer."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from contest.schema import ANSWER, CASE, Case, read
+from contest.score import Score, score
+from stribeck.errors import SettingsError
+from stribeck.methods import METHODS
+from stribeck.outputs import whole_or_not_at_all
+
+ROOT = Path(__file__).parents[1]
+ENVIRONMENTS = ROOT / "contest" / "environments"
+INSTALLED = ROOT / "build" / "contest"
+"""Where the environments of others are installed."""
+LONGEST = 600.0
+"""After which a run is stopped [s]."""
+OTHERS = {"FIGAROH": "figaroh", "mujoco.sysid": "mujoco_sysid"}
+"""Name -> file of pinned versions in environments/, and `contestants/with_<name>.py`."""
+BLANKS = {
+    "BAM": "identifies one actuator on a pendulum bench, from the set points of its servo: it takes neither the model "
+    "of a robot nor its torques, and is not on the package index"
+}
+"""Contestants that cannot take part, and why."""
+
+Command = Sequence[str]
+
+
+def contestants() -> dict[str, Command | str]:
+    """Return the command of every contestant, or why it cannot take part."""
+    own = {name: [sys.executable, "-m", "contest.contestants.stribeck_method", name] for name in sorted(METHODS)}
+    plain = [sys.executable, "-m", "contest.contestants.least_squares"]
+    found: dict[str, Command | str] = {**own, "least squares": plain}
+    for name, label in OTHERS.items():
+        python = INSTALLED / label / "bin" / "python"
+        program = ROOT / "contest" / "contestants" / f"with_{label}.py"
+        missing = f"its environment is not installed: {INSTALLED.relative_to(ROOT) / label}"
+        found[name] = [str(python), str(program)] if python.exists() else missing
+    return found | BLANKS
+
+
+def install() -> None:
+    """Install the environments of others; one that cannot be had is left out, with what pip says."""
+    for name, label in OTHERS.items():
+        folder = INSTALLED / label
+        if (folder / "bin" / "python").exists():
+            continue
+        subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+        pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        ended = subprocess.run(
+            [*pip, "-r", str(ENVIRONMENTS / f"{label}.txt")], capture_output=True, text=True, check=False
+        )
+        if ended.returncode:
+            (folder / "bin" / "python").unlink()
+            print(f"{name} is left out: {ended.stderr.strip().splitlines()[-1:]}")
+
+
+def run(contestant: str, command: Command | str, folder: Path, case: str) -> Score:
+    """Return the score of a contestant on a case of a benchmark's folder, as `robot/condition`."""
+    case_folder, truth_folder = folder / "cases" / case, folder / "truth" / case
+    asked = read(Case, case_folder / CASE)
+    nothing = Score(contestant=contestant, robot=asked.robot, condition=asked.condition, asked=len(asked.joints))
+    if isinstance(command, str):
+        return nothing.model_copy(update={"blank": command})
+    with tempfile.TemporaryDirectory() as out:
+        ended, seconds, memory = timed([*command, str(case_folder.resolve()), out])
+        used = {"seconds": float(f"{seconds / asked.seconds:.3g}"), "memory": float(f"{memory:.4g}")}
+        if ended or not (Path(out) / ANSWER).exists():
+            return nothing.model_copy(update={**used, "blank": ended or f"wrote no {ANSWER}"})
+        try:
+            found = score(contestant, case_folder, truth_folder, Path(out))
+        except SettingsError as error:
+            return nothing.model_copy(update={**used, "blank": str(error)})
+    return found.model_copy(update=used)
+
+
+def timed(command: Command) -> tuple[str, float, float]:
+    """Return why a program failed, or nothing; its processor time [s] and peak memory [MB], of all its threads."""
+    one = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    paths = os.pathsep.join([str(ROOT), str(ROOT / "src")])
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(
+            command, stdout=said, stderr=said, cwd=ROOT, env={**os.environ, **one, "PYTHONPATH": paths}
+        )
+        begin = time.monotonic()
+        while True:
+            ended, status, used = os.wait4(process.pid, os.WNOHANG)  # the memory of this process alone
+            if ended:
+                break
+            if time.monotonic() - begin > LONGEST:
+                process.kill()
+                os.wait4(process.pid, 0)
+                return f"took longer than {LONGEST:.0f} s", LONGEST, 0.0
+            time.sleep(0.02)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        last = said.read().decode(errors="replace").strip().splitlines()[-1:]
+    failed = f"ended with exit code {process.returncode}: {''.join(last)[:200]}" if process.returncode else ""
+    return failed, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
+
+
+def chosen(names: Sequence[str] | None, entries: Mapping[str, str]) -> dict[str, Command | str]:
+    """Return the contestants of these names, all of them if there are none, and entries as `name: command`."""
+    known = contestants() | {name: shlex.split(command) for name, command in entries.items()}
+    if unknown := [name for name in names or () if name not in known]:
+        raise SettingsError(f"contestant '{unknown[0]}' is not known; expected one of {', '.join(known)}")
+    return {name: known[name] for name in names or known}
+
+
+def read_scores(path: Path) -> list[Score]:
+    """Return saved scores; none if there is no such file."""
+    return [Score(**each) for each in json.loads(path.read_text(encoding="utf-8"))["scores"]] if path.exists() else []
+
+
+def write_scores(scores: Sequence[Score], path: Path, sums: str) -> None:
+    """Write scores, one a line, with the digest of the benchmark's checksums."""
+    lines = [json.dumps(each.model_dump(exclude_defaults=True)) for each in scores]
+    with whole_or_not_at_all(path) as temporary:
+        head = f'{{\n"checksums": {json.dumps(sums)},\n"scores": [\n'
+        temporary.write_text(head + ",\n".join(lines) + "\n]\n}\n", encoding="utf-8")

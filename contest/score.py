@@ -1,0 +1,214 @@
+"""How far an answer is from the truth, joint by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+from scipy.signal import butter, sosfiltfilt
+
+from contest.schema import (
+    ANSWER,
+    CASE,
+    PARAMETERS,
+    PREDICT,
+    TORQUE,
+    TRUTH,
+    Answer,
+    Case,
+    Estimate,
+    JointAnswer,
+    KnownFriction,
+    Need,
+    Table,
+    Truth,
+    check_answer,
+    read,
+)
+from stribeck.errors import SettingsError
+from stribeck.typing import Array
+
+FAR = 0.25
+"""Relative error of Coulomb or viscous friction beyond which a number that is called good is a confident error [1]."""
+ERRORS = 3.0
+"""Standard errors beyond which it is one too [1]."""
+NORMAL = 1.959964
+"""Half of a 95 % interval over a standard error [1]."""
+REST = 0.01
+"""Share of a joint's top speed below which it is at rest [1]."""
+ENDS = 0.25
+"""Left out at the ends of a log, where filters swing in [s]."""
+DIGITS = 4
+
+Rounded = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Score(Table):
+    """What an answer is worth; a joint that is left out was not answered.
+
+    Attributes
+    ----------
+    contestant, robot, condition
+        Who, and of which case.
+    asked
+        How many joints' friction.
+    error
+        Found less true, by parameter and joint [N m], [N m s/rad].
+    relative
+        Size of the relative error of Coulomb and viscous friction, likewise [1].
+    curve
+        Root mean square of the difference of both curves over that of the true one, by joint [1].
+    covered
+        Whether 95 % intervals cover the truth, by parameter and joint; only where there is an interval.
+    far, beyond
+        Numbers called good that are more than `FAR` off, and more than `ERRORS` standard errors.
+    good
+        How many numbers are called good [1].
+    held_out
+        Root mean square of the torque not explained, over that of the torque that the model without friction leaves, by
+        joint [1]; of real robots.
+    seconds, memory
+        Processor time of a second of log [1], and peak memory [MB]; of the whole process.
+    blank
+        Why there is nothing, or less.
+    """
+
+    contestant: str
+    robot: str
+    condition: str
+    asked: int
+    version: str = ""
+    needs: list[Need] = []
+    error: dict[str, dict[str, Rounded]] = {}
+    relative: dict[str, dict[str, Rounded]] = {}
+    curve: dict[str, Rounded] = {}
+    covered: dict[str, dict[str, bool]] = {}
+    far: list[str] = []
+    beyond: list[str] = []
+    good: int = 0
+    held_out: dict[str, Rounded] = {}
+    seconds: float | None = None
+    memory: float | None = None
+    blank: str | None = None
+
+
+def score(contestant: str, case_folder: Path, truth_folder: Path, answered: Path) -> Score:
+    """Return the score of what a contestant left in a folder.
+
+    Raises
+    ------
+    SettingsError
+        If the answer is not what the contract says.
+    """
+    case, truth = read(Case, case_folder / CASE), read(Truth, truth_folder / TRUTH)
+    answer = read(Answer, answered / ANSWER)
+    check_answer(answer, case, answered / ANSWER)
+    found = Score(
+        contestant=contestant,
+        robot=case.robot,
+        condition=case.condition,
+        asked=len(case.joints),
+        version=answer.version,
+        needs=answer.needs,
+        blank=answer.blank,
+    )
+    found = found.model_copy(update=against_truth(case, truth.joints, answer.joints))
+    if case.predict and (answered / TORQUE).exists():
+        held_out = torque_left(case, case_folder / PREDICT, truth_folder / TORQUE, answered / TORQUE)
+        found = found.model_copy(update={"held_out": held_out})
+    return found
+
+
+def against_truth(
+    case: Case, truth: Mapping[str, KnownFriction], answered: Mapping[str, JointAnswer]
+) -> dict[str, object]:
+    """Return what a score says of the joints that were answered and whose friction is known."""
+    error: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS}
+    relative: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS[:2]}
+    covered: dict[str, dict[str, bool]] = {name: {} for name in PARAMETERS}
+    curve, far, beyond, good = {}, [], [], 0
+    for joint, found in answered.items():
+        if joint not in truth:
+            continue
+        for name in PARAMETERS:
+            estimate: Estimate | None = getattr(found, name)
+            if estimate is None:
+                continue
+            true = getattr(truth[joint], name)
+            off = estimate.value - true
+            error[name][joint] = _rounded(off)
+            if name in relative:
+                relative[name][joint] = _rounded(abs(off / true))
+            if interval := _interval(estimate):
+                covered[name][joint] = interval[0] <= true <= interval[1]
+            good += estimate.good
+            if estimate.good and name in relative and abs(off) > FAR * true:
+                far.append(f"{joint} {name}")
+            if estimate.good and estimate.standard_error is not None and abs(off) > ERRORS * estimate.standard_error:
+                beyond.append(f"{joint} {name}")
+        if (shape := curve_of(found, np.array(case.joints[joint].velocity))) is not None:
+            true_curve = np.array(truth[joint].curve)
+            curve[joint] = _rounded(_rms(shape - true_curve) / _rms(true_curve))
+    return {
+        "error": error,
+        "relative": relative,
+        "covered": covered,
+        "curve": curve,
+        "far": far,
+        "beyond": beyond,
+        "good": good,
+    }
+
+
+def curve_of(found: JointAnswer, velocity: Array) -> Array | None:
+    """Return R(v) without the offset as an answer says it [N m], or None if it does not."""
+    if found.curve is not None:
+        return np.array(found.curve)
+    if found.coulomb is None or found.viscous is None:
+        return None
+    return np.asarray(found.coulomb.value * np.sign(velocity) + found.viscous.value * velocity)
+
+
+def _interval(estimate: Estimate) -> tuple[float, float] | None:
+    if estimate.interval_95 or estimate.standard_error is None:
+        return estimate.interval_95
+    half = NORMAL * estimate.standard_error
+    return estimate.value - half, estimate.value + half
+
+
+def torque_left(case: Case, motion: Path, truth: Path, predicted: Path) -> dict[str, float]:
+    """Return the torque that a prediction does not explain over that which the rigid model does not, by joint [1].
+
+    Both at frequencies up to the case's band, while the joint moves.
+
+    Raises
+    ------
+    SettingsError
+        If the prediction has another shape than the log.
+    """
+    with np.load(motion) as log, np.load(truth) as known, np.load(predicted) as found:
+        velocity, names = log["velocity"], [str(name) for name in log["joint_names"]]
+        torque, rigid, said = known["torque"], known["rigid"], found["torque"]
+    if said.shape != torque.shape:
+        raise SettingsError(f"{predicted}: torque has shape {said.shape}; expected {torque.shape}, that of {motion}")
+    assert case.band is not None
+    lowpass = butter(4, 2 * case.band / case.rate, output="sos")
+    cut = round(ENDS * case.rate)
+    moving = (np.abs(velocity) > REST * np.percentile(np.abs(velocity), 99, axis=0))[cut:-cut]
+    left, without = (sosfiltfilt(lowpass, torque - each, axis=0)[cut:-cut] for each in (np.nan_to_num(said), rigid))
+    return {
+        name: _rounded(_rms(left[moving[:, k], k]) / _rms(without[moving[:, k], k]))
+        for k, name in enumerate(names)
+        if np.isfinite(said[:, k]).all()
+    }
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

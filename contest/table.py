@@ -1,0 +1,133 @@
+"""The tables of docs/benchmark.md, from saved scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from contest.cases import CONDITIONS, PRESCRIBED, WALKS
+from contest.score import Score
+
+GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in PRESCRIBED}}
+"""Robots that stand in one row."""
+HEAD = (
+    "| logs | contestant | joints answered | Coulomb error, median (90 %) | viscous error, median (90 %) | "
+    "offset error [N m], median (90 %) | curve error, median (90 %) | intervals that cover | "
+    "good, but over 25 % off | good, but over 3 errors off | processor time [s/s] | memory [MB] | needs |\n"
+    "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
+)
+BLANK = "–"
+
+
+def lines(scores: Sequence[Score]) -> list[str]:
+    """Return all tables in Markdown, with a blank line between."""
+    return ["\n".join(main_table(scores)), "", *by_condition(scores), "", *real_table(scores), "", *blanks(scores)]
+
+
+def main_table(scores: Sequence[Score]) -> list[str]:
+    """Return the table of all contestants that answered anything, over all conditions."""
+    rows = [HEAD]
+    for group, robots in GROUPS.items():
+        for name in names(scores):
+            own = [each for each in scores if each.contestant == name and each.robot in robots]
+            if any(each.curve or each.error for each in own):
+                rows.append(_row(group, name, own))
+    return rows
+
+
+def _row(group: str, name: str, own: Sequence[Score]) -> str:
+    asked, answered = sum(each.asked for each in own), sum(len(each.curve) for each in own)
+    covered = [value for each in own for joints in each.covered.values() for value in joints.values()]
+    good = sum(each.good for each in own)
+    intervals = sum(len(joints) for each in own for joints in each.covered.values()) > 0
+    cells = [
+        group,
+        name,
+        _share(answered, asked),
+        spread(own, lambda each: each.relative.get("coulomb", {}).values(), _percent),
+        spread(own, lambda each: each.relative.get("viscous", {}).values(), _percent),
+        spread(own, lambda each: np.abs(list(each.error.get("offset", {}).values())), _number),
+        spread(own, lambda each: each.curve.values(), _percent),
+        _share(sum(covered), len(covered)),
+        _share(sum(len(each.far) for each in own), good),
+        _share(sum(len(each.beyond) for each in own), good) if intervals else BLANK,
+        _number(float(np.mean([each.seconds or 0.0 for each in own]))),
+        f"{max(each.memory or 0.0 for each in own):.0f}",
+        ", ".join(dict.fromkeys(need for each in own for need in each.needs)) or "nothing",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def by_condition(scores: Sequence[Score]) -> list[str]:
+    """Return the median error of the curve, condition by condition."""
+    rows = [
+        f"| logs | contestant | {' | '.join(CONDITIONS)} |",
+        f"| --- | --- |{' ---: |' * len(CONDITIONS)}",
+    ]
+    for group, robots in GROUPS.items():
+        for name in names(scores):
+            own = [each for each in scores if each.contestant == name and each.robot in robots]
+            if any(each.curve for each in own):
+                cells = [median_curve(own, condition) for condition in CONDITIONS]
+                rows.append(f"| {group} | {name} | {' | '.join(BLANK if v is None else _percent(v) for v in cells)} |")
+    return rows
+
+
+def median_curve(own: Iterable[Score], condition: str) -> float | None:
+    """Return the median error of the curves of a condition [1], None where nothing was answered."""
+    values = [value for each in own if each.condition == condition for value in each.curve.values()]
+    return float(np.median(values)) if values else None
+
+
+def real_table(scores: Sequence[Score]) -> list[str]:
+    """Return the torque held out that is not explained, over that without friction: geometric means over the joints."""
+    robots = list(dict.fromkeys(each.robot for each in scores if each.held_out))
+    rows = [f"| contestant | {' | '.join(robots)} |", f"| --- |{' ---: |' * len(robots)}"] if robots else []
+    for name in names(scores):
+        own = {each.robot: each.held_out for each in scores if each.contestant == name and each.held_out}
+        if own:
+            cells = [
+                f"{np.exp(np.mean(np.log(list(own[robot].values())))):.3f}" if own.get(robot) else BLANK
+                for robot in robots
+            ]
+            rows.append(f"| {name} | {' | '.join(cells)} |")
+    return rows
+
+
+def blanks(scores: Sequence[Score]) -> list[str]:
+    """Return why there are blanks: a reason, and the cases that have it."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for each in scores:
+        if each.blank:
+            found.setdefault((each.contestant, each.blank), []).append(f"{each.robot}/{each.condition}")
+    total = len({(each.robot, each.condition) for each in scores})
+    return [
+        f"- {name}, {'all cases' if len(cases) == total else ', '.join(cases)}: {reason}"
+        for (name, reason), cases in found.items()
+    ]
+
+
+def names(scores: Sequence[Score]) -> list[str]:
+    """Return the contestants, in the order of the file."""
+    return list(dict.fromkeys(each.contestant for each in scores))
+
+
+def spread(own: Sequence[Score], values: Callable[[Score], Iterable[float]], text: Callable[[float], str]) -> str:
+    """Return the median and the 90th percentile of some values over all joints and cases."""
+    found = [float(value) for each in own for value in values(each)]
+    if not found:
+        return BLANK
+    return f"{text(float(np.median(found)))} ({text(float(np.percentile(found, 90)))})"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.2g} %" if value < 0.995 else f"{100 * value:.0f} %"
+
+
+def _number(value: float) -> str:
+    return f"{value:.2g}"
+
+
+def _share(part: int, whole: int) -> str:
+    return f"{100 * part / whole:.0f} %" if whole else BLANK

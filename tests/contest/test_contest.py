@@ -1,0 +1,190 @@
+"""The public benchmark: its files say what was simulated, its scores what they are called, and a lie is found out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from contest.__main__ import main
+from contest.cases import CONDITIONS, SLOPE
+from contest.make import friction, make
+from contest.model_errors import publish_model
+from contest.run import chosen, contestants, read_scores, run, write_scores
+from contest.schema import ANSWER, CASE, PARAMETERS, SUMS, TRUTH, Answer, Case, Truth, cases_of, read, write
+from contest.score import Score, curve_of, score
+from contest.table import lines
+
+from stribeck import Robot, read_log
+from stribeck.errors import SettingsError
+from stribeck.methods import METHODS
+from stribeck_simulation.robots.biped import MODELS
+
+SECONDS = 4.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("benchmark")
+    make(made, ("arm",), seconds=SECONDS, progress=lambda _: None)
+    return made
+
+
+def true_answer(folder: Path, case: str, error: float = 0.0, **says: object) -> dict[str, object]:
+    """An answer whose parameters are off by a share, and whose curves follow from them."""
+    truth = read(Truth, folder / "truth" / case / TRUTH)
+    joints = {
+        joint: {name: {"value": (1 + error) * getattr(known, name), **says} for name in PARAMETERS}
+        for joint, known in truth.joints.items()
+    }
+    return {"method": "a test", "version": "1", "joints": joints}
+
+
+def scored(folder: Path, case: str, answer: dict[str, object], out: Path) -> Score:
+    (out / ANSWER).write_text(json.dumps(answer), encoding="utf-8")
+    return score("a test", folder / "cases" / case, folder / "truth" / case, out)
+
+
+def test_files_say_what_was_simulated_and_are_the_same_again(folder: Path, tmp_path: Path) -> None:
+    assert cases_of(folder) == sorted(f"arm/{condition}" for condition in CONDITIONS)
+    case, truth = read(Case, folder / "cases/arm/load" / CASE), read(Truth, folder / "truth/arm/load" / TRUTH)
+    robot = Robot.from_file(folder / "cases/arm/load/robot.toml")
+    log = read_log(folder / "cases/arm/load" / case.logs[0], robot)
+    assert set(case.joints) == set(truth.joints) == set(robot.joint_names)
+    assert float(np.ptp(log.time)) == pytest.approx(case.seconds)
+    assert 1 / np.median(np.diff(log.time)) == pytest.approx(case.rate)
+    for line in (folder / SUMS).read_text().splitlines():
+        digest, name = line.split("  ")
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
+    write(case, tmp_path / CASE)
+    assert read(Case, tmp_path / CASE) == case
+    make(tmp_path, ("arm",), seconds=SECONDS, progress=lambda _: None)
+    assert (tmp_path / SUMS).read_text() == (folder / SUMS).read_text()
+
+
+def test_load_friction_is_a_share_of_the_whole_torque(folder: Path) -> None:
+    robot = Robot.from_file(folder / "cases/arm/clean/robot.toml")
+    log = read_log(folder / "cases/arm/clean/log.npz", robot)
+    parameters = {"elbow": {"coulomb": 0.5, "viscous": 0.2, "offset": 0.1}}
+    column = log.joint_names.index("elbow")
+    own, loaded = (friction(CONDITIONS[name], parameters, log)[:, column] for name in ("clean", "load"))
+    share = CONDITIONS["load"].load * np.tanh(SLOPE * np.gradient(log.position[:, column], log.time))
+    np.testing.assert_allclose(loaded - own, share * np.abs(log.torque[:, column] + loaded), atol=1e-12)
+
+
+def test_the_truth_scores_as_the_truth(folder: Path, tmp_path: Path) -> None:
+    found = scored(folder, "arm/clean", true_answer(folder, "arm/clean", standard_error=0.01), tmp_path)
+    assert max(found.relative["coulomb"].values()) == 0
+    assert all(value for joints in found.covered.values() for value in joints.values())
+    assert not found.far
+    assert not found.beyond
+    assert 0 < max(found.curve.values()) < 0.15  # it turns at once, and the friction a little later
+
+
+def test_errors_are_those_of_a_known_answer(folder: Path, tmp_path: Path) -> None:
+    answer = true_answer(folder, "arm/clean", error=0.2, standard_error=0.01)
+    found = scored(folder, "arm/clean", answer, tmp_path)
+    truth = read(Truth, folder / "truth/arm/clean" / TRUTH).joints
+    for joint, known in truth.items():
+        assert found.relative["coulomb"][joint] == pytest.approx(0.2)
+        assert found.error["viscous"][joint] == pytest.approx(0.2 * known.viscous, rel=1e-3)
+        assert found.covered["offset"][joint] == (abs(0.2 * known.offset) < 1.96 * 0.01)
+    assert found.curve["elbow"] == pytest.approx(0.2, abs=0.05)
+    assert not found.far
+    assert {name for name in found.beyond if name.endswith("coulomb")} == {f"{joint} coulomb" for joint in truth}
+
+
+def test_who_lies_with_confidence_is_counted_and_who_warns_is_not(folder: Path, tmp_path: Path) -> None:
+    joints = len(read(Case, folder / "cases/arm/clean" / CASE).joints)
+    lie = true_answer(folder, "arm/clean", error=0.5, standard_error=1e-3)
+    liar = scored(folder, "arm/clean", lie, tmp_path)
+    assert len(liar.far) == 2 * joints
+    assert len(liar.beyond) >= 2 * joints
+    assert liar.good == 3 * joints
+    honest = scored(
+        folder, "arm/clean", true_answer(folder, "arm/clean", 0.5, standard_error=1e-3, good=False), tmp_path
+    )
+    assert (honest.far, honest.beyond, honest.good) == ([], [], 0)
+    assert "| 67 % |" in lines([liar])[0]  # Coulomb and viscous friction, of three numbers
+
+
+def test_what_is_left_out_is_a_blank_and_no_zero(folder: Path, tmp_path: Path) -> None:
+    answer = true_answer(folder, "arm/clean")
+    answer["joints"] = {"elbow": {"coulomb": {"value": 0.5}}}
+    found = scored(folder, "arm/clean", answer, tmp_path)
+    assert list(found.relative["coulomb"]) == ["elbow"]
+    assert not found.relative["viscous"]
+    assert not found.curve
+    assert not found.covered["coulomb"]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"joints": {"knee": {}}}, "joint 'knee' was not asked for"),
+        ({"joints": {"elbow": {"curve": [1.0]}}}, "the curve of joint 'elbow' has 1 values"),
+        ({"joints": {"elbow": {"coulomb": {"valu": 1.0}}}}, "unknown key"),
+        ({"joints": {"elbow": {"coulomb": {"value": float("nan")}}}}, "finite"),
+    ],
+)
+def test_answers_that_break_the_contract_are_refused(
+    folder: Path, tmp_path: Path, change: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(SettingsError, match=sentence) as refused:
+        scored(folder, "arm/clean", true_answer(folder, "arm/clean") | change, tmp_path)
+    assert ANSWER in str(refused.value)
+
+
+def test_wrong_inertias_can_exist_and_are_as_wrong_as_they_say(tmp_path: Path) -> None:
+    for source in (MODELS / "arm.urdf", MODELS / "toro.xml"):
+        target = tmp_path / source.name
+        publish_model(source, target, np.random.default_rng(0))
+        base = "fixed" if source.suffix == ".urdf" else "floating"
+        right, wrong = (Robot.from_model(path, base=base) for path in (source, target))  # type: ignore[arg-type]
+        for before, after in zip(right.tree.model.inertias, wrong.tree.model.inertias, strict=True):
+            if before.mass and np.linalg.norm(after.lever - before.lever) < 0.0101:  # of one link alone
+                assert 0.95 <= after.mass / before.mass <= 1.05
+                moments = np.linalg.eigvalsh(after.inertia)
+                assert moments[2] <= moments[:2].sum() + 1e-9
+                assert after.mass != before.mass
+
+
+def test_a_case_is_run_in_a_process_of_its_own_and_who_fails_gets_a_blank(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = contestants()["least squares"]
+    found = run("least squares", plain, folder, "arm/clean")
+    assert found.blank is None
+    assert found.asked == len(found.curve) == 6
+    assert found.seconds is not None
+    assert found.seconds > 0
+    assert found.memory is not None
+    assert 20 < found.memory < 2000
+    failing = run("failing", [sys.executable, "-c", "raise SystemExit('no such thing')"], folder, "arm/clean")
+    assert failing.blank == "ended with exit code 1: no such thing"
+    assert not failing.curve
+    saved = tmp_path / "scores.json"
+    write_scores([found, failing], saved, "")
+    assert read_scores(saved) == [found, failing]
+    assert main(["run", str(folder), "--cases", "arm/clean", "--contestants", "nobody"]) == 2
+    assert "contestant 'nobody' is not known" in capsys.readouterr().err
+
+
+def test_every_method_of_stribeck_takes_part() -> None:
+    everyone = chosen(None, {"mine": "python mine.py"})
+    assert set(METHODS) <= set(everyone)
+    assert everyone["mine"] == ["python", "mine.py"]
+    assert isinstance(everyone["BAM"], str)
+
+
+def test_a_curve_follows_from_parameters_where_there_is_none(folder: Path) -> None:
+    answer = Answer(**true_answer(folder, "arm/clean"))  # type: ignore[arg-type]
+    found, velocity = answer.joints["elbow"], np.array([-1.0, 0.0, 2.0])
+    assert found.coulomb is not None
+    assert found.viscous is not None
+    np.testing.assert_allclose(
+        np.asarray(curve_of(found, velocity)), found.coulomb.value * np.sign(velocity) + found.viscous.value * velocity
+    )

@@ -1,0 +1,74 @@
+"""What is written is read again, value by value, and by the writers' own formats' readers."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.arm import arm_log, write_arm
+from tests.log.readers.formats import StubRobot, synthetic_log
+
+from stribeck import LogError, Robot, RobotLog, read_log, write_log
+from stribeck.cli import main
+from stribeck.log.writers import WRITERS
+
+LOG = synthetic_log(60)
+SHORT = RobotLog(time=LOG.time, joint_names=LOG.joint_names, position=LOG.position, torque=LOG.torque)
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+@pytest.mark.parametrize("log", [LOG, SHORT, replace(LOG, time=LOG.time + 1.7e9)], ids=["whole", "short", "since 1970"])
+def test_a_log_is_read_as_it_was_written(tmp_path: Path, suffix: str, log: RobotLog) -> None:
+    left_out = write_log(log, tmp_path / f"log{suffix}")
+    again = read_log(tmp_path / f"log{suffix}", StubRobot() if log.foot_names else None)  # type: ignore[arg-type]
+    for name, values in log.channels().items():
+        if name in left_out:
+            assert suffix == ".mcap"
+            continue
+        found = getattr(again, name)
+        start = log.time[0] if name == "time" and log.time[0] > 1e9 else 0.0
+        np.testing.assert_allclose(found, values.astype(float) - start, atol=3e-7 if start else 1e-9, err_msg=name)
+    assert again.joint_names == log.joint_names
+    assert again.foot_names == log.foot_names
+
+
+def test_missing_values_stay_missing(tmp_path: Path) -> None:
+    torque = LOG.torque.copy()
+    torque[5, 1] = np.nan
+    for suffix in WRITERS:
+        write_log(replace(SHORT, torque=torque), tmp_path / f"log{suffix}")
+        np.testing.assert_array_equal(np.isnan(read_log(tmp_path / f"log{suffix}").torque), np.isnan(torque))
+
+
+def test_a_suffix_without_writer_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"the suffix is '\.csv'; logs are written as \.npz, \.parquet, \.mcap"):
+        write_log(LOG, tmp_path / "log.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_writes_what_the_robot_file_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Torques in millinewton metres of a robot that calls its joints otherwise."""
+    robot_file = write_arm(tmp_path)
+    log = arm_log(Robot.from_file(robot_file), duration=1.0)
+    odd = {"q": log.position, "tau": 1e3 * log.torque}
+    np.savez(tmp_path / "odd.npz", time=log.time, **odd)
+    text = robot_file.read_text(encoding="utf-8")
+    mapped = tmp_path / "mapped.toml"
+    mapped.write_text(
+        text + '\n[log.position]\nname = "q"\n\n[log.torque]\nname = "tau"\nunit = "mNm"\n', encoding="utf-8"
+    )
+    words = ["stribeck", "convert", tmp_path / "odd.npz", "-r", mapped, "-o", tmp_path / "plain.parquet"]
+    monkeypatch.setattr("sys.argv", [str(word) for word in words])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "plain.parquet")
+    plain = read_log(tmp_path / "plain.parquet")
+    np.testing.assert_allclose(plain.torque, log.torque, rtol=1e-12)
+    assert plain.joint_names == log.joint_names
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert "is there already" in capsys.readouterr().err
