@@ -118,16 +118,23 @@ class WholeLog:
     @property
     def terms(
         self,
-    ) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float | None]]:
-        """Of the law "auto": terms of each joint, load and its deviation [N m], mean direction, ripple, temperature."""
+    ) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float, float | None]]:
+        """Of the law "auto", by joint: what `Fitted.terms` holds."""
         fit = self.fit
-        numbers = (fit.mean_load, fit.load_deviation, fit.mean_direction, fit.per_turn, fit.mean_temperature)
+        numbers = (
+            fit.mean_load,
+            fit.load_deviation,
+            fit.mean_direction,
+            fit.per_turn,
+            fit.travel,
+            fit.mean_temperature,
+        )
         if any(own is None for own in numbers):
             return {}
-        loads, deviations, means, per_turn, warm = (own.tolist() for own in numbers if own is not None)
+        loads, deviations, means, per_turn, travels, warm = (own.tolist() for own in numbers if own is not None)
         directions = [tuple(own) if np.isfinite(own).all() else None for own in means]
         temperatures = [own if np.isfinite(own) else None for own in warm]
-        own = zip(fit.terms, loads, deviations, directions, per_turn, temperatures, strict=True)
+        own = zip(fit.terms, loads, deviations, directions, per_turn, travels, temperatures, strict=True)
         return dict(zip(self.joints, own, strict=True))
 
     @property

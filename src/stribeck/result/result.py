@@ -194,6 +194,7 @@ OF_SOME = (
     "mean_direction",
     "ripple_per_turn",
     "mean_temperature",
+    "presliding_travel",
     "position_range",
     "correlation",
     "torque_r2",
