@@ -112,9 +112,9 @@ class RowMaker:
         columns = self.corrections.inertial_parameters.size * (ROOT_ROWS + len(self.joints))
         stride = -(-sum(block.last - block.first for block in blocks) * columns // int(MOST_NUMBERS))
         found: list[DirectRows] = []
-        numbered = zip(blocks, numbers, strict=True)
+        feet, numbered = list(dict.fromkeys(block.feet for block in blocks)), zip(blocks, numbers, strict=True)
         for log, own in groupby(numbered, key=lambda pair: pair[0].log):
-            found += self._of_log(prepared[log], list(own), max(1, stride))
+            found += self._of_log(prepared[log], list(own), feet, max(1, stride))
         return found
 
     def has(self, k: int) -> list[int]:
@@ -126,8 +126,9 @@ class RowMaker:
             self._modes[feet] = find_contact_mode(self.robot, feet, self.joints)
         return self._modes[feet]
 
-    def _of_log(self, part: PreparedLog, blocks: Sequence[tuple[Block, int]], stride: int) -> Iterator[DirectRows]:
-        feet = list(dict.fromkeys(block.feet for block, _ in blocks))
+    def _of_log(
+        self, part: PreparedLog, blocks: Sequence[tuple[Block, int]], feet: Sequence[tuple[str, ...]], stride: int
+    ) -> Iterator[DirectRows]:
         mode_of_row, *clusters = np.full((3, len(part.log.time)), -1)
         steady = np.zeros(len(part.log.time), dtype=bool)
         for each, number in blocks:
