@@ -28,7 +28,7 @@ from typing import TypedDict
 import numpy as np
 import pinocchio as pin
 
-from stribeck import Robot, identify
+from stribeck import Robot, RobotLog, identify
 from stribeck.export import export
 from stribeck.export.joints import joint_terms
 from stribeck.friction import get_law
@@ -92,10 +92,15 @@ def truth_of(robot: Robot) -> dict[str, dict[str, float]]:
     return {name: {"coulomb": level, "viscous": VISCOUS * level, **OTHERS} for name, level in levels}
 
 
+def noisy_log(robot: Robot) -> RobotLog:
+    """Return the arm's own noisy log."""
+    exact, _ = exact_log(robot, get_law(LAW), truth_of(robot), duration=40.0, seed=1)
+    return with_noise(exact, position=ENCODER, torque=TORQUE, seed=2)
+
+
 def identified(robot: Robot) -> Result:
     """Return what the arm's own noisy log shows."""
-    exact, _ = exact_log(robot, get_law(LAW), truth_of(robot), duration=40.0, seed=1)
-    return identify(with_noise(exact, position=ENCODER, torque=TORQUE, seed=2), robot)
+    return identify(noisy_log(robot), robot)
 
 
 def with_truth(result: Result, robot: Robot, factor: float) -> Result:
