@@ -20,6 +20,7 @@ from stribeck.friction_torque.stream import (
     contact_modes,
     differentiate,
     orientation_filter,
+    require_channels,
     seen_joints,
     spans,
     swinging_joints,
@@ -129,6 +130,7 @@ class RowMaker:
     def _of_log(
         self, part: PreparedLog, blocks: Sequence[tuple[Block, int]], feet: Sequence[tuple[str, ...]], stride: int
     ) -> Iterator[DirectRows]:
+        require_channels(self.robot, part.log, self.settings)
         mode_of_row, *clusters = np.full((3, len(part.log.time)), -1)
         steady = np.zeros(len(part.log.time), dtype=bool)
         for each, number in blocks:
@@ -149,7 +151,10 @@ class RowMaker:
                 continue
             wide = slice(span.start - reach, span.stop + reach)
             state, torque = differentiate(self.robot, part.log, wide, motion_filter, turn_filter, self.settings)
-            friction = motion_filter.smooth(self._law_columns(state.velocity))[kept]
+            friction = motion_filter.smooth(self._law_columns(state.velocity))
+            known = np.hstack([each[kept + reach] for each in (state.velocity, state.acceleration, torque)])
+            kept = kept[np.isfinite(np.hstack([known, friction[kept]])).all(axis=1)]
+            friction = friction[kept]
             state, torque = state.take(kept + reach), torque[kept + reach]
             span_modes, span_clusters = mode_of_row[span][kept], np.stack(clusters)[:, span][:, kept]
             for own in _in_pieces(span_modes):
