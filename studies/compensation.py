@@ -20,7 +20,7 @@ import ctypes
 import json
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
@@ -114,7 +114,13 @@ def with_truth(result: Result, robot: Robot, factor: float) -> Result:
     return replace(result, law=LAW, joints=joints)
 
 
-def compiled(result: Result, robot: Robot, sign: float = 1.0, period: float = 1 / RATE) -> Compensation:
+def compiled(
+    result: Result,
+    robot: Robot,
+    sign: float = 1.0,
+    period: float = 1 / RATE,
+    settings: Mapping[str, float] = SETTINGS,
+) -> Compensation:
     """Return the compensation by the exported header, compiled, every `period` [s]."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
@@ -123,7 +129,7 @@ def compiled(result: Result, robot: Robot, sign: float = 1.0, period: float = 1 
             '#include "friction.h"\n'
             "static friction_state state[FRICTION_JOINT_COUNT];\n"
             "double act(int k, double v, double w) {\n"
-            f"    static const friction_settings own = {{{', '.join(map(repr, SETTINGS.values()))}}};\n"
+            f"    static const friction_settings own = {{{', '.join(map(repr, settings.values()))}}};\n"
             f"    return friction_compensation(k, v, w, 0, 0, {period!r}, &own, &state[k]);\n"
             "}\n"
         )
