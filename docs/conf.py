@@ -32,7 +32,7 @@ extensions = [
 NAVIGATION = {
     "index": {
         "First steps": ["tour", "logs", "robot-file", "result", "verdicts", "findings", "export", "replay"],
-        "The method": ["laws/index", "mathematics", "whole-log", "estimator", "glossary"],
+        "The method": ["laws/index", "mathematics", "whole-log", "ground-reaction", "estimator", "glossary"],
         "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "ablation", "constants"],
         "For developers": ["extending", "api/index"],
     },

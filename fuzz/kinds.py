@@ -32,6 +32,7 @@ class Kind:
 KINDS = {
     "robot-file": Kind(robot_file.make, 1.0),
     "model-file": Kind(model_file.make, 1.5),
+    "replayed-model": Kind(model_file.make_other, 0.3),
     "set-option": Kind(set_option.make, 0.7),
     "result-file": Kind(result_file.make, 1.0),
     "scenario-file": Kind(scenario_file.make, 0.3),

@@ -9,14 +9,32 @@ import numpy as np
 
 from fuzz.damage import bytes_damaged, nested, pick, text_damaged, xml_damaged
 
+TENDON = (
+    '<tendon><fixed name="belt" frictionloss="0.3" damping="0.1"><joint joint="shoulder" coef="1"/>'
+    '<joint joint="elbow" coef="-1"/></fixed></tendon></mujoco>'
+)
+"""Friction on a sum of joint speeds, and the end of an MJCF."""
+
 
 def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
     """Write a model that is damaged somewhere, under a sound robot file."""
     name = pick(generator, ("arm.urdf", "arm.xml", "arm.sdf"))
-    text = (seeds / name).read_text(encoding="utf-8")
     base = pick(generator, ("fixed", "fixed", "floating"))
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\ntorque_source = "command"\n')
-    model = folder / name
+    _write_damaged(generator, folder / name, (seeds / name).read_text(encoding="utf-8"))
+    return ["inspect", str(seeds / "log.npz"), "-r", "robot.toml"]
+
+
+def make_other(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
+    """Write a model that is damaged somewhere, beside that of a sound robot, to replay its log with."""
+    name = pick(generator, ("arm.urdf", "arm.xml", "arm.sdf"))
+    text = (seeds / name).read_text(encoding="utf-8").replace("</mujoco>", TENDON)
+    _write_damaged(generator, folder / name, text)
+    return ["replay", str(seeds / "log.npz"), "-r", str(seeds / "robot.toml"), "-m", name, "-o", "out"]
+
+
+def _write_damaged(generator: np.random.Generator, model: Path, text: str) -> None:
+    """Write a model's text, damaged somewhere."""
     match int(generator.integers(20)):
         case 0:
             tag = pick(generator, ("link", "body", "robot", "model", "joint", "x"))
@@ -44,7 +62,6 @@ def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]
             for _ in range(int(generator.integers(1, 4))):
                 text = xml_damaged(generator, text)
             model.write_bytes(text.encode(errors="surrogatepass"))
-    return ["inspect", str(seeds / "log.npz"), "-r", "robot.toml"]
 
 
 def _make_no_file(generator: np.random.Generator, path: Path) -> None:

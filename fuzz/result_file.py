@@ -9,6 +9,21 @@ import numpy as np
 
 from fuzz.damage import bytes_damaged, nested, pick, text_damaged, value_damaged
 
+TARGETS = (
+    "urdf",
+    "mjcf",
+    "drake",
+    "c",
+    "python",
+    "yaml",
+    "table",
+    "isaaclab",
+    "physx",
+    "newton",
+    "genesis",
+    "pinocchio",
+)
+
 
 def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
     """Write a result that is damaged somewhere, to be compared or exported."""
@@ -36,4 +51,5 @@ def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]
             return ["compare", str(seeds / "result.json"), "result.json", "--json"]
         case 3:
             return ["compare", "result.json", "result.json"]
-    return ["export", "result.json", "-r", str(seeds / "robot.toml"), "--to", "urdf", "-o", "out.urdf"]
+    words = ["export", "result.json", "-r", str(seeds / "robot.toml"), "--to", pick(generator, TARGETS), "-o", "out"]
+    return words + pick(generator, (["--include-weak"], ["--samples", "2"], ["--ranges"], ["--strict"], []))

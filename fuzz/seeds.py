@@ -19,6 +19,7 @@ MODELS = Path(__file__).parent / "models"
 """The same arm as URDF, MJCF and SDF, with its robot file."""
 USED = (
     *("stribeck.inspection", "stribeck.report", "stribeck.report.inspection", "stribeck.export"),
+    *("stribeck.replay.replay", "stribeck.report.replay"),
     *(
         "stribeck.result.compare",
         "stribeck.robot.mjcf_check",

@@ -112,6 +112,7 @@ def choices(law: str) -> Iterator[dict[str, str]]:
     """Yield the methods and corrections that a law may be fitted with."""
     if law != AUTO:
         yield {"method": "curve-fit"}
+        yield {"method": "ground-reaction"}
     for corrections in CORRECTIONS:
         yield {"method": "whole-log", "corrections": corrections}
 

@@ -28,7 +28,18 @@ ABOVE: dict[str, set[str]] = {
     "equations": GROUND | {"equations", "contact", "dynamics", "log", "motion", "robot"},
     "identification": GROUND | {"identification", "friction", "result"},
     "replay": GROUND
-    | {"replay", "identification", "friction_torque", "preparation", "contact", "dynamics", "log", "motion", "robot"},
+    | {
+        "replay",
+        "audit",
+        "identification",
+        "friction_torque",
+        "preparation",
+        "contact",
+        "dynamics",
+        "log",
+        "motion",
+        "robot",
+    },
     "export": GROUND | {"export", "friction", "result", "robot"},
     "report": GROUND | {"report", "friction", "result"},
 }

@@ -7,16 +7,15 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from stribeck.audit import audit
+from stribeck.audit import audit_or_stop
 from stribeck.compose import compose
-from stribeck.errors import LogError, SettingsError, errors_about, findings_kept
-from stribeck.finding import Finding, merged
+from stribeck.errors import SettingsError, findings_kept
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method
 from stribeck.outputs import check_outputs, whole_or_not_at_all
-from stribeck.preparation import PreparedLog, Progress, log_names, prepare, quiet
+from stribeck.preparation import Progress, prepare, quiet
 from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -90,7 +89,7 @@ def identify(
             *before, last = ((part.prints, part.log.path) for part in prepared)
             refuse_overlap(*last, before)
         progress("auditing", 0.0)
-        audited = _audit(prepared, robot, settings, force)
+        audited = audit_or_stop(prepared, robot, settings, force)
         findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
@@ -101,26 +100,6 @@ def identify(
             findings=[*audited, *result.findings],
             warnings=[*(str(each) for each in audited), *result.warnings],
         )
-
-
-def _audit(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, force: bool) -> list[Finding]:
-    """Return what is wrong with the logs, each once, with its logs where there are several.
-
-    Raises
-    ------
-    LogError
-        If something makes every number wrong, unless forced; all else that was found are its notes.
-    """
-    found = []
-    for where, part in zip(log_names(prepared), prepared, strict=True):
-        with errors_about(where):
-            each = audit(part, robot, settings)
-        stops = next((finding for finding in each if finding.stops), None)
-        if stops and not force:
-            with findings_kept([str(finding) for finding in each if finding is not stops]):
-                raise LogError(f"{where}: {stops}; every number would be wrong, --force goes on ({stops.place})")
-        found.append((where, each))
-    return merged(found)
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:

@@ -163,7 +163,7 @@ class Settings(Table):
     priors: Priors = Priors()  # of friction, model and sensors (whole-log)
     tilt: Literal["auto", "imu", "flat"] = "auto"
     double_support: Literal["skip", "guess", "fit"] = "skip"
-    standing_legs: bool = False  # let samples of standing legs into the fits
+    standing_legs: bool | Literal["measured"] = False  # let them into the fits, by the model or by measured wrenches
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
     fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: whole-log does where rotors turn in the torque
     filter_torque: bool = False

@@ -20,8 +20,8 @@ lugre="1000 1 1 1.5 0.1"/></actuator>"""
 
 def read(tmp_path: Path, joint: str, more: str = "") -> tuple[JointFriction, list[str]]:
     (tmp_path / "model.xml").write_text(MJCF.format(joint, more))
-    found, notes = read_friction(tmp_path / "model.xml")
-    return found["hinge"], notes
+    found = read_friction(tmp_path / "model.xml")
+    return found.joints["hinge"], found.notes
 
 
 def test_mjcf_has_its_defaults(tmp_path: Path) -> None:
@@ -39,18 +39,18 @@ def test_a_lugre_motor_is_stribeck_friction(gear: int, tmp_path: Path) -> None:
 
 
 def test_what_is_not_understood_is_said(tmp_path: Path) -> None:
-    tendon = '<tendon><fixed name="t" frictionloss="1"><joint joint="hinge" coef="1"/></fixed></tendon>'
+    tendon = '<tendon><fixed name="t" stiffness="1"><joint joint="hinge" coef="1"/></fixed></tendon>'
     _, notes = read(tmp_path, 'stiffness="2"', tendon)
     assert notes == [
         "joint 'hinge': a spring (stiffness), which is left out",
-        "1 tendon(s) with friction, damping or stiffness are left out",
+        "1 tendon(s) with stiffness, or spatial ones with friction, are left out",
     ]
 
 
 def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
     result, robot, name = toro_with_friction(tmp_path)
     export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
-    found, _ = read_friction(tmp_path / "new.xml")
+    found = read_friction(tmp_path / "new.xml").joints
     speeds = np.array([-1.0, -0.05, 0.02, 0.1, 1.0])
     read_again = ModelFriction([found[name]]).torque(speeds[:, None])[:, 0]
     np.testing.assert_allclose(read_again, result.joints[name].friction(speeds), rtol=1e-3)
@@ -58,19 +58,38 @@ def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
 
 
 def test_urdf_and_sdf_have_dynamics(tmp_path: Path) -> None:
-    urdf, _ = read_friction(EXAMPLES / MODELS["panda"][0])
+    urdf = read_friction(EXAMPLES / MODELS["panda"][0]).joints
     assert urdf["panda_joint1"] == JointFriction(viscous=0.003)
     (tmp_path / "model.sdf").write_text(
         '<sdf version="1.6"><model name="m"><joint name="j" type="revolute"><axis><dynamics><friction>0.4</friction>'
         "<damping>0.1</damping></dynamics></axis></joint></model></sdf>"
     )
-    sdf, _ = read_friction(tmp_path / "model.sdf")
+    sdf = read_friction(tmp_path / "model.sdf").joints
     assert sdf["j"] == JointFriction(coulomb=0.4, viscous=0.1)
 
 
-def test_the_slope_of_a_rollout_is_finite_at_rest() -> None:
+def test_a_fixed_tendons_friction_is_a_couplings(tmp_path: Path) -> None:
+    tendon = '<tendon><fixed name="t" frictionloss="2" damping="0.5"><joint joint="hinge" coef="-3"/></fixed></tendon>'
+    read(tmp_path, "", tendon)
+    found = read_friction(tmp_path / "model.xml")
+    assert found.couplings == {"t": ({"hinge": -3.0}, JointFriction(coulomb=2.0, viscous=0.5))}
+    assert found.notes == []
+
+
+def test_the_damping_of_a_rollout_is_finite_at_rest() -> None:
     friction = ModelFriction([JointFriction(coulomb=1.0, viscous=0.5, rise=0.5, stribeck_velocity=0.1)])
     velocity = np.array([[-2.0], [0.0], [0.3]])
-    slope = friction.slope(velocity)
-    np.testing.assert_allclose((slope * velocity)[[0, 2]], friction.torque(velocity)[[0, 2]])
-    assert slope[1, 0] == pytest.approx(1.5 / CREEP, rel=1e-3)
+    damping = friction.damping(velocity)[:, :, 0]
+    np.testing.assert_allclose((damping * velocity)[[0, 2]], friction.torque(velocity)[[0, 2]])
+    assert damping[1, 0] == pytest.approx(1.5 / CREEP, rel=1e-3)
+
+
+def test_a_couplings_friction_acts_on_its_joints_and_takes_power() -> None:
+    own = [JointFriction(coulomb=0.2), JointFriction(viscous=0.1)]
+    friction = ModelFriction(own, [(np.array([1.0, -2.0]), JointFriction(coulomb=1.0, viscous=0.5))])
+    velocity = np.array([[0.5, 1.0], [-1.0, 0.3]])
+    coupled = velocity @ [1.0, -2.0]
+    expected = np.outer(np.sign(coupled) + 0.5 * coupled, [1.0, -2.0])
+    expected += np.column_stack([0.2 * np.sign(velocity[:, 0]), 0.1 * velocity[:, 1]])
+    np.testing.assert_allclose(friction.torque(velocity), expected)
+    np.testing.assert_allclose((friction.damping(velocity) @ velocity[:, :, None])[:, :, 0], expected)

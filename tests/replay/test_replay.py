@@ -1,6 +1,7 @@
 """Logs replayed: a model with the true friction explains them, one with none or a wrong one does not."""
 
 import json
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from functools import cache
@@ -17,6 +18,7 @@ from stribeck.errors import RobotFileError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
+from stribeck.replay import rollouts
 from stribeck.replay.replay import Replay, Replayed, replay
 from stribeck.replay.rollouts import HORIZONS
 from stribeck.settings import FilterSettings
@@ -58,6 +60,13 @@ def packaged_arm(folder: Path) -> tuple[Robot, RobotLog]:
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, RobotLog]:
     return packaged_arm(tmp_path_factory.mktemp("arm"))
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let few rollouts start, and end soon."""
+    monkeypatch.setattr(rollouts, "STARTS", 30)
+    monkeypatch.setattr(rollouts, "HORIZONS", (HORIZONS[0], 0.06, 0.07))
 
 
 def without_and_with(found: Replay) -> tuple[Replayed, Replayed]:
@@ -109,6 +118,7 @@ def test_a_wrong_friction_is_worse(share: float, arm: tuple[Robot, RobotLog], tm
             assert relative(bad, joint, k) > 2 * relative(good, joint, k)
 
 
+@pytest.mark.usefixtures("short")
 def test_a_walk_is_replayed_from_its_standing_feet(tmp_path: Path) -> None:
     robot, kind = robot_of("toro", tmp_path)
     log = known_log(robot, 6.0, posture=standing_posture())
@@ -122,6 +132,7 @@ def test_a_walk_is_replayed_from_its_standing_feet(tmp_path: Path) -> None:
         assert relative(with_own, joint, 0) < 0.5
 
 
+@pytest.mark.usefixtures("short")
 def test_a_quadrupeds_swinging_legs_are_replayed(tmp_path: Path) -> None:
     robot, kind = robot_of("quadruped", tmp_path)
     log = known_log(robot, 6.0, gait="trot")
@@ -130,6 +141,60 @@ def test_a_quadrupeds_swinging_legs_are_replayed(tmp_path: Path) -> None:
     for joint in with_own.torque:
         assert with_own.torque[joint].r2 > 0.99
         assert relative(with_own, joint, 0) < 0.3 * relative(without, joint, 0)
+
+
+@pytest.mark.usefixtures("short")
+def test_flight_is_left_out_and_told(tmp_path: Path) -> None:
+    robot, kind = robot_of("quadruped", tmp_path)
+    log = known_log(robot, 3.0, gait="trot")
+    assert log.contact is not None
+    aloft = np.abs(log.time - 1.5) < 0.25
+    contact = log.contact & ~aloft[:, None]
+    other = log.torque + 0.3 * (np.abs(log.time - 1.5) < 0.1)[:, None]
+    model = with_friction(robot, kind, tmp_path / "new.urdf")
+    found, again = (
+        replay(replace(log, contact=contact, torque=torque), robot, model, EXACT) for torque in (log.torque, other)
+    )
+    assert any(re.fullmatch("1. % of the log is flight, which is left out", note) for note in found.notes)
+    assert [each.torque for each in found.models] == [each.torque for each in again.models]
+    assert [each.rollouts for each in found.models] == [each.rollouts for each in again.models]
+    assert without_and_with(found)[1].median_r2() == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.usefixtures("short")
+def test_a_tendons_friction_is_taken_into_account(tmp_path: Path) -> None:
+    robot, kind = robot_of("toro", tmp_path)
+    one, other = (name for name in robot.joint_names if "elbow" in name)
+    log = known_log(robot, 3.0, posture=standing_posture())
+    assert log.velocity is not None
+    own = [robot.joint_names.index(name) for name in (one, other)]
+    coupled = log.velocity[:, own] @ [1.0, -0.5]
+    torque = log.torque.copy()
+    torque[:, own] += np.outer(2.0 * np.sign(coupled) + 0.4 * coupled, [1.0, -0.5])
+    model = with_friction(robot, kind, tmp_path / "new.xml")
+    tree = ET.parse(model)
+    tendon = ET.SubElement(ET.SubElement(tree.getroot(), "tendon"), "fixed", frictionloss="2", damping="0.4")
+    for name, coefficient in ((one, "1"), (other, "-0.5")):
+        ET.SubElement(tendon, "joint", joint=name, coef=coefficient)
+    tree.write(tmp_path / "coupled.xml")
+    without, with_own = without_and_with(replay(replace(log, torque=torque), robot, tmp_path / "coupled.xml", EXACT))
+    for name in (one, other):
+        assert with_own.torque[name].r2 > 0.99
+        assert relative(with_own, name, 0) < 0.3 * relative(without, name, 0)
+
+
+@pytest.mark.usefixtures("short")
+def test_a_log_that_makes_every_number_wrong_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    log = arm_log(robot, duration=5)
+    path = save_npz(log, tmp_path / "log.npz", position=np.degrees(log.position), velocity=None, acceleration=None)
+    command = ("replay", path, "-r", robot.path, "-m", robot.model_path, "-o", tmp_path / "out")
+    sentence = refused(capsys, *command)
+    assert "degrees" in sentence
+    assert "--force goes on" in sentence
+    assert not (tmp_path / "out").exists()
+    assert run(*command, "--force", "--json") == 0
+    assert any("degrees" in note for note in json.loads(capsys.readouterr().out)["notes"])
 
 
 def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -223,6 +288,7 @@ def test_a_joint_that_moves_no_mass_is_taken_as_measured(tmp_path: Path) -> None
         assert list(model.rollouts) == ["shoulder", "elbow"]
 
 
+@pytest.mark.usefixtures("short")
 def test_contact_frames_that_a_model_lacks_are_the_robots(tmp_path: Path) -> None:
     robot, _ = robot_of("toro", tmp_path)
     log = known_log(robot, 4.0, posture=standing_posture())
@@ -238,6 +304,15 @@ def test_contact_frames_that_a_model_lacks_are_the_robots(tmp_path: Path) -> Non
     own, other = found.models
     for joint, error in own.torque.items():
         assert other.torque[joint].rms == pytest.approx(error.rms, rel=1e-9)
+
+
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize("friction", ["1e200", "1e308"])
+def test_a_model_with_numbers_that_no_robot_has_is_refused(friction: str, tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    path = with_friction(robot, "urdf", tmp_path / "huge.urdf", float(friction), float(friction))
+    with pytest.raises(RobotFileError, match=r"huge\.urdf: its .* is not finite; expected masses"):
+        replay(arm_log(robot, duration=3), robot, path, EXACT)
 
 
 def test_a_model_of_another_robot_is_refused(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """What is checked of a log before friction is fitted: each check a function from evidence to findings."""
 
 from stribeck.audit.audit import audit as audit
+from stribeck.audit.audit import audit_or_stop as audit_or_stop
 from stribeck.audit.audit import findings as findings
 from stribeck.audit.audit import model_findings as model_findings
 from stribeck.audit.delay import delays as delays

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stribeck.audit.base import check_base
 from stribeck.audit.channels import check_channels
 from stribeck.audit.delay import check_delay, delays
@@ -10,8 +12,9 @@ from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.samples import check_samples
 from stribeck.audit.torque import check_torques, check_unsigned
-from stribeck.finding import Finding
-from stribeck.preparation import PreparedLog
+from stribeck.errors import LogError, errors_about, findings_kept
+from stribeck.finding import Finding, merged
+from stribeck.preparation import PreparedLog, log_names
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
@@ -26,6 +29,26 @@ def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Findi
     """
     evidence = gather(prepared, robot, settings)
     return findings(evidence, delays(evidence))
+
+
+def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, force: bool) -> list[Finding]:
+    """Return what is wrong with logs, each once, with its logs where there are several.
+
+    Raises
+    ------
+    LogError
+        If something makes every number wrong, unless forced; all else that was found are its notes.
+    """
+    found = []
+    for where, part in zip(log_names(prepared), prepared, strict=True):
+        with errors_about(where):
+            each = audit(part, robot, settings)
+        stops = next((finding for finding in each if finding.stops), None)
+        if stops and not force:
+            with findings_kept([str(finding) for finding in each if finding is not stops]):
+                raise LogError(f"{where}: {stops}; every number would be wrong, --force goes on ({stops.place})")
+        found.append((where, each))
+    return merged(found)
 
 
 def model_findings(robot: Robot) -> list[Finding]:

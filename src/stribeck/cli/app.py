@@ -50,6 +50,7 @@ FORMATS = (
     "genesis",
     "pinocchio",
 )
+ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
@@ -78,9 +79,9 @@ def identify(
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
     law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
-    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log.")] = None,
+    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log, ground-reaction.")] = None,
     settings: SetOption = [],  # noqa: B006
-    force: Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")] = False,
+    force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -214,6 +215,7 @@ def replay(
         Path | None, typer.Option("--output", "-o", help="Folder for replay.json and replay.html.")
     ] = None,
     settings: SetOption = [],  # noqa: B006
+    force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -226,7 +228,7 @@ def replay(
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
     check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
     with progress_bar() as progress:
-        found = run(log, machine, model, with_settings(machine.settings, {}, settings), progress=progress)
+        found = run(log, machine, model, with_settings(machine.settings, {}, settings), force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")

@@ -55,7 +55,7 @@ class GroundReaction:
 
 def _far_apart(text: str) -> Finding:
     return Finding(
-        check="ground-reaction",
+        check="foot-sensors",
         text=f"the model and the foot sensors disagree: {text}",
         cure="weigh the robot as it stood, and zero the sensors in the air",
     )

@@ -4,12 +4,13 @@
 
 On one standing surface the tree is rooted at that foot and every joint is known. On several, and on point feet, the
 wrenches on the feet are not known one by one: the joints between them are left open, and the limbs that swing are known
-all the same.
+all the same. Where the wrenches are measured, the joints between base and feet follow from them
+(docs/ground-reaction.md).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -23,6 +24,7 @@ from stribeck.dynamics.root_motion import base_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
 from stribeck.errors import LogError
+from stribeck.friction_torque.foot_wrenches import effect_on_joints, require_wrenches
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter
 from stribeck.motion.averaging import average_nodes
@@ -108,7 +110,7 @@ def friction_torque(
     SettingsError
         If the law shall be averaged over the window of a filter that has none.
     """
-    _require_channels(log, settings)
+    _require_channels(robot, log, settings)
     modes, mode_of_row, block_of_row, steady = _label_rows(
         phases, len(log.time), max(1, round(settings.block / period))
     )
@@ -133,7 +135,9 @@ def friction_torque(
             state, torque = state.take(kept + reach), torque[kept + reach]
         rows = kept + span.start
         mode = mode_of_row[rows]
-        friction, usable, wrench = _by_mode(robot, modes, mode, state, torque, settings)
+        wrenches = _measured_wrenches(robot, log, wide, motion_filter, settings)
+        measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
+        friction, usable, wrench = _by_mode(robot, modes, mode, state, torque, measured, settings)
         yield Chunk(
             rows=rows,
             wrench=wrench,
@@ -208,7 +212,9 @@ def _spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
             yield slice(start, min(start + CHUNK, segment.stop - margin))
 
 
-def _require_channels(log: RobotLog, settings: Settings) -> None:
+def _require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
+    if _takes_wrenches(robot, settings):
+        require_wrenches(log, robot)
     if settings.tilt == "imu" and log.base_orientation is None:
         raise LogError(
             f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"
@@ -235,14 +241,28 @@ def differentiate(
         wide = _widened(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
-    wide = _widened(rows, motion_filter)
     if log.velocity is not None and log.acceleration is not None and settings.filter.kind == "log":
         state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], orientation)
     else:
-        state = State(*motion_filter.apply(log.position[wide]), orientation)
+        state = State(*motion_filter.apply(log.position[_widened(rows, motion_filter)]), orientation)
+    return state, _filtered(log.torque, rows, motion_filter, settings)
+
+
+def _filtered(signal: Array, rows: slice, motion_filter: Filter, settings: Settings) -> Array:
+    """Return a torque or force at these rows as the settings have it: averaged, smoothed, or as it is."""
     if settings.averaged_law:
-        return state, motion_filter.average(log.torque[wide])
-    return state, motion_filter.smooth(log.torque[wide]) if settings.filter_torque else log.torque[rows]
+        return motion_filter.average(signal[_widened(rows, motion_filter)])
+    return motion_filter.smooth(signal[_widened(rows, motion_filter)]) if settings.filter_torque else signal[rows]
+
+
+def _measured_wrenches(
+    robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, settings: Settings
+) -> dict[str, Array]:
+    """Return the wrench on each foot at these rows, shape (N, 6); none where the settings do not ask for them."""
+    if log.foot_wrench is None or not _takes_wrenches(robot, settings):
+        return {}
+    wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1), rows, motion_filter, settings)
+    return dict(zip(log.foot_names, np.split(wrench, len(log.foot_names), axis=1), strict=True))
 
 
 def _higher_derivatives(
@@ -264,6 +284,10 @@ def swinging_joints(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
     return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
 
 
+def _takes_wrenches(robot: Robot, settings: Settings) -> bool:
+    return robot.base == "floating" and settings.standing_legs == "measured"
+
+
 def _leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
     """Return whether the joints of the standing limbs are not known: not on a fixed base or one standing surface."""
     return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
@@ -283,6 +307,7 @@ def _by_mode(
     mode: NDArray[np.int64],
     state: State,
     torque: Array,
+    measured: Mapping[str, Array],
     settings: Settings,
 ) -> tuple[Array, NDArray[np.bool_], Array]:
     """Return friction torque (N, n), which of it a fit may use (N, n), and the standing foot's wrench (N, 6)."""
@@ -294,12 +319,18 @@ def _by_mode(
         if len(rows) == len(torque):  # type: ignore[arg-type]
             rows = slice(None)
         part = state if isinstance(rows, slice) else state.take(rows)
-        friction[rows], usable[rows], wrench[rows] = _one_mode(robot, modes[k], part, torque[rows], settings)
+        wrenches = {foot: of_foot[rows] for foot, of_foot in measured.items()}
+        friction[rows], usable[rows], wrench[rows] = _one_mode(robot, modes[k], part, torque[rows], wrenches, settings)
     return friction, usable, wrench
 
 
 def _one_mode(
-    robot: Robot, mode: ContactMode, state: State, torque: Array, settings: Settings
+    robot: Robot,
+    mode: ContactMode,
+    state: State,
+    torque: Array,
+    measured: Mapping[str, Array],
+    settings: Settings,
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
     rooted, root = contact_root(robot, mode, state)
@@ -307,8 +338,13 @@ def _one_mode(
     friction, usable = torque - needed, seen_joints(robot, mode.feet, settings)
     if robot.base == "fixed":
         return friction, usable, np.nan
+    if measured:
+        standing_on = {foot: measured[foot] for foot in mode.feet}
+        friction += effect_on_joints(robot, state.position, standing_on, _root_foot(robot, mode), wrench)
     if not _leaves_open(robot, mode.feet):
         return friction, usable, wrench
+    if measured:
+        return friction, usable, np.nan
     standing = robot.standing(mode.feet)
     friction[:, standing] = np.nan
     if settings.double_support != "skip":
@@ -324,17 +360,22 @@ def contact_root(robot: Robot, mode: ContactMode, state: State) -> tuple[RootedM
     """
     if robot.base == "fixed":
         return robot.tree, None
-    by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
-    surface = next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
+    surface = _root_foot(robot, mode)
     if surface is None:
         return robot.tree, base_root(robot, mode.feet, state)
     return robot.rooted_at(surface), standing_root(robot, surface, state)
 
 
+def _root_foot(robot: Robot, mode: ContactMode) -> str | None:
+    """Return the standing surface that has stood longest, None on points alone."""
+    by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
+    return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
+
+
 def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDArray[np.bool_]:
     """Return the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
-    if robot.base == "fixed":
+    if robot.base == "fixed" or _takes_wrenches(robot, settings):
         return np.ones(len(robot.joint_names), dtype=bool)
     if _leaves_open(robot, feet):
         return ~robot.standing(feet) | (settings.double_support == "fit")
-    return ~robot.standing(feet) | settings.standing_legs
+    return ~robot.standing(feet) | bool(settings.standing_legs)

@@ -33,11 +33,12 @@ def find(
         unseen=Unseen(fits=fits, usable=held_out(fits, samples, law, settings)),
         robot=robot,
         logs=prepared,
-        findings=[_left_out(robot)] if robot.couplings else [],
+        findings=[couplings_left_out(robot)] if robot.couplings else [],
     )
 
 
-def _left_out(robot: Robot) -> Finding:
+def couplings_left_out(robot: Robot) -> Finding:
+    """Return that a fit joint by joint takes the friction of couplings for that of joints."""
     return Finding(
         check="couplings-left-out",
         text=f"the curve fit takes the friction of couplings for that of their joints: {', '.join(robot.couplings)}",

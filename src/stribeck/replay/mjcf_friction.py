@@ -7,15 +7,17 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from stribeck.replay.model_friction import JointFriction
+from stribeck.replay.model_friction import JointFriction, StatedFriction
 from stribeck.robot.mjcf_check import compile_mjcf
 
 LUGRE = slice(3, 6)
 """Coulomb and static friction and Stribeck velocity, among a motor's parameters of its bias."""
 
 
-def read_mjcf_friction(path: Path) -> tuple[dict[str, JointFriction], list[str]]:
+def read_mjcf_friction(path: Path) -> StatedFriction:
     """Return the friction of each joint: `frictionloss`, `damping` and the steady friction of LuGre's motors.
+
+    That of a fixed tendon, which acts on a sum of joint speeds, is a coupling's.
 
     A motor at gear g turns g times as fast as its joint, which feels g times its torque.
     """
@@ -37,7 +39,8 @@ def read_mjcf_friction(path: Path) -> tuple[dict[str, JointFriction], list[str]]
             coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), own / gear
         found[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
         notes += [f"joint '{name}': {what}, which is left out" for what in _others(model, joint, dof, len(lugre))]
-    return found, notes + _of_tendons(model)
+    couplings, more = _of_tendons(model)
+    return StatedFriction(joints=found, couplings=couplings, notes=notes + more)
 
 
 def _drives(model: mujoco.MjModel, motor: int, joint: int) -> bool:
@@ -60,7 +63,17 @@ def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[st
     return others
 
 
-def _of_tendons(model: mujoco.MjModel) -> list[str]:
-    acting = [model.tendon_frictionloss, model.tendon_damping, model.tendon_stiffness]
-    count = sum(bool(any(np.any(values[k]) for values in acting)) for k in range(model.ntendon))
-    return [f"{count} tendon(s) with friction, damping or stiffness are left out"] if count else []
+def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, tuple[dict[str, float], JointFriction]], list[str]]:
+    """Return the friction of fixed tendons with their coefficients by joint, and what of all tendons is left out."""
+    found, left_out = {}, 0
+    for tendon in range(model.ntendon):
+        first = int(model.tendon_adr[tendon])
+        wraps = range(first, first + int(model.tendon_num[tendon]))
+        coulomb, viscous = float(model.tendon_frictionloss[tendon]), float(model.tendon_damping[tendon])
+        fixed = all(int(model.wrap_type[k]) == int(mujoco.mjtWrap.mjWRAP_JOINT) for k in wraps)
+        left_out += bool(np.any(model.tendon_stiffness[tendon]) or (not fixed and (coulomb or viscous)))
+        if fixed and (coulomb or viscous):
+            own = {model.joint(int(model.wrap_objid[k])).name: float(model.wrap_prm[k]) for k in wraps}
+            name = model.tendon(tendon).name or f"tendon {tendon}"
+            found[name] = own, JointFriction(coulomb=coulomb, viscous=viscous)
+    return found, [f"{left_out} tendon(s) with stiffness, or spatial ones with friction, are left out"] * bool(left_out)

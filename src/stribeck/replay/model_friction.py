@@ -6,7 +6,7 @@ R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -33,28 +33,59 @@ class JointFriction:
 
 @dataclass(frozen=True, eq=False)
 class ModelFriction:
-    """The friction of n joints."""
+    """The friction of n joints, and of couplings with coefficients b, shape (n,): R(b . v) acts on joint j as b_j R."""
 
     joints: Sequence[JointFriction]
+    couplings: Sequence[tuple[Array, JointFriction]] = ()
 
     def __bool__(self) -> bool:
-        """Whether any joint has some."""
-        return any(self.joints)
+        """Whether there is any."""
+        return any(self.joints) or any(friction for _, friction in self.couplings)
 
     def torque(self, velocity: Array) -> Array:
         """Return the torque that resists motion at these velocities, shape (T, n) both."""
-        return np.asarray(np.sign(velocity) * self._resistance(np.abs(velocity)))
+        speeds = velocity @ self._coefficients
+        return np.asarray((np.sign(speeds) * self._resistance(np.abs(speeds))) @ self._coefficients.T)
 
-    def slope(self, velocity: Array) -> Array:
-        """Return the friction torque over the velocity, which is finite at rest, shape (T, n) both."""
-        speed = np.maximum(np.abs(velocity), CREEP)
-        return self._resistance(speed) / speed
+    def damping(self, velocity: Array) -> Array:
+        """Return D with R = D v at velocities of shape (T, n), finite at rest, shape (T, n, n)."""
+        speed = np.maximum(np.abs(velocity @ self._coefficients), CREEP)
+        slope, joints = self._resistance(speed) / speed, len(self.joints)
+        found = slope[:, :joints, None] * np.eye(joints)
+        if self.couplings:
+            coupled = self._coefficients[:, joints:]
+            found += (coupled * slope[:, None, joints:]) @ coupled.T
+        return np.asarray(found)
+
+    @cached_property
+    def _coefficients(self) -> Array:
+        """Joint velocities in the speeds that friction acts on, shape (n, n + couplings)."""
+        return np.column_stack([np.eye(len(self.joints)), *(own for own, _ in self.couplings)])
 
     @cached_property
     def _numbers(self) -> Array:
-        """The numbers of all joints, shape (4, n)."""
-        return np.array([astuple(joint) for joint in self.joints]).T
+        """The numbers of all joints and couplings, shape (4, n + couplings)."""
+        return np.array([astuple(own) for own in (*self.joints, *(friction for _, friction in self.couplings))]).T
 
     def _resistance(self, speed: Array) -> Array:
         coulomb, viscous, rise, stribeck_velocity = self._numbers
         return np.asarray(coulomb + rise * np.exp(-((speed / stribeck_velocity) ** 2)) + viscous * speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StatedFriction:
+    """What a model file says.
+
+    Attributes
+    ----------
+    joints
+        Friction by joint.
+    couplings
+        By name: the coefficients by joint, and the friction of their sum of speeds.
+    notes
+        On what acts on joints and is not understood.
+    """
+
+    joints: dict[str, JointFriction]
+    couplings: dict[str, tuple[dict[str, float], JointFriction]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)

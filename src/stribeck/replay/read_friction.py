@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from stribeck.replay.model_friction import JointFriction
+from stribeck.replay.model_friction import JointFriction, StatedFriction
 from stribeck.robot.model_file import kind_of
 from stribeck.robot.xml_file import XmlFile, read_xml
 
@@ -13,8 +13,8 @@ TERMS = {"friction": "coulomb", "damping": "viscous"}
 """Of `<dynamics>`."""
 
 
-def read_friction(path: Path) -> tuple[dict[str, JointFriction], list[str]]:
-    """Return the friction of a model file by joint, and what of its joints acts on them and is not understood.
+def read_friction(path: Path) -> StatedFriction:
+    """Return the friction of a model file.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def read_friction(path: Path) -> tuple[dict[str, JointFriction], list[str]]:
     joints = {
         joint.get("name", ""): joint for joint in xml.root.iter("joint") if joint.get("type")
     }  # no transmission's
-    return {name: _of_dynamics(xml, element, name) for name, element in joints.items()}, []
+    return StatedFriction(joints={name: _of_dynamics(xml, element, name) for name, element in joints.items()})
 
 
 def _of_dynamics(xml: XmlFile, joint: Element, name: str) -> JointFriction:

@@ -8,7 +8,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 
-from stribeck.errors import errors_about, findings_kept
+import numpy as np
+
+from stribeck.audit import audit_or_stop
+from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.stage import with_filter
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
@@ -107,6 +110,7 @@ def replay(
     model: str | Path,
     settings: Settings | None = None,
     *,
+    force: bool = False,
     progress: Progress = quiet,
 ) -> Replay:
     """Compare a log with another model of the robot and with the robot's own, each with and without its friction.
@@ -121,34 +125,43 @@ def replay(
         A URDF, MJCF or SDF with the robot's joints.
     settings
         The robot file's if None. Motion and torque pass the same filter, and standing legs move as measured.
+    force
+        Whether to go on with a log in which the audit finds what makes every number wrong.
     progress
         Told how far the work is.
 
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If robot, model or log cannot be used, or the log shows no joint's friction.
+        If robot, model or log cannot be used, the log shows no joint's friction, or, unless forced, the audit finds
+        what makes every number wrong.
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     common = {"filter_torque": True, "averaged_law": False, "double_support": "skip", "standing_legs": False}
-    settings = (settings or robot.settings).model_copy(update=common)
+    asked = settings or robot.settings
+    settings = asked.model_copy(update=common)
     other, notes = other_model(robot, Path(model))
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
         prepared = prepare(log, robot, settings)
+        notes += [*(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)), *_flight(prepared)]
         settings, _ = with_filter(prepared, robot, settings)
         logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
         massless = _massless((robot, other), logs)
         notes += [f"{file}: joint '{name}' moves no mass, so rollouts take it as measured" for name, file in massless]
         found: list[Replayed] = []
-        with errors_about(prepared.log.path):
+        with errors_about(prepared.log.path), np.errstate(all="ignore"):  # numbers that no robot has are refused
             for each, own, friction in zip((robot, other), logs, frictions, strict=True):
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
                 none = ModelFriction([JointFriction()] * len(each.joint_names))
                 variants = [none, friction] if friction else [none]
                 torque = torque_errors(own, each, variants, settings)
-                rollouts = rollout_errors(own, each, variants, dict(massless), settings)
+                try:
+                    rollouts = rollout_errors(own, each, variants, dict(massless), settings)
+                except np.linalg.LinAlgError as error:
+                    raise _impossible(each, f"its joint-space inertia matrix cannot be inverted ({error})") from error
+                _require_finite(each, torque, rollouts)
                 found += [
                     Replayed(model=each.model_path, friction=n > 0, torque=torque[n], rollouts=rollouts[n])
                     for n in range(len(variants))
@@ -164,6 +177,22 @@ def replay(
     )
 
 
+def _require_finite(
+    robot: Robot, torque: list[dict[str, TorqueError]], rollouts: list[dict[str, list[RolloutError | None]]]
+) -> None:
+    for of_joints, of_rollouts in zip(torque, rollouts, strict=True):
+        for name, error in of_joints.items():
+            if not np.isfinite([error.rms, error.r2]).all():
+                raise _impossible(robot, f"its torque of joint '{name}' is not finite")
+        for name, errors in of_rollouts.items():
+            if not all(np.isfinite([error.rms, error.relative]).all() for error in errors if error):
+                raise _impossible(robot, f"its simulated velocity of joint '{name}' is not finite")
+
+
+def _impossible(robot: Robot, what: str) -> RobotFileError:
+    return RobotFileError(f"{robot.model_path}: {what}; expected masses, lengths and friction that a robot can have")
+
+
 def _massless(robots: Sequence[Robot], logs: Sequence[PreparedLog]) -> list[tuple[str, str]]:
     """Return the joints that some model cannot simulate, and the model's file."""
     return [
@@ -173,12 +202,26 @@ def _massless(robots: Sequence[Robot], logs: Sequence[PreparedLog]) -> list[tupl
     ]
 
 
+def _flight(prepared: PreparedLog) -> list[str]:
+    """Return a note on the share of a log that is flight, if there is any: its joints move the base, too."""
+    rows = sum(phase.last - phase.first for phase in prepared.support.phases if phase.kind == "flight")
+    share = 100 * rows / len(prepared.log.time)
+    return [f"{share:.2g} % of the log is flight, which is left out"] if rows else []
+
+
 def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
     """Return the friction that a robot's model states, and note what it lacks."""
     path = Path(robot.model_path)
-    stated, own = read_friction(path)
-    found = ModelFriction([stated.get(name, JointFriction()) for name in robot.joint_names])
-    notes += [f"{path.name}: {note}" for note in own]
+    stated = read_friction(path)
+    names, couplings = robot.joint_names, []
+    unmeasured = [name for k, name in enumerate(names) if k not in robot.torque_controlled]
+    for coupling, (coefficients, friction) in stated.couplings.items():
+        if own := [name for name in coefficients if name in unmeasured]:
+            stated.notes.append(f"tendon '{coupling}' is left out, as the torque of '{own[0]}' is not measured")
+        else:
+            couplings.append((np.array([coefficients.get(name, 0.0) for name in names]), friction))
+    found = ModelFriction([stated.joints.get(name, JointFriction()) for name in names], couplings)
+    notes += [f"{path.name}: {note}" for note in stated.notes]
     if not found:
         notes.append(f"{path.name}: states no joint friction")
     return found

@@ -2,7 +2,7 @@
 
 Joints whose friction torque is known in a contact mode are simulated; the root and all other joints move as measured:
 
-    (M + dt D) a = tau - ID(q, v, 0 | a measured) - D v,    D = diag(R(v) / v)
+    (M + dt D) a = tau - ID(q, v, 0 | a measured) - D v,    R(v) = D v
     v <- v + dt a,    q <- q + dt v
 
 The friction acts on the velocity at the end of a step, so that it brings a joint to rest and never turns it round.
@@ -209,9 +209,9 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
         inertia = joint_inertia(rooted, position)[:, free[:, None], free]
         before = velocity.copy()
         for _ in range(ITERATIONS if friction else 1):
-            slope = friction.slope(velocity)[:, free]
-            resisted = inertia + STEP * slope[:, :, None] * np.eye(len(free))
-            change = np.linalg.solve(resisted, (force - slope * before[:, free])[:, :, None])[:, :, 0]
+            damping = friction.damping(velocity)[:, free]
+            resisted = inertia + STEP * damping[:, :, free]
+            change = np.linalg.solve(resisted, force[:, :, None] - damping @ before[:, :, None])[:, :, 0]
             velocity[:, free] = np.clip(before[:, free] + STEP * change, -FASTEST, FASTEST)
         position[:, free] += STEP * velocity[:, free]
         if step + 1 in steps:

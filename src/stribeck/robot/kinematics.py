@@ -60,6 +60,37 @@ def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array,
     return np.asarray(rotation), np.asarray(translation)
 
 
+def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wrench: Array) -> Array:
+    """Return J^T w, what a wrench on a frame does to the joints while the root is held, (T, n) in the robot's order.
+
+    Parameters
+    ----------
+    rooted, frame, position
+        As for `direction_in_root`.
+    wrench
+        Force [N] and moment [N m] at the frame's origin, in its coordinates, shape (T, 6).
+    """
+    placed = rooted.model.frames[frame]
+    force, moment = _carried(placed.placement, wrench[:, :3], wrench[:, 3:])
+    torque = np.zeros_like(position)
+    for joint in rooted.path_to_root(int(placed.parentJoint)):
+        axis, column = rooted.axis(joint), rooted.column(joint)
+        torque[:, column] = (force if axis.prismatic else moment) @ axis.direction
+        if axis.prismatic:
+            moment = moment + np.cross(position[:, column, None] * axis.direction, force)
+        else:
+            turn = _turns(axis.direction, position[:, column])
+            force, moment = turn.apply(force), turn.apply(moment)
+        force, moment = _carried(rooted.model.jointPlacements[joint], force, moment)
+    return torque
+
+
+def _carried(placement: pin.SE3, force: Array, moment: Array) -> tuple[Array, Array]:
+    """Return force and moment, shape (T, 3) each, at the origin and in the coordinates of what a frame is placed in."""
+    force = force @ placement.rotation.T
+    return force, moment @ placement.rotation.T + np.cross(placement.translation, force)
+
+
 @dataclass(frozen=True, eq=False)
 class PointMotion:
     """A point's position, velocity and acceleration relative to the root, in the root's coordinates, each (T, 3)."""

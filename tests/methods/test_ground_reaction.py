@@ -1,0 +1,203 @@
+"""Friction from ground reactions: exact with the wrenches, not moved by the rest of the robot, refused without them."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.typing import NDArray
+from studies import ground_reaction as study
+from tests.arm import arm_log, save_npz, write_arm
+from tests.cli.test_cli import refused
+from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks, walk
+from tests.models import MODELS, POSTURES, example_robot, make_robot
+
+from stribeck import Robot, Settings, identify
+from stribeck.errors import LogError, SettingsError
+from stribeck.friction import get_law
+from stribeck.friction_torque.stage import torque_chunks
+from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.problem import FitProblem
+from stribeck.identification.curve_fit.recursion import MEMORY, predict_in_turn
+from stribeck.log import RobotLog
+from stribeck.preparation import prepare
+from stribeck.result import Result
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import Truth, exact_log
+
+LAW, TRUTH = get_law("coulomb-viscous"), {"viscous": 0.4, "coulomb": 1.0, "offset": 0.3}
+ROOT = Path(__file__).parents[2]
+MEASURED = Settings(method="ground-reaction", filter=EXACT, law=LAW.name)
+BIAS = np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
+KNEE = "leg_left_4_joint"
+
+
+@cache
+def robot() -> Robot:
+    """Return TALOS, of which the legs alone have torque sensors."""
+    path, table, contacts = MODELS["talos"]
+    others = [joint for joint in example_robot("talos").joint_names if not joint.startswith("leg")]
+    return make_robot(path, table | {"position_controlled": others}, contacts)
+
+
+@cache
+def moved(gait: Literal["walk", "stand"], duration: float) -> tuple[RobotLog, Truth]:
+    truth = {joint: TRUTH for joint in robot().joint_names if joint.startswith("leg")}
+    return exact_log(robot(), LAW, truth, duration=duration, posture=POSTURES["talos"], gait=gait)
+
+
+def parameters(result: Result) -> dict[str, Mapping[str, float]]:
+    return {
+        joint: {name: one.value for name, one in found.parameters.items()} for joint, found in result.joints.items()
+    }
+
+
+def heavier(robot: Robot, joint: str) -> Robot:
+    """Return the robot with twice the mass on the body that a joint moves."""
+    model = pin.Model(robot.tree.model)
+    body = model.inertias[model.getJointId(joint)]
+    model.inertias[model.getJointId(joint)] = pin.Inertia(2 * body.mass, body.lever, 2 * body.inertia)
+    return replace(robot, tree=replace(robot.tree, model=model))
+
+
+@pytest.mark.parametrize("name", ["talos", "go2"])
+def test_true_friction_balances_the_measured_wrenches_in_every_contact_mode(name: str) -> None:
+    log, truth = walk(name, 6.0 if name == "go2" else 5.0)
+    modes = by_support(chunks(name, log, standing_legs="measured"), truth, name)
+    assert any("+" in mode for mode in modes)
+    for measured, true in modes.values():
+        np.testing.assert_allclose(measured, true, atol=1e-8)
+
+
+def test_standing_legs_do_not_feel_an_error_of_the_rest_of_the_model() -> None:
+    log, truth = moved("walk", 8.0)
+    wrong = heavier(robot(), "torso_1_joint")
+    errors = []
+    for standing_legs in ("measured", True):
+        settings = Settings.model_validate({"filter": EXACT, "standing_legs": standing_legs})
+        (chunk,) = torque_chunks(prepare(log, robot(), settings), wrong, settings)
+        alone = chunk.samples.support == chunk.samples.support_names.index("left")
+        true = truth.friction_torque[chunk.rows[alone], robot().joint_names.index(KNEE)]
+        found = chunk.samples.friction_torque[alone, chunk.samples.joint_names.index(KNEE)]
+        errors.append(np.abs(found - true).max())
+    assert errors[0] < 1e-8
+    assert errors[1] > 1.0
+
+
+def test_the_law_is_found_exactly_in_spite_of_zeros_of_the_sensors() -> None:
+    log, _ = moved("walk", 8.0)
+    biased = replace(log, foot_wrench=log.foot_wrench + BIAS)
+    result = identify(biased, robot(), MEASURED)
+    assert result.method == "ground-reaction"
+    for joint, found in parameters(result).items():
+        assert found == pytest.approx(TRUTH, rel=1e-3), joint
+        assert result.joints[joint].torque_r2.nominal > 0.9999
+    notes = "\n".join(result.evidence.notes)
+    assert "the wrench on 'left' reads 5, -4, 8 N and 0.3, -0.2, 0.1 N m while it swings" in notes
+    assert f"{KNEE} 1.00 times" in notes
+    assert not {"swing-differs", "wrench-zero", "foot-sensors"} & {each.check for each in result.findings}
+
+
+def test_zeros_of_feet_that_never_swing_go_into_the_offsets_and_that_is_told() -> None:
+    log, _ = moved("stand", 8.0)
+    assert parameters(identify(log, robot(), MEASURED))[KNEE] == pytest.approx(TRUTH, rel=1e-3)
+    turned = log.foot_wrench + 2.0 * np.eye(6)[4]
+    found = identify(replace(log, foot_wrench=turned), robot(), MEASURED)
+    for joint, values in parameters(found).items():
+        pitches = joint.split("_")[2] in "345"  # about the axis of the moment, up to the tilt of the foot
+        assert abs(values["offset"] - 0.3) == pytest.approx(2.0 if pitches else 0.0, abs=0.2)
+        assert values["coulomb"] == pytest.approx(1.0, abs=0.05)
+    (told,) = (each for each in found.findings if each.check == "wrench-zero")
+    assert "left, right never swing" in told.text
+    assert 0.6 < float(told.text.split("up to ")[1].split()[0]) < 1.1  # a leg's length
+
+
+def test_swinging_legs_with_another_friction_are_told() -> None:
+    log, truth = moved("walk", 16.0)
+    torque, joint = log.torque.copy(), robot().joint_names.index(KNEE)
+    swings = ~log.contact[:, log.foot_names.index("left")]
+    torque[swings, joint] += 2 * truth.friction_torque[swings, joint]
+    found = identify(replace(log, torque=torque), robot(), MEASURED)
+    (told,) = (each for each in found.findings if each.check == "swing-differs")
+    assert told.joints == (KNEE,)
+
+
+def damaged(log: RobotLog, kind: str) -> RobotLog:
+    wrench = log.foot_wrench.copy()
+    if kind == "no wrench":
+        return replace(log, foot_wrench=None)
+    if kind == "a foot missing":
+        source = {"foot_names": ("left",), "contact": None}
+        return replace(log, **source, foot_wrench=wrench[:, :1])
+    wrench[:, :, [0, 1, 3, 4, 5]] = 0
+    return replace(log, foot_wrench=wrench)
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("no wrench", "there is no channel foot_wrench.*expected force and moment of the ground on left, right"),
+        ("a foot missing", "'right'"),
+        ("one axis", "the wrench on 'left' has fz alone.*expected fx, fy, fz, tx, ty, tz"),
+    ],
+)
+def test_logs_without_whole_wrenches_are_refused(kind: str, said: str) -> None:
+    log, _ = moved("walk", 8.0)
+    with pytest.raises(LogError, match=said) as refusal:
+        identify(damaged(log, kind), robot(), MEASURED)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_fixed_base_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = write_arm(tmp_path)
+    log = save_npz(arm_log(Robot.from_file(robot), duration=8), tmp_path / "log.npz")
+    said = refused(capsys, "identify", log, "-r", robot, "-o", tmp_path / "out", "--method", "ground-reaction")
+    assert "base is 'fixed'; expected a floating base, or --method whole-log or curve-fit" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("key", ["double_support", "standing_legs"])
+def test_what_it_measures_is_not_for_settings_to_say(key: str) -> None:
+    value = {"double_support": "guess", "standing_legs": True}[key]
+    log, _ = moved("walk", 8.0)
+    with pytest.raises(SettingsError, match=f"{key} is .*'ground-reaction' does not use"):
+        identify(log, robot(), MEASURED.model_copy(update={key: value}))
+
+
+def problem(level: Array, block: NDArray[np.int64]) -> FitProblem:
+    """Return friction that is so many times the law's, alike in blocks of whole periods."""
+    velocity = np.sin(2 * np.pi / 50 * (np.arange(len(block)) + 0.5))
+    torque = level * LAW.torque(velocity, np.array([0.4, 1.0, 0.3]))
+    return FitProblem(
+        law=LAW, parameters=LAW.parameters, velocity=velocity, friction_torque=torque, acceleration=None, block=block
+    )
+
+
+def test_predictions_follow_what_was_learnt_and_forget() -> None:
+    blocks, each, interval = 40, 500, 0.01
+    block = np.repeat(np.arange(blocks), each)
+    before = problem(np.ones(len(block)), block)
+    learnt = problem(np.where(block < blocks // 2, 1.0, 2.0), block)
+    ratio = predict_in_turn(fit_joint(before), learnt, before, interval) / before.friction_torque
+    by_block = np.array([np.median(ratio[block == k]) for k in range(blocks)])
+    assert np.isnan(by_block[0])
+    np.testing.assert_allclose(by_block[1 : blocks // 2 + 1], 1.0, atol=1e-6)
+    old, new = blocks // 2 * each * interval, np.arange(blocks // 2) * each * interval
+    left = np.exp(-new / MEMORY) * (1 - np.exp(-old / MEMORY)) / (1 - np.exp(-(new + old) / MEMORY))
+    np.testing.assert_allclose(by_block[blocks // 2 :], 2 - left, atol=1e-6)
+
+
+def test_the_errors_shown_are_the_studys() -> None:
+    page = (ROOT / "docs/ground-reaction.md").read_text()
+    document = json.loads((ROOT / "studies/ground_reaction.json").read_text())
+    assert study.table(document["rows"]) in page
+    assert study.lever_table(document["levers"]) in page
+    error = {(row["case"], row["method"]): row["coulomb"] for row in document["rows"]}
+    for case in study.CASES:
+        assert error[case, "whole-log"] < error[case, "ground-reaction"] < error[case, study.STANDING]
+    assert error["B", "ground-reaction"] < error["B", "curve-fit"]
