@@ -31,6 +31,7 @@ from unittest.mock import patch
 
 from stribeck import cli
 from stribeck.friction import AUTO, LAWS
+from stribeck.methods import METHODS
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "real_robots"
@@ -113,6 +114,8 @@ def choices(law: str) -> Iterator[dict[str, str]]:
     if law != AUTO:
         yield {"method": "curve-fit"}
         yield {"method": "ground-reaction"}
+    if law in METHODS["direct"].laws:
+        yield {"method": "direct"}
     for corrections in CORRECTIONS:
         yield {"method": "whole-log", "corrections": corrections}
 

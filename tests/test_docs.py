@@ -24,6 +24,7 @@ from studies import (
     beyond_cases,
     beyond_the_laws,
     compensation,
+    direct,
     least_error,
     lies,
     replayed,
@@ -333,6 +334,13 @@ def test_the_held_out_errors_shown_are_the_studys() -> None:
         for robot, joints in robots.items()
         for joint, row in joints.items()
     ]
+
+
+def test_the_direct_identifications_shown_are_the_studys() -> None:
+    study = json.loads((ROOT / "studies/direct.json").read_text())
+    others = json.loads((ROOT / "studies/held_out.json").read_text())["robots"]
+    for row in (*direct.arm_table(study["arms"], others), *direct.walk_table(study["walk"])):
+        assert row in PAGES["docs/direct.md"]
 
 
 def test_the_lies_shown_are_the_studys() -> None:

@@ -36,7 +36,7 @@ FILTERS = {"auto": FilterSettings(), "window": FilterSettings(kind="savitzky-gol
 
 
 @pytest.mark.parametrize("missing", [False, True], ids=["", "every 97th position missing"])
-@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
 @pytest.mark.parametrize("kind", FILTERS.values(), ids=FILTERS)
 @pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
 def test_contacts_that_leave_nothing(

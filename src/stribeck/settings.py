@@ -158,6 +158,7 @@ class Settings(Table):
     law: str | None = None  # the method's own: "auto" (whole-log), "stribeck" (curve-fit)
     method: str = "whole-log"
     corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # of the model, beside friction (whole-log)
+    regression: Literal["ordinary", "weighted", "robust"] = "weighted"  # how rows of all joints are weighed (direct)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
     priors: Priors = Priors()  # of friction, model and sensors (whole-log)
@@ -165,7 +166,9 @@ class Settings(Table):
     double_support: Literal["skip", "guess", "fit"] = "skip"
     standing_legs: bool | Literal["measured"] = False  # let them into the fits, by the model or by measured wrenches
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
-    fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: whole-log does where rotors turn in the torque
+    fit_armature: Literal["auto"] | bool | list[str] = (
+        "auto"  # auto: where rotors turn, but not curve-fit
+    )
     filter_torque: bool = False
     averaged_law: bool = False  # torque and law are averaged over time as the filter averages the acceleration
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there

@@ -38,6 +38,7 @@ OTHER = {
     "block": 0.5,
     "holdout": 4,
     "corrections": "none",
+    "regression": "robust",
 }
 """Settings by key, each another than the usual one."""
 
@@ -125,7 +126,7 @@ def test_a_comparison_with_the_method_is_nowhere() -> None:
     assert compared == []
 
 
-@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+@pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
 def test_each_log_is_prepared_once(
     arm: Robot, log: RobotLog, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -186,7 +187,10 @@ def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> No
 
 
 ON_FEET = "ground-reaction"
-ON_AN_ARM = ("block", "filter_torque", "fit_armature", "rest", "holdout", "loss", "averaged_law", "corrections")
+ON_AN_ARM = (
+    *("block", "filter_torque", "fit_armature", "rest", "holdout"),
+    *("loss", "averaged_law", "corrections", "regression"),
+)
 
 
 @pytest.mark.parametrize(

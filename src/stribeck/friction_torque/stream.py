@@ -124,7 +124,7 @@ def friction_torque(
     swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
-    for span in _spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
+    for span in spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
         kept = np.flatnonzero((mode_of_row[span] >= 0) & (np.arange(span.start, span.stop) % stride == 0))
         if len(kept) == 0:
             continue
@@ -205,7 +205,7 @@ def _label_rows(
     return modes, mode, block, steady
 
 
-def _spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
+def spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
     """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
     for segment in segments:
         for start in range(segment.start + margin, segment.stop - margin, CHUNK):

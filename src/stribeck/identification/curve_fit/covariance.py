@@ -57,18 +57,26 @@ def block_covariance(jacobian: Array, residual: Array, block: NDArray[np.int64],
     variance = max(float(np.mean(residual**2)), ROUNDING**2 * float(np.max(information.trace(axis1=1, axis2=2))))
     if variance == 0:  # neither a residual nor a derivative: nothing at all is known
         return Uncertainty(np.diag(prior**2), np.ones(len(prior)))
-    information, scores = information / variance, scores / variance
-    total = information.sum(axis=0) + np.eye(len(prior))
+    found = jackknife(information / variance, scores / variance)
+    return Uncertainty(found.covariance * np.outer(prior, prior), found.degrees_of_freedom)
+
+
+def jackknife(information: Array, scores: Array) -> Uncertainty:
+    """Return the C of `block_covariance`, in coordinates in which the prior's covariance is the identity.
+
+    `information` are the A_b over s^2, shape (B, p, p), and `scores` the g_b over s^2, shape (B, p).
+    """
+    total = information.sum(axis=0) + np.eye(scores.shape[1])
     inverse = _inverse(total[None])[0]
     left_out = _inverse(total - information)
     changes = np.einsum("bij,bj->bi", left_out, scores)
-    blocks = len(pairs)
+    blocks = len(information)
     covariance = (blocks - 1) / blocks * changes.T @ changes + inverse @ inverse
     # rounding must not make a share negative where the samples say nothing of a parameter
-    shares = np.maximum(np.einsum("ki,bij,jk->bk", inverse, information, inverse), 0.0)
+    shares = np.maximum(np.sum((inverse @ information) * inverse, axis=2), 0.0)
     shares /= np.maximum(shares.sum(axis=0), np.finfo(float).tiny)
     freedom = 1 / np.maximum((shares**2).sum(axis=0), 1 / blocks) - 1
-    return Uncertainty(covariance * np.outer(prior, prior), np.maximum(freedom, 1.0))
+    return Uncertainty(covariance, np.maximum(freedom, 1.0))
 
 
 def _inverse(matrices: Array) -> Array:

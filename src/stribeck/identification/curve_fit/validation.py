@@ -23,7 +23,7 @@ def validate(
     found: dict[str, Validation | None] = {}
     for joint, fit in fits.items():
         training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
-        found[joint] = _validate(fit, training, unseen) if len(unseen.velocity) else None
+        found[joint] = validate_values(fit.values, training, unseen) if len(unseen.velocity) else None
     return found
 
 
@@ -36,11 +36,14 @@ def held_out(fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, s
     return found
 
 
-def _validate(fit: JointFit, training: FitProblem, unseen: FitProblem) -> Validation:
-    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks."""
+def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> Validation:
+    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks.
+
+    `values` are those of the problems' parameters, shape (p,).
+    """
     coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
     return Validation(
-        rms=_rms(unseen.friction_torque - unseen.predict(fit.values)),
+        rms=_rms(unseen.friction_torque - unseen.predict(values)),
         rms_zero_friction=_rms(unseen.friction_torque),
         rms_coulomb_only=_rms(unseen.friction_torque - _coulomb_basis(unseen) @ coefficients),
     )

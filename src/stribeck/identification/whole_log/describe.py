@@ -7,7 +7,6 @@ import numpy as np
 from stribeck.identification.whole_log.estimate import WholeLogFit
 from stribeck.inertial_parameters import SIZE
 from stribeck.result import BodyCorrection, Corrections
-from stribeck.settings import Priors
 from stribeck.typing import Array
 
 
@@ -25,12 +24,18 @@ def describe_corrections(
     torque_delay
         [s].
     """
-    corrections, layout = fit.model.corrections, fit.model.layout
+    corrections, layout, priors = fit.model.corrections, fit.model.layout, fit.model.priors
     errors = np.sqrt(fit.solution.model_variance * fit.widening)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
     before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
     bodies = {
-        name: _describe(before[k], before[k] + change[k], body_errors[k], fit.model.priors)
+        name: body_correction(
+            before[k],
+            before[k] + change[k],
+            float(priors.mass * body_errors[k, 0] * (before[k, 0] + change[k, 0])),
+            priors.centre_of_mass * body_errors[k, 1:4],
+            float(1 - np.mean(np.minimum(body_errors[k], 1.0) ** 2)),
+        )
         for k, name in enumerate(corrections.bodies)
         if before[k, 0] > 0
     }
@@ -54,14 +59,17 @@ def describe_corrections(
     )
 
 
-def _describe(before: Array, after: Array, errors: Array, priors: Priors) -> BodyCorrection:
+def body_correction(
+    before: Array, after: Array, mass_error: float, centre_error: Array, known: float
+) -> BodyCorrection:
+    """Return the correction of a body from its inertial parameters, shape (10,) each, and their standard errors."""
     return BodyCorrection(
         mass=(float(before[0]), float(after[0])),
-        mass_error=float(priors.mass * errors[0] * after[0]),
+        mass_error=mass_error,
         centre_of_mass=(_centre(before), _centre(after)),
-        centre_of_mass_error=tuple((priors.centre_of_mass * errors[1:4]).tolist()),
+        centre_of_mass_error=tuple(centre_error.tolist()),
         inertia=(_inertia(before), _inertia(after)),
-        known=float(1 - np.mean(np.minimum(errors, 1.0) ** 2)),
+        known=known,
     )
 
 

@@ -32,6 +32,11 @@ class Bodies:
     factor: Array
     priors: Priors
 
+    @property
+    def parameters(self) -> Array:
+        """Inertial parameters, shape (L, 10)."""
+        return inertial_parameters(_matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1)))
+
     def corrections(self, coordinates: Array) -> tuple[Array, Array]:
         """Return the parameters' corrections, shape (L, 10), and their derivatives, shape (L, 10, 10).
 

@@ -1,0 +1,199 @@
+"""Direct identification: friction and bodies together, by least squares on the dynamic regressor (docs/direct.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.equations.build import find_corrections
+from stribeck.equations.couplings import acting
+from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.friction import FrictionLaw
+from stribeck.friction_torque.stage import thinned_samples, with_filter
+from stribeck.friction_torque.thinning import join_logs
+from stribeck.identification.curve_fit.problem import ARMATURE, joint_problem
+from stribeck.identification.curve_fit.validation import validate_values
+from stribeck.identification.direct.describe import JointColumns, body_corrections, joint_fits
+from stribeck.identification.direct.estimate import DirectFit, fit_direct
+from stribeck.identification.direct.rows import DirectRows
+from stribeck.identification.joint_fit import PRIOR_FACTOR, parameter_units
+from stribeck.identification.judgement.own_friction import own_friction
+from stribeck.identification.whole_log.model.bodies import bodies_of
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
+from stribeck.methods.corrected import corrected_robot
+from stribeck.methods.direct_rows import ROOT_ROWS, Block, RowMaker
+from stribeck.methods.moving import joints_that_move
+from stribeck.methods.unseen import Unseen, cut
+from stribeck.preparation import PreparedLog, Progress
+from stribeck.result import Corrections, Validation, law_values
+from stribeck.robot import Robot
+from stribeck.samples import Samples
+from stribeck.settings import Settings
+from stribeck.typing import Array
+
+MOST_BLOCKS = 64
+"""Groups of blocks [1] that the covariance is of: more would only take longer."""
+
+
+def find(
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    law: FrictionLaw,
+    settings: Settings,
+    friction_torque: FrictionTorque,  # noqa: ARG001 - it has equations of its own
+    progress: Progress,
+) -> Fitted:
+    """Fit friction and bodies to all blocks but every n-th, which is held out."""
+    if settings.standing_legs == "measured":
+        raise SettingsError(
+            "[identify] standing_legs is 'measured', and the method 'direct' does not use wrenches on feet; "
+            "expected true or false, or --method ground-reaction"
+        )
+    progress("building the regressor", 0.0)
+    filtered = with_filter(prepared[0], robot, settings)[0].model_copy(update={"filter_torque": True})
+    joints, couplings, top_speed = joints_that_move(prepared, robot, law)
+    names = (*(robot.joint_names[column] for column in joints), *couplings)
+    corrections = replace(find_corrections(robot, names, settings), delays=0)
+    maker = RowMaker(
+        robot=robot,
+        law=law,
+        settings=filtered,
+        joints=joints,
+        couplings=robot.coefficients(names[: len(joints)], couplings),
+        rest=settings.rest * top_speed,
+        corrections=corrections,
+    )
+    training, held_out = _split(maker.blocks(prepared), settings.holdout)
+    numbers = np.arange(len(training)) * min(MOST_BLOCKS, len(training)) // max(len(training), 1)
+    rows = maker.rows(prepared, training, numbers.tolist())
+    if not rows:
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: no support phase that is used is longer than what is trimmed "
+            "off and filtered away; where several feet stand, soles take double_support = 'fit'"
+        )
+    columns = _columns(maker, names, rows, top_speed)
+    progress("fitting", 0.0)
+    fit = _fit(rows, columns, maker, settings)
+    fits = joint_fits(fit, columns, rows)
+    if not fits:
+        raise NothingIdentifiedError("no joint can be identified from this log: none moves in enough blocks of it")
+    found = corrected_robot(robot, corrections, fit.change.ravel())
+    guess = "skip" if settings.double_support == "fit" else settings.double_support
+    shown = settings.model_copy(update={"filter_torque": True, "double_support": guess})
+    unseen = _parts(prepared, held_out)
+    fitted = Fitted(
+        fits=fits,
+        validations=dict.fromkeys(fits),
+        unseen=Unseen(fits=fits, robot=found, logs=unseen),
+        robot=found,
+        logs=prepared,
+        settings=shown,
+        corrections=Corrections(
+            chi_square=1.0,
+            disagreement=fit.overdispersion,
+            bodies=body_corrections(fit, corrections.bodies, corrections.inertial_parameters),
+        ),
+        couplings=tuple(robot.couplings),
+        notes=[_note(fit)],
+    )
+    check = filtered.model_copy(update={"double_support": guess, "fit_armature": False})
+    return replace(fitted, validations=_validations(fitted, law, check, _parts(prepared, training)))
+
+
+def _split(blocks: Sequence[Block], every: int) -> tuple[list[Block], list[Block]]:
+    """Return the blocks to fit, and every n-th, which is held out."""
+    kept: tuple[list[Block], list[Block]] = [], []
+    for number, block in enumerate(blocks):
+        kept[number % every == every // 2].append(block)
+    return kept
+
+
+def _parts(prepared: Sequence[PreparedLog], blocks: Sequence[Block]) -> list[PreparedLog]:
+    """Return the logs with their support phases cut to some blocks."""
+    return [
+        replace(part, support=cut(part.support, [block.rows for block in blocks if block.log == number]))
+        for number, part in enumerate(prepared)
+    ]
+
+
+def _columns(maker: RowMaker, names: Sequence[str], rows: Sequence[DirectRows], top_speed: Array) -> list[JointColumns]:
+    """Return which friction coefficients each joint and coupling has."""
+    on_joints = acting(maker.couplings) != 0
+    found, first = [], 0
+    for k, name in enumerate(names):
+        kinds = (ROOT_ROWS + np.flatnonzero(on_joints[:, k])).tolist()
+        parameters, acceleration = tuple(maker.law.parameters[i] for i in maker.has(k)), 1.0
+        if k in maker.corrections.rotors:
+            column = maker.corrections.inertial_parameters.size + first + len(parameters)
+            acceleration = _rms([own.columns[:, own.kind == kinds[0], column] for own in rows])
+            parameters = (*parameters, ARMATURE)
+        torque = _rms([own.left[:, np.isin(own.kind, kinds)] for own in rows])
+        units = parameter_units(parameters, torque, float(top_speed[k]) or 1.0, acceleration)
+        found.append(JointColumns(name=name, parameters=parameters, first=first, units=units, kinds=tuple(kinds)))
+        first += len(parameters)
+    return found
+
+
+def _rms(parts: Sequence[Array]) -> float:
+    """Return the root mean square of all, 1 where they are zero."""
+    return float(np.sqrt(np.mean(np.concatenate([part.ravel() for part in parts]) ** 2))) or 1.0
+
+
+def _fit(rows: Sequence[DirectRows], columns: Sequence[JointColumns], maker: RowMaker, settings: Settings) -> DirectFit:
+    bodies = bodies_of(maker.corrections.inertial_parameters, settings.priors)
+    parameters = [parameter for own in columns for parameter in own.parameters]
+    return fit_direct(
+        rows,
+        bodies.parameters,
+        1 / (2 * settings.priors.mass) ** 2,  # so that of a scaled body, d = 2 (dm / m)^2, the mass has this deviation
+        PRIOR_FACTOR * np.concatenate([own.units for own in columns]),
+        np.array([parameter.lower == 0 for parameter in parameters]),
+        settings.regression,
+    )
+
+
+def _validations(
+    fitted: Fitted, law: FrictionLaw, settings: Settings, training: Sequence[PreparedLog]
+) -> Mapping[str, Validation | None]:
+    """Return how each joint's law does on the held-out blocks, by the corrected robot."""
+    assert fitted.unseen is not None
+    couplings = {name: fitted.robot.couplings[name] for name in fitted.couplings}
+    seen, unseen = (
+        own_friction(samples, fitted.fits, law, couplings) if samples else None
+        for samples in (_samples(logs, fitted.robot, settings) for logs in (training, fitted.unseen.logs))
+    )
+    found: dict[str, Validation | None] = dict.fromkeys(fitted.fits)
+    if seen is None or unseen is None:
+        return found
+    for joint, fit in fitted.fits.items():
+        problems = [joint_problem(samples, joint, law, settings) for samples in (seen, unseen)]
+        if all(len(problem.velocity) for problem in problems):
+            values = law_values(law, dict(zip(fit.names, fit.values.tolist(), strict=True)))
+            assert values is not None  # a fit has all that the law needs
+            found[joint] = validate_values(values, *problems)
+    return found
+
+
+def _samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Samples | None:
+    """Return the friction torque of parts of logs, None if there are none."""
+    parts = [thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases]
+    return join_logs(parts) if parts else None
+
+
+def _note(fit: DirectFit) -> str:
+    """Return a sentence on what the motion shows of the bodies."""
+    return (
+        f"{len(fit.base.columns)} of {fit.change.size} inertial parameters are base parameters of this motion; "
+        f"condition number {fit.base.condition:.3g}, of columns of norm 1."
+    )
+
+
+DIRECT = Method(
+    name="direct",
+    uses=(SHARED - {"filter_torque"}) | {"regression", "holdout", "priors.mass"},
+    laws=("coulomb-viscous", "asymmetric"),
+    defaults=lambda _: {"law": "coulomb-viscous"},
+    find=find,
+)
