@@ -10,6 +10,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from contest.cases import CONDITIONS
 from contest.score import Score
@@ -28,11 +29,11 @@ ROW = 0.34
 
 def draw(scores: Sequence[Score], path: Path) -> None:
     """Write the picture, in SVG."""
-    rows = {group: _rows(scores, group) for group in GROUPS}
+    rows = {group: found for group in GROUPS if (found := _rows(scores, group))}
     heights = [len(found) for found in rows.values()]
     mpl.rcParams.update({"svg.hashsalt": "benchmark", "svg.fonttype": "none", "font.family": "sans-serif"})
     figure = Figure(figsize=(9.0, ROW * (sum(heights) + 3 * len(rows)) + 0.9), layout="constrained")
-    axes = figure.subplots(len(rows), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
     for axis, (group, found) in zip(axes, rows.items(), strict=True):
         for place, (_, errors) in enumerate(found):
             values = [min(max(value, LEAST), MOST) for value in errors.values()]
@@ -46,7 +47,6 @@ def draw(scores: Sequence[Score], path: Path) -> None:
                     ms=7,
                     mec="white",
                     mew=0.6,
-                    label=condition if (axis, place) == (axes[0], 0) else None,
                     clip_on=False,
                     zorder=3,
                 )
@@ -65,7 +65,10 @@ def draw(scores: Sequence[Score], path: Path) -> None:
     axes[-1].set_xlabel(
         "error of the friction curve, median over joints (farther left is better)", color=PALE, fontsize=10
     )
-    figure.legend(loc="outside upper center", ncols=len(CONDITIONS), frameon=False, fontsize=9, handletextpad=0.2)
+    handles = [Line2D([], [], ls="", marker=MARKS[name], color=COLOURS[name], ms=7, label=name) for name in CONDITIONS]
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=len(CONDITIONS), frameon=False, fontsize=9, handletextpad=0.2
+    )
     figure.savefig(path, format="svg", metadata={"Date": None}, transparent=False)
 
 
