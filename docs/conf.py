@@ -32,7 +32,16 @@ extensions = [
 NAVIGATION = {
     "index": {
         "First steps": ["tour", "logs", "robot-file", "test-bed", "result", "verdicts", "findings", "export", "replay"],
-        "The method": ["laws/index", "mathematics", "whole-log", "ground-reaction", "direct", "estimator", "glossary"],
+        "The method": [
+            "laws/index",
+            "mathematics",
+            "observer",
+            "whole-log",
+            "ground-reaction",
+            "direct",
+            "estimator",
+            "glossary",
+        ],
         "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "ablation", "constants"],
         "For developers": ["extending", "api/index"],
     },

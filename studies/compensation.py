@@ -20,7 +20,7 @@ import ctypes
 import json
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
@@ -28,7 +28,7 @@ from typing import TypedDict
 import numpy as np
 import pinocchio as pin
 
-from stribeck import Robot, identify
+from stribeck import Robot, RobotLog, identify
 from stribeck.export import export
 from stribeck.export.joints import joint_terms
 from stribeck.friction import get_law
@@ -92,10 +92,15 @@ def truth_of(robot: Robot) -> dict[str, dict[str, float]]:
     return {name: {"coulomb": level, "viscous": VISCOUS * level, **OTHERS} for name, level in levels}
 
 
+def noisy_log(robot: Robot) -> RobotLog:
+    """Return the arm's own noisy log."""
+    exact, _ = exact_log(robot, get_law(LAW), truth_of(robot), duration=40.0, seed=1)
+    return with_noise(exact, position=ENCODER, torque=TORQUE, seed=2)
+
+
 def identified(robot: Robot) -> Result:
     """Return what the arm's own noisy log shows."""
-    exact, _ = exact_log(robot, get_law(LAW), truth_of(robot), duration=40.0, seed=1)
-    return identify(with_noise(exact, position=ENCODER, torque=TORQUE, seed=2), robot)
+    return identify(noisy_log(robot), robot)
 
 
 def with_truth(result: Result, robot: Robot, factor: float) -> Result:
@@ -109,7 +114,13 @@ def with_truth(result: Result, robot: Robot, factor: float) -> Result:
     return replace(result, law=LAW, joints=joints)
 
 
-def compiled(result: Result, robot: Robot, sign: float = 1.0, period: float = 1 / RATE) -> Compensation:
+def compiled(
+    result: Result,
+    robot: Robot,
+    sign: float = 1.0,
+    period: float = 1 / RATE,
+    settings: Mapping[str, float] = SETTINGS,
+) -> Compensation:
     """Return the compensation by the exported header, compiled, every `period` [s]."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
@@ -118,7 +129,7 @@ def compiled(result: Result, robot: Robot, sign: float = 1.0, period: float = 1 
             '#include "friction.h"\n'
             "static friction_state state[FRICTION_JOINT_COUNT];\n"
             "double act(int k, double v, double w) {\n"
-            f"    static const friction_settings own = {{{', '.join(map(repr, SETTINGS.values()))}}};\n"
+            f"    static const friction_settings own = {{{', '.join(map(repr, settings.values()))}}};\n"
             f"    return friction_compensation(k, v, w, 0, 0, {period!r}, &own, &state[k]);\n"
             "}\n"
         )

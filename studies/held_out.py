@@ -97,11 +97,12 @@ def predicted_torque(
     velocity: Array,
     acceleration: Array,
     lowpass: Array | None = None,
+    period: float | None = None,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return the torques that a motion needs by a result [N m], shape (T, n), and of which joints it says friction.
 
     Those of the model alone if there is no result. The load that friction grows with is that behind a lowpass, given as
-    second-order sections.
+    second-order sections. Friction builds up after reversals if the motion is one in time, of a period [s].
     """
     believed = corrected(robot, result) if result else robot
     needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
@@ -111,7 +112,9 @@ def predicted_torque(
         joint = result.joints.get(name) if result else None
         said[column] = bool(joint and joint.parameters)
         if joint and joint.parameters:
-            found[:, column] += joint.friction(velocity[:, column], load=load[:, column], position=position[:, column])
+            found[:, column] += joint.friction(
+                velocity[:, column], load=load[:, column], position=position[:, column], period=period
+            )
             found[:, column] += missing_rotor(robot, joint, column) * acceleration[:, column]
     for coupling in result.couplings.values() if result else ():
         if coupling.parameters:
@@ -133,7 +136,7 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
         position = sosfiltfilt(wide, log.position[rows], axis=0)
         velocity = np.gradient(position, sampling.period, axis=0)
         acceleration = np.gradient(velocity, sampling.period, axis=0)
-        predicted, said = predicted_torque(robot, result, position, velocity, acceleration, narrow)
+        predicted, said = predicted_torque(robot, result, position, velocity, acceleration, narrow, sampling.period)
         left = torque[rows] - predicted
         left = sosfiltfilt(narrow, left, axis=0)
         found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])

@@ -113,6 +113,7 @@ def choices(law: str) -> Iterator[dict[str, str]]:
     """Yield the methods and corrections that a law may be fitted with."""
     if law != AUTO:
         yield {"method": "curve-fit"}
+        yield {"method": "observer"}
         yield {"method": "ground-reaction"}
     if law in METHODS["direct"].laws:
         yield {"method": "direct"}

@@ -14,10 +14,10 @@ import json
 import tempfile
 from pathlib import Path
 from time import process_time
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.signal import lfilter, savgol_filter
 
 from stribeck import Robot
 from stribeck.friction import Stribeck
@@ -29,7 +29,7 @@ from stribeck_simulation.run import believed_model
 from stribeck_simulation.scenario import by_joint
 from stribeck_simulation.sensors.profiles import get_profile
 from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.plan import BOTH
+from stribeck_simulation.walking.plan import BOTH, Plan
 from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 from studies.walking_cases import CASES, WALKERS, Case
 
@@ -68,7 +68,7 @@ def run(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Run:
         except FellError as fall:
             return Run(steps=0, seconds=0.0, fell=str(fall), tilt=0.0, slip=0.0, error=0.0, real_time=0.0)
         spent = process_time() - begin
-    tilt, slip, error = how_it_went(robot, walk, soles)
+    tilt, slip, error, _ = how_it_went(robot, walk, soles)
     seconds = walk.plan.samples * walk.plan.period
     return Run(
         steps=len(walk.plan.steps),
@@ -97,8 +97,17 @@ def _conditions(robot: Robot, case: Case, seed: int, physics_step: float) -> Con
     )
 
 
-def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> tuple[float, float, float]:
-    """Return the largest tilt of the base [deg], slip of a standing foot [mm] and error of the DCM [mm]."""
+class Course(NamedTuple):
+    """How a walk went; errors are seen from the foot that stands alone."""
+
+    tilt: float  # largest of the base [deg]
+    slip: float  # largest of a standing foot [mm]
+    error: float  # largest of the DCM [mm]
+    com: float  # root mean square of the centre of mass, horizontally [mm]
+
+
+def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> Course:
+    """Return how a walk went."""
     plan, truth = walk.plan, walk.truth
     assert truth.base_position is not None
     assert truth.base_orientation is not None
@@ -109,7 +118,9 @@ def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> tuple[float
     dynamics = Dynamics(robot, soles)
     pulsation = np.sqrt(-dynamics.gravity[2] / _height(dynamics, base[0], joints[0]))
     tilt = 2 * np.degrees(np.arcsin(np.hypot(base[:, 3], base[:, 4]).max()))
+    planned = _planned_com(plan, pulsation)
     slip = error = 0.0
+    apart: list[Array] = []
     for number in range(len(plan.steps)):
         step = plan.steps[number]
         rows = np.flatnonzero((plan.step == number) & (plan.swing != BOTH))[::EVERY]
@@ -120,12 +131,20 @@ def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> tuple[float
             foot = terms.feet[1 - step.foot]
             dcm = terms.com[:2] + terms.com_velocity[:2] / pulsation
             places.append(foot.place[:2])
-            expected = _seen_from(step.stance.place, step.stance.yaw, plan.dcm[k])
             heading = np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0])
-            errors.append(_seen_from(foot.place[:2], heading, dcm) - expected)
+            own, planned_own = (foot.place[:2], heading), (step.stance.place, step.stance.yaw)
+            errors.append(_seen_from(*own, dcm) - _seen_from(*planned_own, plan.dcm[k]))
+            apart.append(_seen_from(*own, terms.com[:2]) - _seen_from(*planned_own, planned[k]))
         slip = max(slip, float(np.linalg.norm(np.array(places) - places[0], axis=1).max()))
         error = max(error, float(np.linalg.norm(errors, axis=1).max()))
-    return float(tilt), 1e3 * slip, 1e3 * error
+    com = float(np.sqrt(np.mean(np.sum(np.square(apart), axis=1)))) if apart else 0.0
+    return Course(float(tilt), 1e3 * slip, 1e3 * error, 1e3 * com)
+
+
+def _planned_com(plan: Plan, pulsation: float) -> Array:
+    """Return the centre of mass that follows the planned DCM, `c' = w (xi - c)`, shape (T, 2) [m]."""
+    kept = np.exp(-pulsation * plan.period)
+    return np.asarray(lfilter([1 - kept], [1, -kept], plan.dcm, axis=0, zi=kept * plan.dcm[:1])[0])
 
 
 def _height(dynamics: Dynamics, base: Array, joints: Array) -> float:

@@ -27,6 +27,7 @@ from studies import (
     direct,
     least_error,
     lies,
+    observer,
     replayed,
     step_coverage,
     verdicts,
@@ -359,6 +360,21 @@ def test_the_compensation_shown_is_the_studys_and_as_good_as_the_truth() -> None
     assert all(compensation.gain_of(found, task) > 0.75 for task in compensation.TASKS[:2])
     walks = json.loads((ROOT / "studies/walking_compensation.json").read_text())
     assert walking_compensation.table(walks) in PAGES["docs/export.md"]
+    assert walking_compensation.table_of_wrong(walks) in PAGES["docs/export.md"]
+    for robot in walks.values():
+        upright = [each for each in robot["walks"].values() if not (each["none"]["fell"] or each["true"]["fell"])]
+        assert upright
+        for each in upright:
+            gains = [walking_compensation.gain(each, measure) for measure in ("error", "com", "foot")]
+            assert min(gains) > 0.75
+
+
+def test_the_observers_errors_shown_are_the_studys() -> None:
+    found = json.loads((ROOT / "studies/observer.json").read_text())
+    assert observer.table(found) in PAGES["docs/observer.md"]
+    assert list(observer.METHODS) == [each["method"] for each in found if each["log"] == "arm"]
+    by = {(each["log"], each["method"]): each["coulomb"][0] for each in found}
+    assert all(by[log, "observer"] < 2 * by[log, "curve-fit"] for log in ("arm", "TORO-like"))
 
 
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:

@@ -19,6 +19,7 @@ from stribeck.settings import FilterSettings
 ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError", "StribeckError"}
 PUBLIC = ERRORS | {
     "FrictionLaw",
+    "MomentumObserver",
     "Result",
     "Robot",
     "RobotLog",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stribeck.export import export as export
     from stribeck.friction import FrictionLaw as FrictionLaw
     from stribeck.friction.register import register_law as register_law
+    from stribeck.friction_torque.observer import MomentumObserver as MomentumObserver
     from stribeck.inspection import inspect_log as inspect_log
     from stribeck.log import RobotLog as RobotLog
     from stribeck.log.readers import read_log as read_log
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 _EXPORTS = {
     "FrictionLaw": "stribeck.friction",
     "LogError": "stribeck.errors",
+    "MomentumObserver": "stribeck.friction_torque.observer",
     "NothingIdentifiedError": "stribeck.errors",
     "Result": "stribeck.result",
     "Robot": "stribeck.robot",

@@ -116,9 +116,9 @@ def _joints(
     for name, joint in joints.items():
         if joint.parameters:
             joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))
-    for name, (terms, load, deviation, direction, per_turn) in fitted.terms.items():
+    for name, (terms, load, deviation, direction, per_turn, travel) in fitted.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn)
+            joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn, travel)
     return joints
 
 

@@ -67,9 +67,15 @@ class Samples:
         return bool(self.prismatic) and self.prismatic[column]
 
     def velocity_around(self, column: int, rows: NDArray[np.int64]) -> Array | None:
-        """Return a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes."""
+        """Return a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes.
+
+        With a lag, the mean over the past is the sample's velocity, as exponential weights have -lag, 2 lag^2 and
+        -6 lag^3 for means of s, s^2 and s^3.
+        """
         if self.nodes is None or self.jerk is None or self.snap is None:
             return None
-        s, here = self.nodes.offsets, (rows, column)
+        s, lag, here = self.nodes.offsets, self.nodes.lag, (rows, column)
         derivatives = np.stack([self.velocity[here], self.acceleration[here], self.jerk[here], self.snap[here]])
-        return np.asarray(derivatives.T @ np.stack([np.ones_like(s), s, s**2 / 2, s**3 / 6]))
+        return np.asarray(
+            derivatives.T @ np.stack([np.ones_like(s), s + lag, s * (s / 2 + lag), s * (s**2 / 6 - lag**2)])
+        )

@@ -166,11 +166,12 @@ class Settings(Table):
     double_support: Literal["skip", "guess", "fit"] = "skip"
     standing_legs: bool | Literal["measured"] = False  # let them into the fits, by the model or by measured wrenches
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
-    fit_armature: Literal["auto"] | bool | list[str] = (
-        "auto"  # auto: where rotors turn, but not curve-fit
-    )
+    fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: where rotors turn, but not curve-fit
     filter_torque: bool = False
     averaged_law: bool = False  # torque and law are averaged over time as the filter averages the acceleration
+    observer_bandwidth: Literal["auto"] | Cutoff | None = (
+        None  # [Hz] (observer, which fills in "auto": the log's cutoff)
+    )
     rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there
     block: Positive = 1.0  # [s], length of a block where no step limits it
     holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone

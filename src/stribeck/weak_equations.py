@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import helmert
 
+from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
 from stribeck.typing import Array
 
 WRENCH_SIZE = 7
@@ -103,6 +104,8 @@ class WeakEquations:
         Left side [N m], shape (K, m).
     velocity
         At the full rate [rad/s], shape (T, n).
+    before
+        Velocities of rows right before these, at the full rate [rad/s], shape (any, n); None if not known.
     taps, step
         Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
         `k step ... k step + L - 1` of `velocity`.
@@ -168,11 +171,17 @@ class WeakEquations:
     couplings: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
     set_aside: NDArray[np.bool_] | None = None
+    before: Array | None = None
 
     @property
     def used(self) -> NDArray[np.bool_]:
         """Windows that count, shape (K,)."""
         return np.ones(len(self.time), dtype=bool) if self.set_aside is None else ~self.set_aside
+
+    @property
+    def period(self) -> float:
+        """From one row to the next [s]; 0 of a single window."""
+        return float(self.time[1] - self.time[0]) / self.step if len(self.time) > 1 else 0.0
 
     @property
     def joints(self) -> int:
@@ -199,6 +208,12 @@ class WeakEquations:
         """Return cosine and sine of so many times the joints' positions, through the window, shape (K, n, 2)."""
         angle = per_turn * self.position
         return np.stack([self.windows(np.cos(angle)), self.windows(np.sin(angle))], axis=2)
+
+    def presliding(self, top_speed: Array, travels: Array) -> Array:
+        """Return z - s of presliding, through the window, shape (c, K, n), within c travels [rad], shape (c, n)."""
+        velocity = self.velocity if self.before is None else np.concatenate([self.before, self.velocity])
+        lagging = lag_behind(velocity, self.period, SMOOTH_SIGN * top_speed, travels)[:, -len(self.velocity) :]
+        return np.stack([self.windows(lag) for lag in lagging])
 
     @property
     def sensors(self) -> Array:

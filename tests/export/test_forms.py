@@ -13,6 +13,7 @@ from tests.export.test_export import robot_of
 from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.export.forms import Form, loaded, nearest, plain, stribeck
+from stribeck.export.joints import joint_terms
 from stribeck.result import JointResult
 
 PLAIN, STRIBECK, LOADED = plain(), stribeck(), loaded()
@@ -59,6 +60,18 @@ def test_load_is_said_as_it_is_or_at_the_loads_of_the_log() -> None:
     found = nearest(carrying, PLAIN)
     assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([2.0, 0.1])
     assert found.remains == pytest.approx(0.4)  # the friction of a standard deviation of the load
+
+
+@pytest.mark.parametrize("form", [plain(coulomb="coulomb", viscous="viscous"), None])
+def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
+    bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)
+    robot, _ = robot_of("arm", tmp_path)
+    result = replace(found_in(robot, "auto")[0], joints={"elbow": bending})
+    terms = joint_terms(result, form)["elbow"]
+    assert terms.left_out["presliding"] == (0.9, "1")
+    assert "presliding" not in terms.stated | terms.projected
+    assert terms.stated["coulomb"][0] == pytest.approx(1.0)
+    assert form is None or terms.share == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("form", [PLAIN, STRIBECK, LOADED])

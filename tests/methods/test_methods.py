@@ -38,6 +38,7 @@ OTHER = {
     "block": 0.5,
     "holdout": 4,
     "corrections": "none",
+    "observer_bandwidth": 5.0,
     "regression": "robust",
 }
 """Settings by key, each another than the usual one."""
@@ -187,10 +188,7 @@ def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> No
 
 
 ON_FEET = "ground-reaction"
-ON_AN_ARM = (
-    *("block", "filter_torque", "fit_armature", "rest", "holdout"),
-    *("loss", "averaged_law", "corrections", "regression"),
-)
+ON_AN_ARM = [key for key in OTHER if key not in ("tilt", "double_support", "standing_legs")]
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,9 @@ from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.controller import WalkingController
 from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve
 from stribeck_simulation.walking.balance.swing import PRESS, swing_at
-from stribeck_simulation.walking.balance.tasks import Gains
+from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task
 from stribeck_simulation.walking.balance.terms import Dynamics
+from stribeck_simulation.walking.balance.velocity import desired_velocity
 from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck_simulation.walking.footsteps import Footprint, Steps
 from stribeck_simulation.walking.plan import plan_walk
@@ -129,6 +130,31 @@ def test_the_watched_limits_give_the_whole_programs_solution(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("feet", [(1,), (0, 1)])
+def test_the_desired_velocity_is_the_tasks_own(feet: tuple[int, ...], tmp_path: Path) -> None:
+    """With the standing foot at rest, it moves the centre of mass, the base and the feet as they are asked to."""
+    robot = walker("toro", tmp_path)
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, POSTURE["toro"])
+    nv = dynamics.model.nv
+    terms = dynamics.at(start.configuration, np.zeros(nv))
+    dcm, turned = terms.com[:2] + np.array([0.01, 0.02]), np.eye(3, nv, 3)
+    asked = [
+        com_task(terms, dcm, np.zeros(2), terms.com[2] + 0.001, 3.2, Gains()),
+        base_task(terms, np.zeros(3), 0.0, 0.3, Gains()),
+        *(Task(terms.feet[foot].jacobian, np.zeros(6), np.full(6, 0.1)) for foot in (0, 1) if foot not in feet),
+    ]
+    standing = [terms.feet[foot] for foot in feet]
+    joints = desired_velocity(standing, asked)
+    held, moving = standing[0].jacobian[:, :6], standing[0].jacobian[:, 6:]
+    velocity = np.concatenate([-np.linalg.solve(held, moving @ joints), joints])
+    np.testing.assert_allclose(terms.com_jacobian @ velocity, [0.032, 0.064, 0.01], atol=1e-4)
+    np.testing.assert_allclose(turned @ velocity, [0.0, 0.0, 0.3], atol=1e-4)
+    for foot, state in enumerate(terms.feet):
+        np.testing.assert_allclose(state.jacobian @ velocity, 0.0 if foot in feet else 0.1, atol=1e-4)
+
+
+@pytest.mark.parametrize("feet", [(1,), (0, 1)])
 def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...], tmp_path: Path) -> None:
     """The program of all accelerations and wrenches, with the equation of motion as a constraint, says the same."""
     robot = walker("toro", tmp_path)
@@ -141,7 +167,7 @@ def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...], 
     configuration[7:] += 0.05 * generator.normal(size=n)
     terms, cone = dynamics.at(configuration, velocity), wrench_cone(SOLE, 0.6)
     standing = [terms.feet[foot] for foot in feet]
-    tasks = [Task(generator.normal(size=(3, nv)), generator.normal(size=3)) for _ in range(3)]
+    tasks = [Task(generator.normal(size=(3, nv)), generator.normal(size=3), np.zeros(3)) for _ in range(3)]
     wishes = Wishes(generator.normal(size=n), 300 * generator.random((len(feet), 6)))
     weight = generator.random(9), generator.random(n), 1e-4 * generator.random((len(feet), 6))
     weights = Weights(np.concatenate([weight[0], weight[2][0]]), np.concatenate([weight[1], *weight[2][1:]]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -122,6 +123,24 @@ def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> Non
     trunk = ["waist" in joint or "torso" in joint for joint in walk.log.joint_names]
     assert np.abs(walk.log.position[:, trunk]).max() < 0.35  # it is upright, and not what the walk is balanced with
     assert largest_tilt_of_feet(robot, walk) < 0.13  # though friction is large beside a light foot's inertia
+
+
+def test_friction_compensated_by_desired_velocities_leaves_the_swing_foot_on_its_path() -> None:
+    robot = toro()
+    rubbing = leg_friction(robot, 4.0).parameters
+    levels = np.array([4.0 * (name in rubbing) for name in list(robot.tree.model.names)[2:]])
+
+    def error(conditions: Conditions) -> float:
+        steps = Steps(count=2, forward=0.15, single_support=0.5, stand=0.2)
+        walk = simulate_walk(robot, [steps], POSTURE["toro"], conditions)
+        assert walk.swing_error is not None
+        return float(np.sqrt(np.mean(np.sum(walk.swing_error**2, axis=1))))
+
+    bare = Conditions(friction=leg_friction(robot, 4.0), physics_step=COARSE)
+    compensated = replace(
+        bare, friction=leg_friction(robot, 4.0), compensation=lambda _, desired: levels * np.tanh(50 * desired)
+    )
+    assert error(compensated) < error(bare) / 4
 
 
 def pushed(force: float) -> np.ndarray:

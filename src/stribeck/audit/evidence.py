@@ -100,8 +100,8 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     """
     period = prepared.sampling.period
     plain = {"averaged_law": False, "filter_torque": False, "double_support": "skip", "standing_legs": True}
-    settings = settings.model_copy(update=plain)
-    if settings.filter.kind == "auto":
+    settings = settings.model_copy(update=plain | {"observer_bandwidth": None})
+    if settings.filter.kind == "auto" or (settings.filter.kind == "log" and prepared.log.acceleration is None):
         window = 2 * max(3, round(FILTER / period / 2)) + 1
         settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
     size = max(1, round(BIN / period))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.state import Orientation, State
-from stribeck.equations.constants import FEWEST_WINDOWS
+from stribeck.equations.constants import BEFORE, FEWEST_WINDOWS
 from stribeck.equations.contact_mode import (
     ContactMode,
     at_every_row,
@@ -107,6 +107,7 @@ class WeakForm:
             gait=gait,
             residual=_projected(projection, window.apply(left)[:, :, None])[:, :, 0],
             velocity=np.ascontiguousarray(state.velocity[:, self.joints]),
+            before=self._before(segment),
             taps=window.taps,
             step=window.step,
             projection=None if projection is None else projection[:, :, -len(self.joints) :],
@@ -126,6 +127,13 @@ class WeakForm:
             wrench_noise=np.zeros(0) if wrench is None else self.noise.wrench[self.log.foot_names.index(mode.foot)],
         )
         return with_couplings(plain, self.couplings)
+
+    def _before(self, segment: Segment) -> Array:
+        """Return velocities of the rows before the segment, shape (any, n)."""
+        first = max(segment.known, segment.first - round(BEFORE / self.period))
+        if first >= segment.first:
+            return np.zeros((0, len(self.joints)))
+        return self.filter.velocity(self.log, first, segment.first)[:, self.joints]
 
     def _torque(self, segment: Segment) -> Array:
         """Return the torques that come `delay` after the segment's rows, shape (T, all joints)."""

@@ -91,6 +91,9 @@ SHORTEST_ACCELERATION = 0.03
 LONGEST_ACCELERATION = 0.2
 """Longest of these windows [s]: a longer one loses motion. Chosen by judgement."""
 
+BEFORE = 0.5
+"""Motion before a segment that presliding is followed from [s]: with no more, friction is taken to have built up."""
+
 # Sensor noise
 
 DIFFERENCES = 6

@@ -26,6 +26,7 @@ def with_couplings(plain: WeakEquations, couplings: Array) -> WeakEquations:
     return replace(
         plain,
         velocity=plain.velocity @ acting(couplings),
+        before=None if plain.before is None else plain.before @ acting(couplings),
         projection=plain.weights @ acting(couplings),
         standing=np.append(plain.standing, plain.standing @ (couplings != 0)),
         torque_noise=np.append(plain.torque_noise, none[0]),

@@ -41,6 +41,11 @@ class Differentiator:
         acceleration = correlate_valid(sharp, np.ascontiguousarray(self.sharp[2:]), (2,))[0]
         return State(position, velocity, acceleration, self._turn(robot, log, wide) if tilted else None)
 
+    def velocity(self, log: RobotLog, first: int, last: int) -> Array:
+        """Return the velocities of rows [first, last), which have the margin on both sides, shape (T, joints)."""
+        rows = log.position[self._wide(first, last, self.smooth)]
+        return correlate_valid(rows, np.ascontiguousarray(self.smooth[1:2]), (1,))[0]
+
     def _turn(self, robot: Robot, log: RobotLog, wide: slice) -> Orientation:
         assert log.base_orientation is not None
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])

@@ -20,13 +20,17 @@ from stribeck.equations.constants import (
 
 @dataclass(frozen=True)
 class Segment:
-    """Rows [first, last) of a log in the contact mode of `feet`, between contact changes, if there are any."""
+    """Rows [first, last) of a log in the contact mode of `feet`, between contact changes, if there are any.
+
+    Motion is known from the row `known` on, without a gap.
+    """
 
     first: int
     last: int
     feet: tuple[str, ...]
     begins: int | None
     ends: int | None
+    known: int
 
 
 def cut_segments(
@@ -72,7 +76,9 @@ def cut_segments(
             continue
         parts = -(-(last - first) // max(shortest, round(longest / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
-        found += [Segment(start, stop, feet, begins, ends) for start, stop in pairwise(edges)]
+        found += [
+            Segment(start, stop, feet, begins, ends, part_unbroken.start + margin) for start, stop in pairwise(edges)
+        ]
     return tuple(found)
 
 

@@ -10,15 +10,15 @@ import numpy as np
 from stribeck.errors import SettingsError
 from stribeck.export.forms import Form, nearest, top_speed
 from stribeck.friction import get_law
-from stribeck.friction.terms import SLOW
+from stribeck.friction.terms import PRESLIDING, SLOW
 from stribeck.result import JointResult, Result
 from stribeck.result.joint import law_values
 
-ALONE = ("offset", "armature", *(parameter.name for terms in SLOW.values() for parameter in terms))
-"""Parameters that no form of friction contains: what pulls by itself, rotors, and what changes slowly around zero."""
+ALONE = ("offset", "armature", PRESLIDING.name, *(parameter.name for terms in SLOW.values() for parameter in terms))
+"""Parameters that no form of friction contains: what pulls by itself, rotors, reversals, what changes slowly."""
 
-WITHOUT_PLACE = ("armature", *(parameter.name for parameter in SLOW["drift"]))
-"""Parameters that friction by itself has no place for: rotors, and what changed in the course of a log."""
+WITHOUT_PLACE = ("armature", PRESLIDING.name, *(parameter.name for parameter in SLOW["drift"]))
+"""Parameters that steady friction has no place for: rotors, reversals, and what changed in the course of a log."""
 
 SIGNIFICANT = 2
 """Digits of a standard error that a number is rounded to [1]."""

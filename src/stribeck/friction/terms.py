@@ -28,6 +28,7 @@ LADDER = (
     Term("load", ("load",)),
     Term("coulomb_position", ("coulomb_cosine", "coulomb_sine")),
     Term("ripple", ("ripple_cosine", "ripple_sine")),
+    Term("presliding", ("presliding",)),
     Term("viscous_temperature", ("viscous_per_kelvin",), needs="viscous"),
     Term("coulomb_temperature", ("coulomb_per_kelvin",)),
     Term("viscous_drift", ("viscous_drift",), needs="viscous"),
@@ -69,5 +70,8 @@ RIPPLE = (
 )
 """Torque that comes and goes so many times a turn, whatever the velocity: of a gear, a motor or a torque sensor."""
 
-BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"], *POSITION, *RIPPLE)
+PRESLIDING = Parameter(name="presliding", symbol="Fc_z", unit="N m", neutral=0.0)
+"""Coulomb friction that builds up over a travel after a reversal."""
+
+BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"], *POSITION, *RIPPLE, PRESLIDING)
 """Parameters that are no function of velocity alone."""

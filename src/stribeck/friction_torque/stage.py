@@ -15,6 +15,7 @@ from stribeck.errors import errors_about
 from stribeck.finding import Finding
 from stribeck.friction_torque.auto_filter import cutoff_from_log
 from stribeck.friction_torque.ground_reaction import GroundReaction
+from stribeck.friction_torque.log_observer import LogObserver
 from stribeck.friction_torque.stream import Chunk, friction_torque, support_name
 from stribeck.friction_torque.table import friction_table
 from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
@@ -98,6 +99,14 @@ class FrictionTorqueStage:
         settings, notes = with_filter(*self._given)
         return settings.filter, notes
 
+    @cached_property
+    def _cutoff(self) -> float | None:
+        """The cutoff that the first log asks for [Hz], whatever the filter is."""
+        if self._given[2].filter.kind == "auto":
+            return self._filter[0].cutoff
+        log, robot, settings = self._given
+        return with_filter(log, robot, settings.model_copy(update={"filter": FilterSettings()}))[0].filter.cutoff
+
     def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
         """Return the friction torque of logs by a robot; one filter for all logs.
 
@@ -114,6 +123,8 @@ class FrictionTorqueStage:
     def _work_out(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
         filter_, notes = self._filter
         settings = settings.model_copy(update={"filter": filter_})
+        if settings.observer_bandwidth == "auto":
+            settings = settings.model_copy(update={"observer_bandwidth": self._cutoff})
         with friction_table(self._table) if self._table else nullcontext(_drop) as write:
             parts = [
                 log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)
@@ -152,8 +163,11 @@ def torque_chunks(
 ) -> Iterator[Chunk]:
     """Yield the friction torque of a log, or of some of its phases or of one of `stride` rows; see `friction_torque`.
 
-    The filter of the settings is any but "auto".
+    The filter of the settings is any but "auto". With an observer's bandwidth, which is a number then, the friction
+    torque is that of the observer, for which every row is worked out.
     """
+    bandwidth = settings.observer_bandwidth
+    assert bandwidth != "auto"
     return friction_torque(
         robot,
         prepared.log,
@@ -162,7 +176,8 @@ def torque_chunks(
         make_filter(settings.filter, prepared.sampling.period),
         prepared.sampling.period,
         settings,
-        stride,
+        1 if bandwidth else stride,
+        LogObserver(prepared.sampling.period, bandwidth) if bandwidth else None,
     )
 
 
@@ -216,8 +231,14 @@ def log_friction(
         ],
         notes=notes,
         findings=findings,
-        filter_name=make_filter(settings.filter, prepared.sampling.period).name,
+        filter_name=_filter_name(settings, prepared.sampling.period),
     )
+
+
+def _filter_name(settings: Settings, period: float) -> str:
+    name = make_filter(settings.filter, period).name
+    bandwidth = settings.observer_bandwidth
+    return f"{name}; momentum observer, -3 dB at {bandwidth:.3g} Hz" if bandwidth else name
 
 
 def _stride(prepared: PreparedLog, count: int) -> int:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from stribeck.errors import LogError
 from stribeck.friction_torque.foot_wrenches import effect_on_joints, require_wrenches
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter
-from stribeck.motion.averaging import average_nodes
+from stribeck.motion.averaging import Nodes, average_nodes
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
 from stribeck.samples import Samples
@@ -67,6 +67,51 @@ class Chunk:
             yield slice(start, stop)
 
 
+class Explained(NamedTuple):
+    """What is known of N samples of all joints.
+
+    Attributes
+    ----------
+    friction
+        Friction torque [N m], NaN where it is not known, shape (N, n).
+    usable
+        Which of it a fit may use, shape (N, n).
+    wrench
+        As in `Chunk`.
+    velocity, acceleration, torque
+        That the friction torque belongs to [rad/s], [rad/s^2], [N m], shape (N, n).
+    nodes, jerk, snap
+        As in `Samples`, where the friction torque is an average of its own kind, shape (N, n).
+    """
+
+    friction: Array
+    usable: NDArray[np.bool_]
+    wrench: Array
+    velocity: Array
+    acceleration: Array
+    torque: Array
+    nodes: Nodes | None = None
+    jerk: Array | None = None
+    snap: Array | None = None
+
+
+class Explain(Protocol):
+    """How the friction torque of samples is worked out, in the order of time; an instance works on one log."""
+
+    def __call__(
+        self,
+        robot: Robot,
+        modes: tuple[ContactMode, ...],
+        mode: NDArray[np.int64],
+        time: Array,
+        state: State,
+        torque: Array,
+        settings: Settings,
+    ) -> Explained:
+        """Return what is known of N samples, of which each has the number of its contact mode."""
+        ...
+
+
 def support_name(phase: SupportPhase) -> str:
     """Return the name of a phase's contact mode, e.g. "left_foot+right_foot"."""
     return "+".join(phase.feet) if phase.feet else phase.kind
@@ -81,6 +126,7 @@ def friction_torque(
     period: float,
     settings: Settings,
     stride: int = 1,
+    explain: Explain | None = None,
 ) -> Iterator[Chunk]:
     """Yield the friction torque of a log, chunk by chunk.
 
@@ -99,9 +145,12 @@ def friction_torque(
     period
         [s].
     settings
-        `tilt`, `double_support`, `standing_legs`, `filter_torque`, `averaged_law` and `block` are used.
+        `tilt`, `double_support`, `standing_legs`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are
+        used.
     stride
         One row of so many is worked out, counted in rows of the log.
+    explain
+        How; by inverse dynamics if None.
 
     Raises
     ------
@@ -116,9 +165,7 @@ def friction_torque(
     )
     names = tuple(dict.fromkeys("+".join(mode.feet) for mode in modes))
     name_of = np.array([names.index("+".join(mode.feet)) for mode in modes], dtype=np.int64)
-    guesses = [
-        k for k, each in enumerate(modes) if settings.double_support != "skip" and _leaves_open(robot, each.feet)
-    ]
+    guesses = [k for k, each in enumerate(modes) if settings.double_support != "skip" and leaves_open(robot, each.feet)]
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     known = robot.torque_controlled
     swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
@@ -135,29 +182,32 @@ def friction_torque(
             state, torque = state.take(kept + reach), torque[kept + reach]
         rows = kept + span.start
         mode = mode_of_row[rows]
-        wrenches = _measured_wrenches(robot, log, wide, motion_filter, settings)
-        measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
-        friction, usable, wrench = _by_mode(robot, modes, mode, state, torque, measured, settings)
+        if explain:
+            found = explain(robot, modes, mode, log.time[rows], state, torque, settings)
+        else:
+            wrenches = _measured_wrenches(robot, log, wide, motion_filter, settings)
+            measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
+            found = _by_inverse_dynamics(robot, modes, mode, state, torque, measured, settings)
         yield Chunk(
             rows=rows,
-            wrench=wrench,
+            wrench=found.wrench,
             guessed=np.isin(mode, guesses),
             samples=Samples(
                 joint_names=tuple(robot.joint_names[c] for c in known),
                 period=period,
                 time=log.time[rows],
-                velocity=state.velocity[:, known],
-                acceleration=state.acceleration[:, known],
-                friction_torque=friction[:, known],
-                usable=usable[:, known] & (steady[rows, None] | swinging[mode]),
+                velocity=found.velocity[:, known],
+                acceleration=found.acceleration[:, known],
+                friction_torque=found.friction[:, known],
+                usable=found.usable[:, known] & (steady[rows, None] | swinging[mode]),
                 block=block_of_row[rows],
                 support=name_of[mode],
                 support_names=names,
                 prismatic=tuple(robot.prismatic[c] for c in known),
-                nodes=nodes,
-                jerk=jerk,
-                snap=snap,
-                torque=torque[:, known],
+                nodes=found.nodes or nodes,
+                jerk=jerk if found.jerk is None else found.jerk[:, known],
+                snap=snap if found.snap is None else found.snap[:, known],
+                torque=found.torque[:, known],
             ),
         )
 
@@ -173,11 +223,14 @@ def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[ContactMode, ...]:
     """Return the contact mode of each phase."""
     modes: list[ContactMode] = []
     for k, phase in enumerate(phases):
-        before = modes[-1] if k and phases[k - 1].stop == phase.start else None
-        stayed = [foot for foot in phase.feet if before and foot in before.feet]
-        rested = before.rested if before and before.rested in stayed else next(iter([*stayed, *phase.feet]), "")
-        modes.append(ContactMode(phase.feet, rested))
+        modes.append(next_mode(modes[-1] if k and phases[k - 1].stop == phase.start else None, phase.feet))
     return tuple(modes)
+
+
+def next_mode(before: ContactMode | None, feet: tuple[str, ...]) -> ContactMode:
+    """Return the contact mode of standing feet, after another one."""
+    stayed = [foot for foot in feet if before and foot in before.feet]
+    return ContactMode(feet, before.rested if before and before.rested in stayed else next(iter([*stayed, *feet]), ""))
 
 
 def _label_rows(
@@ -219,8 +272,9 @@ def _require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
         raise LogError(
             f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"
         )
-    if settings.filter.kind == "log" and (log.velocity is None or log.acceleration is None):
-        missing = "velocity" if log.velocity is None else "acceleration"
+    needed = ("velocity",) if settings.observer_bandwidth else ("velocity", "acceleration")
+    missing = next((name for name in needed if getattr(log, name) is None), None)
+    if settings.filter.kind == "log" and missing:
         raise LogError(
             f"{log.path or 'log'}: filter kind is 'log' but there is no channel {missing}; choose another filter"
         )
@@ -241,8 +295,10 @@ def differentiate(
         wide = _widened(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
-    if log.velocity is not None and log.acceleration is not None and settings.filter.kind == "log":
-        state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], orientation)
+    if log.velocity is not None and settings.filter.kind == "log":
+        velocity = log.velocity[rows]
+        acceleration = np.full_like(velocity, np.nan) if log.acceleration is None else log.acceleration[rows]
+        state = State(log.position[rows], velocity, acceleration, orientation)
     else:
         state = State(*motion_filter.apply(log.position[_widened(rows, motion_filter)]), orientation)
     return state, _filtered(log.torque, rows, motion_filter, settings)
@@ -288,7 +344,7 @@ def _takes_wrenches(robot: Robot, settings: Settings) -> bool:
     return robot.base == "floating" and settings.standing_legs == "measured"
 
 
-def _leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
+def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
     """Return whether the joints of the standing limbs are not known: not on a fixed base or one standing surface."""
     return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
 
@@ -301,7 +357,7 @@ def _widened(rows: slice, motion_filter: Filter) -> slice:
     return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)
 
 
-def _by_mode(
+def _by_inverse_dynamics(
     robot: Robot,
     modes: tuple[ContactMode, ...],
     mode: NDArray[np.int64],
@@ -309,8 +365,8 @@ def _by_mode(
     torque: Array,
     measured: Mapping[str, Array],
     settings: Settings,
-) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Return friction torque (N, n), which of it a fit may use (N, n), and the standing foot's wrench (N, 6)."""
+) -> Explained:
+    """Return measured torque less inverse dynamics, sample by sample."""
     friction = np.full(torque.shape, np.nan)
     usable = np.zeros(torque.shape, dtype=bool)
     wrench = np.full((len(torque), 6), np.nan)
@@ -321,7 +377,7 @@ def _by_mode(
         part = state if isinstance(rows, slice) else state.take(rows)
         wrenches = {foot: of_foot[rows] for foot, of_foot in measured.items()}
         friction[rows], usable[rows], wrench[rows] = _one_mode(robot, modes[k], part, torque[rows], wrenches, settings)
-    return friction, usable, wrench
+    return Explained(friction, usable, wrench, state.velocity, state.acceleration, torque)
 
 
 def _one_mode(
@@ -341,7 +397,7 @@ def _one_mode(
     if measured:
         standing_on = {foot: measured[foot] for foot in mode.feet}
         friction += effect_on_joints(robot, state.position, standing_on, _root_foot(robot, mode), wrench)
-    if not _leaves_open(robot, mode.feet):
+    if not leaves_open(robot, mode.feet):
         return friction, usable, wrench
     if measured:
         return friction, usable, np.nan
@@ -376,6 +432,6 @@ def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDAr
     """Return the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
     if robot.base == "fixed" or _takes_wrenches(robot, settings):
         return np.ones(len(robot.joint_names), dtype=bool)
-    if _leaves_open(robot, feet):
+    if leaves_open(robot, feet):
         return ~robot.standing(feet) | (settings.double_support == "fit")
     return ~robot.standing(feet) | bool(settings.standing_legs)

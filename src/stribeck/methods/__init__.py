@@ -11,11 +11,14 @@ from stribeck.methods.contract import Method as Method
 from stribeck.methods.curve_fit import CURVE_FIT
 from stribeck.methods.direct import DIRECT
 from stribeck.methods.ground_reaction import GROUND_REACTION
+from stribeck.methods.observer import OBSERVER
 from stribeck.methods.whole_log import WHOLE_LOG
 from stribeck.robot import Robot
 from stribeck.settings import Settings, flat
 
-METHODS: dict[str, Method] = {method.name: method for method in (CURVE_FIT, WHOLE_LOG, GROUND_REACTION, DIRECT)}
+METHODS: dict[str, Method] = {
+    method.name: method for method in (CURVE_FIT, OBSERVER, WHOLE_LOG, GROUND_REACTION, DIRECT)
+}
 
 
 def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, Settings]:

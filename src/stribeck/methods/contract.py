@@ -61,7 +61,8 @@ class Fitted:
         What was found of model and calibration, if that was looked for.
     terms
         By joint, of the law "auto": which terms it has, the torque that it carries and its deviation [N m], the means
-        of cosine and sine of its position, None of a prismatic joint, and the periods of its torque ripple a turn.
+        of cosine and sine of its position, None of a prismatic joint, the periods of its torque ripple a turn, and
+        the travel of its presliding [rad].
     couplings
         Names of the robot's that were looked for.
     findings, notes
@@ -76,7 +77,7 @@ class Fitted:
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
-    terms: Mapping[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float]] = field(
+    terms: Mapping[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float]] = field(
         default_factory=dict
     )
     couplings: Sequence[str] = ()

@@ -41,8 +41,8 @@ def couplings_left_out(robot: Robot) -> Finding:
     """Return that a fit joint by joint takes the friction of couplings for that of joints."""
     return Finding(
         check="couplings-left-out",
-        text=f"the curve fit takes the friction of couplings for that of their joints: {', '.join(robot.couplings)}",
-        cure="use the method whole-log, which does not",
+        text=f"the friction of couplings is taken for that of their joints: {', '.join(robot.couplings)}",
+        cure="use the method whole-log, which tells them apart",
         joints=tuple(dict.fromkeys(joint for own in robot.couplings.values() for joint in own)),
     )
 

@@ -116,14 +116,15 @@ class WholeLog:
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
-    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float]]:
-        """Of the law "auto": terms of each joint, its load and the deviation of that [N m], mean direction, ripple."""
-        numbers = (self.fit.mean_load, self.fit.load_deviation, self.fit.mean_direction, self.fit.per_turn)
+    def terms(self) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float]]:
+        """Of the law "auto", by joint: what `Fitted.terms` holds."""
+        fit = self.fit
+        numbers = (fit.mean_load, fit.load_deviation, fit.mean_direction, fit.per_turn, fit.travel)
         if any(own is None for own in numbers):
             return {}
-        loads, deviations, means, per_turn = (own.tolist() for own in numbers if own is not None)
+        loads, deviations, means, per_turn, travels = (own.tolist() for own in numbers if own is not None)
         directions = [tuple(own) if np.isfinite(own).all() else None for own in means]
-        own = zip(self.fit.terms, loads, deviations, directions, per_turn, strict=True)
+        own = zip(self.fit.terms, loads, deviations, directions, per_turn, travels, strict=True)
         return dict(zip(self.joints, own, strict=True))
 
     @property

@@ -34,21 +34,25 @@ def implied_weights(acceleration_kernel: Array, period: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Instants, before and after a sample, at which a law is evaluated for its average over the filter's window.
+    """Instants around a sample, at which a law is evaluated for its average over the filter's window.
 
     Attributes
     ----------
     offsets
-        [s], symmetric, ascending, shape (K,).
+        [s], shape (K,); symmetric and ascending, or all in the past.
     weights
         Sum 1, shape (K,).
     reach
         Of the last one [samples].
+    lag
+        Of the velocity and the acceleration at a sample, which are averages as well [s]: 0 where the window is
+        symmetric.
     """
 
     offsets: Array
     weights: Array
     reach: int
+    lag: float = 0.0
 
 
 def average_nodes(weights: Array, period: float) -> Nodes:
@@ -61,3 +65,15 @@ def average_nodes(weights: Array, period: float) -> Nodes:
         # By interpolation between the nodes: the means of t, t^2 and t^3 stay what they are.
         taps = taps @ CubicSpline(places, np.eye(MOST_NODES))(np.arange(-reach, reach + 1))
     return Nodes(period * places, np.asarray(taps / taps.sum(), dtype=np.float64), reach)
+
+
+def exponential_nodes(decay: float, period: float) -> Nodes:
+    """Return the nodes that stand for a first-order low-pass, which shrinks by `decay` a sample.
+
+    Its weights on the past are exponential, cut here into equal shares, each with its own mean; the mean of all is the
+    lag, `h / 2 + h d / (1 - d)` of samples that are means over periods themselves.
+    """
+    lag = period * (0.5 + decay / (1 - decay))
+    ends = -np.log1p(-np.arange(MOST_NODES) / MOST_NODES)
+    beyond = np.append((1 + ends) * np.exp(-ends), 0.0)  # integral of x e^-x from each end
+    return Nodes(lag * MOST_NODES * np.diff(beyond), np.full(MOST_NODES, 1 / MOST_NODES), 0, lag)

@@ -138,6 +138,7 @@ def replay(
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     common = {"filter_torque": True, "averaged_law": False, "double_support": "skip", "standing_legs": False}
+    common |= {"observer_bandwidth": None}
     asked = settings or robot.settings
     settings = asked.model_copy(update=common)
     other, notes = other_model(robot, Path(model))

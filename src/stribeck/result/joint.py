@@ -13,6 +13,7 @@ from pydantic import Field
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.friction.assembled import beyond_velocity
+from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
 from stribeck.typing import Array
 
 Verdict = Literal["identified", "weak", "no friction", "not excited"]
@@ -118,7 +119,8 @@ class JointResult:
     Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], of
     which `load_deviation` is the standard deviation, and
     `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
-    how many periods a turn its torque ripple has; None without any.
+    how many periods a turn its torque ripple has; None without any. `presliding_travel` is the travel after a reversal
+    within which the parameter `presliding` builds up [rad], [m]; None without any.
     `position_range` are its lowest and highest position in the log [rad], [m].
     `correlation` is that of the parameters' errors, in their order, shape (p, p); None where nothing was fitted.
     `torque_r2` is how much of its torque is explained, None where nothing was held out.
@@ -139,6 +141,7 @@ class JointResult:
     load_deviation: float | None = None
     mean_direction: Annotated[tuple[float, ...], Field(min_length=2, max_length=2)] | None = None
     ripple_per_turn: float | None = None
+    presliding_travel: float | None = None
     curve: tuple[CurvePoint, ...] = ()
     position_range: tuple[float, float] | None = None
     correlation: tuple[tuple[float, ...], ...] | None = None
@@ -151,10 +154,12 @@ class JointResult:
         load: ArrayLike | None = None,
         temperature: ArrayLike = 0.0,
         position: ArrayLike | None = None,
+        period: float | None = None,
     ) -> Array:
         """Return the friction torque of the law that was found [N m], of a prismatic joint [N].
 
-        Of a joint whose friction drifts, it is that of the middle of the log.
+        Of a joint whose friction drifts, it is that of the middle of the log; of one with presliding, that of steady
+        motion, unless a period is given.
 
         Parameters
         ----------
@@ -168,6 +173,9 @@ class JointResult:
         position
             Of the joint [rad], likewise; if None, friction is the mean over the log's positions, without ripple. Where
             the log has not been, friction over position is that of the nearest position where it has.
+        period
+            From one velocity to the next [s], of a motion in the order of time along the first axis: friction then
+            builds up after reversals, if the joint has presliding. At the beginning of the motion it has built up.
 
         Returns
         -------
@@ -203,6 +211,11 @@ class JointResult:
         angle = None
         if position is not None and self.ripple_per_turn is not None:
             angle = self.ripple_per_turn * np.asarray(position)
+        if period is not None and self.presliding_travel is not None and self.curve:
+            flat, top = speeds.reshape(len(speeds), -1), self.curve[-1].velocity
+            travels = np.full((1, flat.shape[1]), self.presliding_travel)
+            lag = lag_behind(flat, period, SMOOTH_SIGN * top, travels)[0]
+            own = own + found.get("presliding", 0.0) * lag.reshape(speeds.shape)
         return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
 
 

@@ -193,6 +193,7 @@ OF_SOME = (
     "load_deviation",
     "mean_direction",
     "ripple_per_turn",
+    "presliding_travel",
     "position_range",
     "correlation",
     "torque_r2",

@@ -86,8 +86,8 @@ class Conditions:
     physics_step
         [s]
     compensation
-        Torques to add to the controller's [N m], shape (n,), from joint velocities as they are known [rad/s], shape
-        (n,), in the tree's order; called whenever the controller is.
+        Torques to add to the controller's [N m], shape (n,), from joint velocities as they are known and as the plan
+        wants them [rad/s], shape (n,) each, in the tree's order; called whenever the controller is.
     """
 
     friction: FrictionTruth | None = None
@@ -99,16 +99,24 @@ class Conditions:
     gains: Gains = field(default_factory=Gains)
     soles: Mapping[str, Sole] = field(default_factory=dict)
     physics_step: float = PHYSICS_STEP
-    compensation: Callable[[Array], Array] | None = None
+    compensation: Callable[[Array, Array], Array] | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A simulated walk: its log as the sensors give it, what the log does not say, and the plan that was followed."""
+    """A simulated walk: its log as the sensors give it, what the log does not say, and the plan that was followed.
+
+    Attributes
+    ----------
+    swing_error
+        How far the swing foot is from where it should be, as the controller knows it [m], shape (T, 3); zero while
+        both feet stand. None where the motion is ideal.
+    """
 
     log: RobotLog
     truth: Truth
     plan: Plan
+    swing_error: Array | None = None
 
 
 def simulate_walk(
@@ -161,10 +169,10 @@ def simulate_walk(
         seed=conditions.seed,
     )
     with one_blas_thread():
-        _run(sim, controller, recorder, estimator, sensors, conditions, progress)
+        errors = _run(sim, controller, recorder, estimator, sensors, conditions, progress)
     exact = recorder.log()
     truth = replace(recorder.truth(friction.parameters), foot_wrench=exact.foot_wrench)
-    return Walk(measure(exact, sensors), truth, plan)
+    return Walk(measure(exact, sensors), truth, plan, errors)
 
 
 def _run(
@@ -175,9 +183,10 @@ def _run(
     sensors: Sensors,
     conditions: Conditions,
     progress: Callable[[float], None],
-) -> None:
-    """Step through the plan: see, estimate, control, act."""
+) -> Array:
+    """Step through the plan: see, estimate, control, act; return the swing foot's error."""
     plan, robot = controller.plan, recorder.robot
+    errors = np.empty((plan.samples, 3))
     touch, torque = np.zeros((len(robot.contacts), TOUCH)), np.zeros(len(robot.joint_names))
     lowest = FALLEN * controller.start.configuration[2]
     for k in range(plan.samples):
@@ -190,13 +199,15 @@ def _run(
                 configuration, velocity = estimator.update(_read(recorder, sensors, k))
             torque = controller.torque(k, configuration, velocity)
             if conditions.compensation is not None:
-                torque = torque + conditions.compensation(velocity[6:])
+                torque = torque + conditions.compensation(velocity[6:], controller.desired_velocity())
+        errors[k] = controller.swing_error
         applied, first, touch = sim.advance(torque, _push_at(conditions.pushes, k * plan.period))
         recorder.act(applied, first)
         if not now.configuration[2] > lowest:  # false for numbers that are none, too
             raise FellError(f"{robot.name} fell {k * plan.period:.2f} s after the start, {_place(plan, k)}")
         if k % 100 == 0:
             progress(k / plan.samples)
+    return errors
 
 
 def _read(recorder: Recorder, sensors: Sensors, k: int) -> Measurement:

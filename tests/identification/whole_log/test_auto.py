@@ -36,6 +36,15 @@ def plain_log(arm: Robot, duration: float, seed: int) -> tuple[RobotLog, Array]:
     return log, log.torque - truth.friction_torque
 
 
+def dahl_lag(position: Array, travel: float) -> Array:
+    """What is missing if friction of one follows within a travel, from positions alone."""
+    step = np.diff(position, prepend=position[:1])
+    z = np.zeros(len(position))
+    for k in range(1, len(z)):
+        z[k] = np.sign(step[k]) + (z[k - 1] - np.sign(step[k])) * np.exp(-abs(step[k]) / travel)
+    return np.asarray(z - np.sign(step))
+
+
 def kept(result: Result) -> dict[str, set[str]]:
     return {
         name: {term for term, verdict in joint.terms.items() if verdict.kept}
@@ -104,6 +113,8 @@ def test_every_refused_term_says_why(mixed: Result) -> None:
                 assert verdict.reason == ("every joint has it" if verdict.kept else "in the log as a whole it is none")
             elif term.endswith("_temperature"):
                 assert verdict.reason == "no temperature in the log"
+            elif term == "presliding":
+                assert verdict.reason == "no travel explains more of its torque than shorter and longer ones do"
             else:
                 assert verdict.reason in ("the term stribeck has it", "it means nothing without the term viscous")
         assert joint.mean_load is not None
@@ -137,19 +148,33 @@ def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
 
 
 def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> None:
-    """Coulomb friction of two joints changes in the course of a turn; the torque of another ripples 12 times a turn."""
+    """Coulomb friction of two joints changes in the course of a turn; the torque of another ripples 12 times a turn.
+
+    In a fourth one friction builds up over 12 mrad after a reversal.
+    """
     log, _ = plain_log(arm, 20.0, 9)
     assert log.velocity is not None
     turning = np.zeros(6)
     turning[[0, 3]] = 0.3
     change = turning * np.cos(log.position - 0.5) * np.sign(log.velocity)
     change[:, 2] = 0.15 * np.cos(12 * log.position[:, 2] - 1.0)
+    change[:, 4] = 1.2 * dahl_lag(log.position[:, 4], 0.012)
     noisy = with_noise(replace(log, torque=log.torque + change), position=5e-5, torque=0.1, seed=10)
     result = identify(noisy, arm, AUTO)
     for name, joint in result.joints.items():
         assert joint.terms is not None
         assert joint.terms["ripple"].kept == (name == arm.joint_names[2]), joint.terms["ripple"]
         assert (joint.ripple_per_turn is None) == (name != arm.joint_names[2])
+        assert joint.terms["presliding"].kept == (name == arm.joint_names[4]), joint.terms["presliding"]
+    bending = result.joints[arm.joint_names[4]]
+    assert bending.presliding_travel == pytest.approx(0.012, rel=0.15)
+    for name in ("presliding", "coulomb"):
+        assert bending.parameters[name].value == pytest.approx(1.2, abs=3 * bending.parameters[name].standard_error)
+    period = float(np.median(np.diff(log.time)))
+    acted = log.torque[:, 4] - plain_log(arm, 20.0, 9)[1][:, 4] + change[:, 4]
+    built_up = bending.friction(log.velocity[:, 4], period=period)
+    steady = bending.friction(log.velocity[:, 4])
+    assert np.std(acted - built_up) < 0.1 * np.std(acted) < 0.5 * np.std(acted - steady)
     rippling = result.joints[arm.joint_names[2]]
     assert rippling.ripple_per_turn == pytest.approx(12, abs=0.1)
     where = np.linspace(log.position[:, 2].min(), log.position[:, 2].max(), 30)

@@ -99,4 +99,4 @@ def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log:
 def test_the_curve_fit_says_that_it_leaves_couplings_out(arm: Robot, log: RobotLog) -> None:
     result = identify(log, arm, Settings(law="coulomb-viscous", method="curve-fit"))
     assert not result.couplings
-    assert any(text.startswith("the curve fit takes the friction of couplings") for text in result.warnings)
+    assert any(text.startswith("the friction of couplings is taken") for text in result.warnings)

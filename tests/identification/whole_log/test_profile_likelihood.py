@@ -31,7 +31,13 @@ def parts() -> tuple[VaryingCurves, list[NormalEquations]]:
     plain = Curves(law, make_basis(law, speed), speed, np.ones(3), Priors())
     equations = steps(0.0)
     modulated = with_covariates(
-        equations, equations, rising(plain.basis), np.zeros((3, plain.basis.functions.shape[1])), np.full(3, np.nan)
+        equations,
+        equations,
+        rising(plain.basis),
+        np.zeros((3, plain.basis.functions.shape[1])),
+        np.full(3, np.nan),
+        np.full(3, np.nan),
+        speed,
     )
     curves = varying_curves(plain, modulated.basis, modulated.slow)
     curves = curves.only(np.stack([curves.with_terms(PLAIN)] * 3))

@@ -132,13 +132,13 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
         velocity_range=(-1.0, 1.0),
         reversals=10,
     )
-    found = with_terms(joint, verdicts | {"ripple": RIPPLE}, 3.0, 1.0, (0.1, 0.2), 4.0)
+    found = with_terms(joint, verdicts | {"ripple": RIPPLE}, 3.0, 1.0, (0.1, 0.2), 4.0, 0.01)
     assert found.parameters["coulomb"].verdict == "weak"
     assert found.verdict == "identified"  # of the curve at the speeds of the log, which the term does not change
     assert found.parameters["offset"].verdict == "identified"
     assert "too slow" in found.reason
     assert found.ripple_per_turn == 4.0
-    assert with_terms(joint, select_stepwise(world(), {}), 3.0, 1.0, None, np.nan).verdict == "identified"
+    assert with_terms(joint, select_stepwise(world(), {}), 3.0, 1.0, None, np.nan, np.nan).verdict == "identified"
 
 
 def test_a_term_that_makes_no_sense_is_refused_though_it_pays() -> None:

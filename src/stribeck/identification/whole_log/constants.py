@@ -305,8 +305,14 @@ On the arm of `studies.what_is_told`, terms that shadow the one that is there re
 LEAST_FRICTION = 0.01
 """Friction over the torque that a joint carries, at least, in that share [1], chosen by judgement."""
 
-SMOOTH_SIGN = 0.01
-"""Speed over the top speed at which the smooth sign has risen to 76 % [1], chosen by judgement."""
+PRESLIDING_GRID = (0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3, 32e-3)
+"""Travels over the top speed [s] at which presliding is looked for, chosen by judgement."""
+
+RESOLVED_STEPS = 1.0
+"""Steps of an encoder in the shortest travel that presliding is looked for in [1]: a coarser one sees reversals late.
+
+With encoders of 10 and of 14 bits, no joint of an arm without presliding is given the term.
+"""
 
 PRESLIDING_TIMES = (1e-3, 4e-3)
 """Distances of presliding over the top speed [s]: a short one and a long one, chosen by judgement."""

@@ -23,6 +23,7 @@ from stribeck.identification.whole_log.constants import (
 from stribeck.identification.whole_log.model.covariates import unsupported
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
+from stribeck.identification.whole_log.model.presliding import presliding_travels
 from stribeck.identification.whole_log.model.ripple import ripples_per_turn
 from stribeck.identification.whole_log.model.varying_curves import VaryingCurves
 from stribeck.identification.whole_log.noise.variance_components import VarianceComponents
@@ -78,7 +79,8 @@ class WholeLogFit:
     terms, mean_load, load_deviation, mean_direction, per_turn
         Of the law "auto": which terms each joint has, the torque that it carries, mean and standard deviation of its
         size [N m], shape (n,) each, the means of
-        cosine and sine of its position, shape (n, 2), and the periods of its torque ripple a turn, if any, shape (n,).
+        cosine and sine of its position, shape (n, 2), the periods of its torque ripple a turn and the travel of its
+        presliding [rad], if any, shape (n,) each.
     heterogeneity, joint_heterogeneity
         D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
     undiscounted
@@ -107,6 +109,7 @@ class WholeLogFit:
     load_deviation: Array | None = None
     mean_direction: Array | None = None
     per_turn: Array | None = None
+    travel: Array | None = None
 
     @property
     def without_held_out(self) -> WholeLogFit:
@@ -202,9 +205,9 @@ def fit_whole_log(
     places = pilot_places(supports)
     some = [equations[k] for k in places]
     pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors, differ)
-    per_turn, modulated = _ripples(equations, pilot), None
+    (per_turn, travel), modulated = _ripples(equations, pilot), None
     if law.name == AUTO:
-        modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot, per_turn)
+        modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot, per_turn, travel)
         equations = modulated
     held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
     training = [k for k in range(len(equations)) if k not in held_out]
@@ -223,7 +226,7 @@ def fit_whole_log(
         plain = modulated.equations if modulated else equations
         return fit_whole_log(plain, supports, gaits, corrections, law, top_speed, rest, priors, differ)
     steps, normal_equations = sampled.without("alternatives"), merged(folds)
-    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn)
+    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn, travel)
     part = normal_equations
     if any(others):
         pilot, folds = _with_rest(pilot, equations, part, folds, others)
@@ -265,17 +268,25 @@ def fit_whole_log(
         load_deviation=normal_equations.load_deviation if choice else None,
         mean_direction=modulated.direction if modulated else None,
         per_turn=per_turn,
+        travel=travel,
         misfits=run_score_tests(
             sampled, normal_equations.count, curves, model, solution, effect_std, budget.total, of_model
         ),
     )
 
 
-def _ripples(equations: Sequence[WeakEquations], pilot: PilotFit) -> Array:
-    """Return the periods a turn of each joint's ripple: segments of the pilot fit alone are too few."""
+def _ripples(equations: Sequence[WeakEquations], pilot: PilotFit) -> tuple[Array, Array]:
+    """Return the periods a turn of each joint's ripple, and, for the law "auto", the travel of its presliding [rad].
+
+    Segments of the pilot fit alone are too few.
+    """
     many = [equations[k] for k in range(0, len(equations), -(-len(equations) // RIPPLE_SEGMENTS))]
     residuals = [remaining(part, pilot.curves.basis, *pilot.known) for part in many]
-    return ripples_per_turn(many, residuals, [pilot.components.marginal(part) for part in many])
+    variances = [pilot.components.marginal(part) for part in many]
+    per_turn, curves = ripples_per_turn(many, residuals, variances), pilot.curves
+    if curves.law.name != AUTO:
+        return per_turn, np.full_like(per_turn, np.nan)
+    return per_turn, presliding_travels(many, residuals, variances, curves.basis, curves.top_speed)
 
 
 def _offsets_that_differ(pilot: PilotFit, folds: list[NormalEquations]) -> NDArray[np.bool_]:
@@ -294,6 +305,7 @@ def _with_terms(
     steps: NormalEquations,
     pilot_equations: list[WeakEquations],
     per_turn: Array,
+    travel: Array,
 ) -> tuple[PilotFit, Choice | None]:
     """Return the fit to all folds, and the terms of its joints if these are to be selected."""
     curves, model = pilot.curves, pilot.model
@@ -301,7 +313,7 @@ def _with_terms(
     solution = with_other_starts(normal_equations, curves, model, solution)
     choice = None
     if isinstance(curves, VaryingCurves):
-        refused = unsupported(pilot_equations, curves.slow, per_turn, normal_equations.loads)
+        refused = unsupported(pilot_equations, curves.slow, per_turn, travel, normal_equations.loads)
         root_turns = pilot.components.root_turns
         choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)
         curves, solution = choice.curves, choice.start

@@ -16,6 +16,7 @@ from stribeck_simulation.walking.balance.step_adjustment import StepAdjuster
 from stribeck_simulation.walking.balance.swing import Swing, swing_at
 from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task, swing_error, swing_task
 from stribeck_simulation.walking.balance.terms import Dynamics, FootState, Terms
+from stribeck_simulation.walking.balance.velocity import desired_velocity
 from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck_simulation.walking.plan import BOTH, Plan
 from stribeck_simulation.walking.start import Start
@@ -60,6 +61,11 @@ class WalkingController:
         What to do.
     gains
         Feedback and weights.
+
+    Attributes
+    ----------
+    swing_error
+        How far the swing foot is from where it should be [m], shape (3,); zero while both feet stand.
     """
 
     def __init__(
@@ -86,6 +92,8 @@ class WalkingController:
         self._adjuster = StepAdjuster(plan, [soles[name] for name in robot.contacts], self.pulsation)
         self._under_way: _UnderWay | None = None
         self._torque = np.zeros(len(limit))
+        self.swing_error = np.zeros(3)
+        self._last: tuple[list[FootState], list[Task]] = [], []
 
     def torque(self, sample: int, configuration: Array, velocity: Array) -> Array:
         """Return the joint torques of a control period in the tree's order, shape (n,) [N m].
@@ -112,11 +120,17 @@ class WalkingController:
             com_task(terms, dcm, zmp, self.start.height, self.pulsation, gains),
             base_task(terms, velocity[3:6], plan.heading[sample], plan.heading_rate[sample], gains),
         ]
+        self.swing_error = np.zeros(3)
         if swing != BOTH:
             tasks.append(self._follow(sample, terms.feet[swing], shift.goal))
+        self._last = [terms.feet[foot] for foot in stand], tasks
         wishes = self._wishes(sample, stand, configuration, velocity)
         self._torque = self._solve(terms, stand, tasks, wishes)
         return self._torque
+
+    def desired_velocity(self) -> Array:
+        """Return the joint velocities that the last period's tasks want, shape (n,) [rad/s]."""
+        return desired_velocity(*self._last)
 
     def _solve(self, terms: Terms, stand: list[int], tasks: list[Task], wishes: Wishes) -> Array:
         """Return torques within the limits; where there are none, those without limits, for the joints to cut.
@@ -140,6 +154,7 @@ class WalkingController:
         under_way = self._step_under_way(sample, foot)
         swing = self._swing(sample, under_way, shift)
         error = swing_error(foot, swing)
+        self.swing_error = error[:3]
         under_way.missed += (sample - under_way.sample) * self.plan.period * error
         under_way.sample = sample
         return swing_task(foot, swing, error, under_way.missed, self.gains)

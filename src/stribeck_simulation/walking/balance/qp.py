@@ -37,10 +37,11 @@ INEQUALITY, EQUALITY = 0, 5
 
 
 class Task(NamedTuple):
-    """Accelerations that are wanted: `jacobian a = wanted`."""
+    """Accelerations that are wanted, `jacobian a = wanted`, and the velocities that are, `jacobian v = velocity`."""
 
     jacobian: Array
     wanted: Array
+    velocity: Array
 
 
 class Wishes(NamedTuple):

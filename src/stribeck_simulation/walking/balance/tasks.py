@@ -1,4 +1,8 @@
-"""What the centre of mass, the base and the swing foot should do, as accelerations."""
+"""What the centre of mass, the base and the swing foot should do, as accelerations and as velocities.
+
+Where an acceleration makes up for an error e with `k e - 2 sqrt(k) e'`, the velocity that goes with it is `sqrt(k) e`
+beyond the planned one: that of an error which fades critically damped, without a rest of its own motion.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +46,7 @@ class Gains:
 def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: float, gains: Gains) -> Task:
     """Steer the DCM by the ZMP: `p = p_ref + (1 + k / w) (xi - xi_ref)` and `c'' = w^2 (c - p)`; keep the height.
 
-    Then `(xi - xi_ref)' = -k (xi - xi_ref)`.
+    Then `(xi - xi_ref)' = -k (xi - xi_ref)`. The velocity is the one that puts the DCM where it should be.
 
     Parameters
     ----------
@@ -70,14 +74,16 @@ def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: flo
             gains.height * (height - z) - 2 * sqrt(gains.height) * vz,
         ]
     )
-    return Task(terms.com_jacobian, wanted - terms.com_drift)
+    velocity = np.array([pulsation * (dcm_x - x), pulsation * (dcm_y - y), sqrt(gains.height) * (height - z)])
+    return Task(terms.com_jacobian, wanted - terms.com_drift, velocity)
 
 
 def base_task(terms: Terms, spin: Array, yaw: float, yaw_rate: float, gains: Gains) -> Task:
     """Keep the base upright, with a heading [rad] that changes [rad/s]; `spin` is its angular velocity in itself."""
     error = pin.log3(terms.base_rotation.T @ upright(yaw))
-    wanted = gains.base * error + 2 * sqrt(gains.base) * (terms.base_rotation[2] * yaw_rate - spin)
-    return Task(_turn_of_base(len(terms.bias)), wanted)
+    rate = terms.base_rotation[2] * yaw_rate
+    wanted = gains.base * error + 2 * sqrt(gains.base) * (rate - spin)
+    return Task(_turn_of_base(len(terms.bias)), wanted, rate + sqrt(gains.base) * error)
 
 
 @cache
@@ -111,7 +117,10 @@ def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains
     wanted = np.empty(6)
     wanted[:3] = move @ turn - 2 * sqrt(gains.foot) * linear - pin.skew(spin) @ linear
     wanted[3:] = gains.foot_tilt * tilt + 2 * sqrt(gains.foot_tilt) * (turn[2] * swing.yaw_rate - spin)
-    return Task(foot.jacobian, wanted - foot.drift)
+    velocity = np.empty(6)
+    velocity[:3] = (swing.velocity + sqrt(gains.foot) * way) @ turn
+    velocity[3:] = turn[2] * swing.yaw_rate + sqrt(gains.foot_tilt) * tilt
+    return Task(foot.jacobian, wanted - foot.drift, velocity)
 
 
 def upright(yaw: float) -> Array:

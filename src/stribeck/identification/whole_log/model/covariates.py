@@ -1,4 +1,4 @@
-"""Covariates that friction may be proportional to: load, temperature or time, and position (docs/estimator.md).
+"""Covariates that friction may be proportional to: load, temperature or time, position, presliding (docs/estimator.md).
 
 Load: Hamon, Gautier and Garrec 2010; temperature: Bittencourt and Gunnarsson 2012.
 """
@@ -41,6 +41,8 @@ class WithCovariates(Sequence[WeakEquations]):
         Mean cosine and sine of each joint's position, shape (n, 2).
     per_turn
         Periods of each joint's torque ripple a turn, shape (n,); NaN where none is asked for.
+    travel, top_speed
+        Of each joint's presliding [rad], likewise, and scales of velocity [rad/s], shape (n,).
     refined
         Coefficients of a fit with all terms, shape (n, R), whose friction then gives the load; None before.
     """
@@ -52,6 +54,8 @@ class WithCovariates(Sequence[WeakEquations]):
     middle: Array
     direction: Array
     per_turn: Array
+    travel: Array
+    top_speed: Array
     refined: Array | None = None
 
     def __len__(self) -> int:
@@ -63,7 +67,8 @@ class WithCovariates(Sequence[WeakEquations]):
     def of(self, part: WeakEquations) -> WeakEquations:
         """Return equations with their covariates."""
         turned = np.nan_to_num([part.direction() - self.direction, part.direction(self.per_turn)])
-        others = np.concatenate([self._slow(part)[:, :, None], *turned], axis=2)
+        lag = np.nan_to_num(part.presliding(self.top_speed, self.travel[None])[0])
+        others = np.concatenate([self._slow(part)[:, :, None], *turned, lag[:, :, None]], axis=2)
         if part.projection is None:
             return replace(part, covariates=_beside(np.abs(part.torque - part.residual), others))
         windows = curve_windows(replace(part, covariates=None), self.basis)
@@ -96,7 +101,13 @@ def _carried(part: WeakEquations, windows: Array, friction: Array) -> Array:
 
 
 def with_covariates(
-    equations: Sequence[WeakEquations], pilot: Sequence[WeakEquations], basis: Basis, friction: Array, per_turn: Array
+    equations: Sequence[WeakEquations],
+    pilot: Sequence[WeakEquations],
+    basis: Basis,
+    friction: Array,
+    per_turn: Array,
+    travel: Array,
+    top_speed: Array,
 ) -> WithCovariates:
     """Return equations with covariates, scaled by the `pilot` equations; arguments as in `WithCovariates`."""
     temperature = [part.temperature for part in pilot if part.temperature is not None]
@@ -104,11 +115,11 @@ def with_covariates(
     direction = _directions(pilot).mean(axis=0)
     slow = "temperature" if logged else "drift"
     middle = _mean(np.concatenate(temperature)) if logged else np.full(1, max(0.5 * _last(pilot), 1e-9))
-    return WithCovariates(equations, basis, friction, slow, middle, direction, per_turn)
+    return WithCovariates(equations, basis, friction, slow, middle, direction, per_turn, travel, top_speed)
 
 
 def unsupported(
-    pilot: Sequence[WeakEquations], slow: str, per_turn: Array, loads: Array | None = None
+    pilot: Sequence[WeakEquations], slow: str, per_turn: Array, travel: Array, loads: Array | None = None
 ) -> list[dict[str, str]]:
     """Return for each joint the terms that are out of the question, and why.
 
@@ -120,6 +131,8 @@ def unsupported(
         What friction changes slowly with: "temperature" or "drift".
     per_turn
         Periods of each joint's torque ripple a turn, shape (n,); NaN where none can be told.
+    travel
+        Of each joint's presliding [rad], likewise.
     loads
         Number of windows, sums of loads and of their squares, shape (3, n); not looked at if they are not known yet.
     """
@@ -135,6 +148,8 @@ def unsupported(
             reasons[-1]["coulomb_position"] = f"its position hardly turns: {said}"
         if np.isnan(per_turn[column]):
             reasons[-1]["ripple"] = "its motion spans too little of a turn, or is none"
+        if np.isnan(travel[column]):
+            reasons[-1]["presliding"] = "no travel explains more of its torque than shorter and longer ones do"
     return reasons
 
 

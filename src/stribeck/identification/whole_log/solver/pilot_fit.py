@@ -95,21 +95,27 @@ def fit_pilot(
 
 
 def with_all_terms(
-    equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit, per_turn: Array
+    equations: Sequence[WeakEquations], some: list[WeakEquations], pilot: PilotFit, per_turn: Array, travel: Array
 ) -> tuple[WithCovariates, PilotFit, list[WeakEquations]]:
     """Return equations with covariates, the pilot fit with all terms, and its segments without outliers.
 
     Where the load is the measured torque less friction, that is first of a law of velocity alone, then of all terms.
     The variance components stay those of the law of velocity alone: with all terms, these few segments would be fitted
     too well, and the log would then differ from the fit by more than its errors. `per_turn` are the periods of each
-    joint's ripple.
+    joint's ripple, `travel` those of their presliding [rad].
     """
     plain = pilot.curves
     joints = len(plain.top_speed)
     friction = plain.coefficients(pilot.solution.internal).reshape(joints, -1)
-    first = with_covariates(equations, some, plain.basis, friction, per_turn)
-    out = set.intersection(*map(set, unsupported(some, first.slow, first.per_turn)))  # of the question in all joints
-    basis = rising(plain.basis, f"coulomb_{first.slow}" not in out, "coulomb_position" not in out, "ripple" not in out)
+    first = with_covariates(equations, some, plain.basis, friction, per_turn, travel, plain.top_speed)
+    out = set.intersection(*map(set, unsupported(some, first.slow, per_turn, travel)))  # of the question in all joints
+    basis = rising(
+        plain.basis,
+        f"coulomb_{first.slow}" not in out,
+        "coulomb_position" not in out,
+        "ripple" not in out,
+        "presliding" not in out,
+    )
     first = replace(first, basis=basis)
     curves = varying_curves(plain, first.basis, first.slow)
     some = [first.of(part) for part in some]

@@ -151,6 +151,7 @@ def with_terms(
     load_deviation: float,
     mean_direction: tuple[float, ...] | None,
     per_turn: float | None,
+    travel: float | None,
 ) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
@@ -177,4 +178,5 @@ def with_terms(
         load_deviation=load_deviation,
         mean_direction=mean_direction,
         ripple_per_turn=ripple,
+        presliding_travel=travel if terms["presliding"].kept else None,
     )

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.identification.whole_log.constants import (
     PRESLIDING_TIMES,
     SIGN_CHANGE,
-    SMOOTH_SIGN,
     UNEXPLAINED_CHANGE,
 )
 from stribeck.identification.whole_log.model.ripple import by_joint
@@ -80,12 +80,10 @@ class AlternativeTerms:
 
     def torques(self, equations: WeakEquations) -> Array:
         """Return the columns as friction torques, through the window, shape (K, n, COLUMNS)."""
-        period = (equations.time[1] - equations.time[0]) / equations.step if len(equations.time) > 1 else 0.0
         sign = np.tanh(equations.velocity / (SMOOTH_SIGN * self.top_speed))
-        travel = np.abs(equations.velocity) * period / self.top_speed
-        lags = _lags(sign, [travel / distance for distance in PRESLIDING_TIMES])
-        s, speed, *lagging = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed, *lags))
-        lagging = [lag * self._resolved(equations) for lag in lagging]
+        s, speed = (equations.windows(each) for each in (sign, equations.velocity / self.top_speed))
+        lags = equations.presliding(self.top_speed, np.outer(PRESLIDING_TIMES, self.top_speed))
+        lagging = [lag * self._resolved(equations) for lag in lags]
         load = np.abs(_around(equations)) / self.torque - 1
         time = (2 * equations.elapsed / self.duration - 1)[:, None]
         late = -self.delay * _slope(equations)
@@ -142,16 +140,6 @@ def _slope(equations: WeakEquations) -> Array:
     if len(equations.time) == 1:
         return np.zeros_like(equations.torque)
     return np.asarray(np.gradient(equations.torque, equations.time, axis=0))
-
-
-def _lags(sign: Array, travels: Sequence[Array]) -> list[Array]:
-    """Return z - s with dz = (s - z) |dq| / d, shape (T, n), for each |dq| / d: a sample's z needs the one before."""
-    keep = np.exp(-np.stack(travels, axis=1))  # (T, distances, n)
-    falls = -np.diff(sign, axis=0, prepend=sign[:1])[:, None]  # z - s falls as s rises
-    lags = np.zeros_like(keep)
-    for k in range(1, len(sign)):
-        lags[k] = (lags[k - 1] + falls[k]) * keep[k]
-    return list(lags.transpose(1, 0, 2))
 
 
 def _around(equations: WeakEquations) -> Array:

@@ -1,0 +1,148 @@
+"""The friction observer run over a log: what `MomentumObserver` gives sample by sample, for many samples at once."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import scipy  # its signal is slow to import: loaded at its first use
+from numpy.typing import NDArray
+
+from stribeck.dynamics.momentum import momentum_balance
+from stribeck.dynamics.state import State
+from stribeck.friction_torque.observer import decay
+from stribeck.friction_torque.stream import ContactMode, Explained, contact_root, leaves_open, seen_joints
+from stribeck.motion.averaging import exponential_nodes
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.typing import Array
+
+GAP = 1.5
+"""Sample periods [1] beyond which an interval is none."""
+
+PAST = (1.0, 3.0)
+"""Lags [1] before a sample at which the velocity is taken too, for the low-pass of a law where the joint turns."""
+
+
+class _Last(NamedTuple):
+    """The last sample of a part of a log, what had passed the low-pass there, if any, and the velocities until then."""
+
+    mode: int
+    time: float
+    signals: Array
+    passed: Array | None
+    velocities: Array
+
+
+class LogObserver:
+    """Explains samples by the friction observer; it works on one log, part by part.
+
+    Wherever contact mode or time leave off, it begins anew with the mean over the first sample period, not with zero:
+    velocity, acceleration and torque pass the same low-pass from the same beginning, so that nothing has to settle.
+
+    Parameters
+    ----------
+    period
+        [s].
+    bandwidth
+        [Hz].
+    """
+
+    def __init__(self, period: float, bandwidth: float) -> None:
+        self._period, self._decay = period, float(decay(bandwidth, period))
+        self._nodes = exponential_nodes(self._decay, period)
+        self._last: _Last | None = None
+
+    def __call__(
+        self,
+        robot: Robot,
+        modes: tuple[ContactMode, ...],
+        mode: NDArray[np.int64],
+        time: Array,
+        state: State,
+        torque: Array,
+        settings: Settings,
+    ) -> Explained:
+        """Return the friction torque of samples, and their velocity, acceleration and torque, all low-passed.
+
+        The acceleration is the change of the low-passed velocity. No ground reaction is predicted: it takes
+        accelerations.
+        """
+        usable = np.zeros(torque.shape, dtype=bool)
+        signals = np.empty((4, *torque.shape))
+        for k in np.unique(mode):
+            rows = np.flatnonzero(mode == k)
+            part = state.take(rows)
+            rooted, root = contact_root(robot, modes[k], part)
+            momentum, change = momentum_balance(rooted, part.position, part.velocity, root)
+            if leaves_open(robot, modes[k].feet):
+                momentum[:, robot.standing(modes[k].feet)] = np.nan
+            signals[:, rows] = momentum, torque[rows] + change, part.velocity, torque[rows]
+            usable[rows] = seen_joints(robot, modes[k].feet, settings)
+        passed, past = self._low_pass(mode, time, signals)
+        friction, velocity, acceleration, effort = passed
+        jerk, snap = self._higher_derivatives(velocity, acceleration, past)
+        wrench = np.full((len(torque), 6), np.nan)
+        return Explained(friction, usable, wrench, velocity, acceleration, effort, self._nodes, jerk, snap)
+
+    def _low_pass(self, mode: NDArray[np.int64], time: Array, signals: Array) -> tuple[Array, Array]:
+        """Return what has passed at each sample, shape (4, T, n), and the velocities of the past, shape (2, T, n).
+
+        Of p, tau + b, v and tau; see `_means`.
+        """
+        passed, past = np.full_like(signals, np.nan), np.empty((len(PAST), *signals.shape[1:]))
+        steps = [lags * self._nodes.lag / self._period for lags in PAST]
+        memory = int(steps[-1]) + 2
+        breaks = np.flatnonzero((np.diff(mode) != 0) | (np.diff(time) > GAP * self._period)) + 1
+        for start, stop in pairwise([0, *breaks.tolist(), len(mode)]):
+            run, last = signals[:, start:stop], self._last
+            if last and (last.mode != mode[start] or time[start] - last.time > GAP * self._period):
+                last = None
+            velocities = run[2]
+            if last:
+                run = np.concatenate([last.signals, run], axis=1)
+                velocities = np.concatenate([last.velocities, velocities])
+            past[:, start:stop] = [_earlier(velocities, step)[start - stop :] for step in steps]
+            means = _means(run, self._period)
+            if means.shape[1]:
+                before = means[:, :1] if last is None or last.passed is None else last.passed
+                share = 1 - self._decay
+                after, _ = scipy.signal.lfilter([share], [1, -self._decay], means, axis=1, zi=self._decay * before)
+                passed[:, start:stop] = np.concatenate([before, after], axis=1)[:, start - stop :]
+            self._last = _Last(
+                mode=int(mode[stop - 1]),
+                time=float(time[stop - 1]),
+                signals=signals[:, stop - 1 : stop],
+                passed=passed[:, stop - 1 : stop] if means.shape[1] else None,
+                velocities=velocities[-memory:],
+            )
+        return passed, past
+
+    def _higher_derivatives(self, velocity: Array, acceleration: Array, past: Array) -> Array:
+        """Return jerk and snap by which `Samples.velocity_around` goes through the velocities of the past."""
+        lag = self._nodes.lag
+        s = -lag * np.array(PAST)
+        matrix = np.column_stack([s * (s / 2 + lag), s * (s**2 / 6 - lag**2)])
+        beyond = past - velocity - acceleration * (s + lag)[:, None, None]
+        return np.asarray(np.einsum("ij,jtn->itn", np.linalg.inv(matrix), beyond))
+
+
+def _earlier(values: Array, steps: float) -> Array:
+    """Return values some samples ago, shape (T, n), the first before there are any."""
+    whole = int(steps)
+    rows = np.arange(len(values)) - whole
+    share = steps - whole
+    return np.asarray((1 - share) * values[np.maximum(rows, 0)] + share * values[np.maximum(rows - 1, 0)])
+
+
+def _means(signals: Array, period: float) -> Array:
+    """Return means over the sample periods between samples, shape (4, T - 1, n): R, v, v' and tau.
+
+    Of momentum, tau + b, velocity and torque, shape (4, T, n).
+    """
+    momentum, drive, velocity, torque = signals
+    mean = [(each[1:] + each[:-1]) / 2 for each in (drive, velocity, torque)]
+    return np.stack(
+        [mean[0] - np.diff(momentum, axis=0) / period, mean[1], np.diff(velocity, axis=0) / period, mean[2]]
+    )

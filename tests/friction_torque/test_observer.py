@@ -1,0 +1,335 @@
+"""The friction observer: a first-order low-pass of the friction torque, in a controller and over a log."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.signal import lfilter
+from tests.arm import TRUTH, arm_log, write_arm
+from tests.models import POSTURES, STRIBECK, example_robot
+
+from stribeck import LogError, MomentumObserver, Robot, Settings, SettingsError, identify
+from stribeck.dynamics.momentum import momentum_balance
+from stribeck.dynamics.rooted import RootMotion, joint_inertia
+from stribeck.friction import get_law
+from stribeck.friction_torque import stream
+from stribeck.friction_torque.stage import FrictionTorqueStage, torque_chunks
+from stribeck.log import RobotLog
+from stribeck.motion.averaging import exponential_nodes
+from stribeck.preparation import prepare, quiet
+from stribeck.samples import Samples
+from stribeck.settings import FilterSettings
+from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck_simulation.sensors.measure import with_noise
+
+PERIOD = 1e-3
+EXACT = FilterSettings(kind="log")
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
+
+
+@pytest.fixture(scope="module")
+def log(arm: Robot) -> RobotLog:
+    return arm_log(arm, duration=12)
+
+
+@pytest.fixture(scope="module")
+def walk() -> tuple[RobotLog, Truth]:
+    robot = example_robot("talos")
+    truth = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
+    return exact_log(robot, get_law("stribeck"), truth, duration=5.0, posture=POSTURES["talos"])
+
+
+def friction_of(velocity: Array, truth: dict[str, float]) -> Array:
+    law = get_law("stribeck")
+    values = np.array([truth[parameter.name] for parameter in law.parameters])
+    return np.column_stack([law.torque(column, values) for column in velocity.T])
+
+
+def first_order(signal: Array, bandwidth: float, start: Array | float) -> Array:
+    """Return the means over sample periods through a first-order low-pass, exact for each held mean."""
+    shrinks = np.exp(-2 * np.pi * bandwidth * PERIOD)
+    means = (signal[1:] + signal[:-1]) / 2
+    begin = np.broadcast_to(shrinks * np.asarray(start), (1, means.shape[1]))
+    return np.asarray(lfilter([1 - shrinks], [1, -shrinks], means, axis=0, zi=begin)[0])
+
+
+def test_the_momentum_and_its_change_are_those_of_the_coriolis_matrix(arm: Robot) -> None:
+    generator = np.random.default_rng(0)
+    q, v = generator.uniform(-1, 1, (2, 20, 3)) * [[[2.0]], [[5.0]]]
+    momentum, change = momentum_balance(arm.tree, q, v)
+    model, data = arm.tree.model, arm.tree.model.createData()
+    for k in range(len(q)):
+        coriolis = pin.computeCoriolisMatrix(model, data, q[k], v[k])
+        gravity = pin.computeGeneralizedGravity(model, data, q[k])
+        np.testing.assert_allclose(change[k], coriolis.T @ v[k] - gravity, atol=1e-6)
+    np.testing.assert_allclose(momentum, np.einsum("tij,tj->ti", joint_inertia(arm.tree, q), v), atol=1e-12)
+
+
+def test_on_a_moving_root_the_change_is_the_slope_of_the_kinetic_energy() -> None:
+    """Lagrange's equations of the joints: p' = dT/dq + tau - R - g, with the root's velocity in its own coordinates."""
+    robot = example_robot("go2")
+    generator = np.random.default_rng(1)
+    q, v = generator.uniform(-1, 1, (2, 1, 12))
+    twist = generator.uniform(-1, 1, (1, 6))
+    _, change = momentum_balance(robot.tree, q, v, RootMotion(np.zeros((1, 3)), twist))
+    model, data, columns = robot.tree.model, robot.tree.model.createData(), robot.tree.columns
+    rates = np.concatenate([twist[0], v[0, columns]])
+
+    def energy(at: Array) -> float:
+        return float(pin.computeKineticEnergy(model, data, np.concatenate([[0, 0, 0, 0, 0, 0, 1], at[columns]]), rates))
+
+    step = 1e-5 * np.eye(12)
+    slope = [(energy(q[0] + each) - energy(q[0] - each)) / 2e-5 for each in step]
+    np.testing.assert_allclose(change[0], slope, atol=1e-6)
+
+
+def test_a_step_of_friction_is_seen_by_the_first_order_law(arm: Robot) -> None:
+    observer = MomentumObserver(arm, PERIOD, [5.0, 20.0, 80.0])
+    held = pin.computeGeneralizedGravity(arm.tree.model, arm.tree.model.createData(), np.full(3, 0.4))
+    found = [observer.update(np.full(3, 0.4), np.zeros(3), held + 2.0) for _ in range(200)]
+    time = PERIOD * np.arange(200)[:, None]
+    np.testing.assert_allclose(found, 2.0 * (1 - np.exp(-2 * np.pi * np.array([5.0, 20.0, 80.0]) * time)), atol=1e-9)
+
+
+@pytest.mark.parametrize("bandwidth", [1e-3, 20.0, 1e3, 1e9])
+def test_it_is_stable_at_every_bandwidth(arm: Robot, log: RobotLog, bandwidth: float) -> None:
+    observer = MomentumObserver(arm, PERIOD, bandwidth)
+    rows = slice(0, 600)
+    found = np.array([observer.update(*row) for row in zip(*_motion(log, rows), strict=True)])
+    friction = friction_of(log.velocity[rows], TRUTH)  # type: ignore[index]
+    assert np.abs(found).max() <= np.abs(friction).max() + 0.01
+    np.testing.assert_allclose(found[1:], first_order(friction, bandwidth, 0.0), atol=0.01)
+
+
+def _motion(log: RobotLog, rows: slice) -> tuple[Array, Array, Array]:
+    assert log.velocity is not None
+    return log.position[rows], log.velocity[rows], log.torque[rows]
+
+
+def test_a_log_has_sample_by_sample_what_a_controller_has(
+    arm: Robot, log: RobotLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stream, "CHUNK", 700)  # the low-pass goes on from part to part
+    log = replace(log.take(slice(0, 2101)), acceleration=None)
+    settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0)
+    chunks = list(torque_chunks(prepare(log, arm, settings), arm, settings))
+    found, velocity = (
+        np.concatenate([getattr(chunk.samples, name) for chunk in chunks]) for name in ("friction_torque", "velocity")
+    )
+    assert len(chunks) > 3
+    observer = MomentumObserver(arm, PERIOD, 20.0)
+    pairs = []
+    for row in zip(*_motion(log, slice(None)), strict=True):
+        pairs.append((observer.update(*row), observer.velocity))
+    online = np.array(pairs)
+    begun = np.exp(-2 * np.pi * 20.0 * PERIOD * np.arange(2101))[:, None]  # a controller's estimate begins at zero
+    np.testing.assert_allclose(found, online[:, 0] + begun * found[0], atol=1e-8)
+    np.testing.assert_allclose(velocity, online[:, 1] + begun * velocity[0], atol=1e-8)
+
+
+def test_on_its_feet_a_robot_has_the_low_pass_of_its_friction(walk: tuple[RobotLog, Truth]) -> None:
+    log, truth = walk
+    robot = example_robot("talos")
+    settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0)
+    (chunk,) = torque_chunks(prepare(log, robot, settings), robot, settings)
+    known = robot.torque_controlled
+    standing = robot.standing(robot.contacts)[known]
+    seen = set()
+    for run in chunk.runs():
+        support = chunk.samples.support_names[chunk.samples.support[run.start]]
+        friction = truth.friction_torque[chunk.rows[run]][:, known]
+        low_passed = first_order(friction, 20.0, (friction[0] + friction[1]) / 2)
+        found = chunk.samples.friction_torque[run][1:]
+        open_ = standing if "+" in support else np.zeros_like(standing)
+        np.testing.assert_allclose(found[:, ~open_], low_passed[:, ~open_], atol=0.02)
+        assert np.isnan(found[:, open_]).all()
+        seen.add(support)
+    assert seen == {"left", "right", "left+right"}
+    assert np.isnan(chunk.wrench).all()
+
+
+def test_in_a_controller_the_estimate_is_carried_on_when_other_feet_stand(walk: tuple[RobotLog, Truth]) -> None:
+    log, _ = walk
+    robot = example_robot("talos")
+    assert log.velocity is not None
+    assert log.contact is not None
+    assert log.base_orientation is not None
+    observer = MomentumObserver(robot, PERIOD, 20.0)
+    standing = robot.standing(tuple(robot.contacts))
+    before, feet_before = observer.friction_torque, ()
+    changes = 0
+    for k in range(600, 1400):
+        feet = tuple(np.array(log.foot_names)[log.contact[k]])
+        now = observer.update(log.position[k], log.velocity[k], log.torque[k], feet, log.base_orientation[k])
+        if feet != feet_before:
+            changes += 1
+            np.testing.assert_array_equal(now, before)
+        if len(feet) == 2:
+            np.testing.assert_array_equal(now[standing], before[standing])
+        before, feet_before = now, feet
+    assert changes > 2  # the first of them from nothing
+    assert np.array_equal(np.isnan(before), [name in robot.position_controlled for name in robot.joint_names])
+    np.testing.assert_array_equal(observer.update(log.position[0], log.velocity[0], log.torque[0]), before)  # flight
+
+
+def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
+    robot = example_robot("go2")
+    law = get_law("stribeck")
+    log, truth = exact_log(
+        robot, law, dict.fromkeys(robot.joint_names, STRIBECK), duration=1.5, gait="trot", posture=POSTURES["go2"]
+    )
+    assert log.velocity is not None
+    assert log.contact is not None
+    assert log.base_orientation is not None
+    assert truth.base_velocity is not None
+    phase = np.flatnonzero(log.contact.sum(axis=1) == 2)
+    phase = phase[: np.argmax(np.append(np.diff(phase), 2) > 1) + 1]
+    feet = tuple(np.array(log.foot_names)[log.contact[phase[0]]])
+    observer = MomentumObserver(robot, PERIOD, 1e6)  # the mean over each sample period
+    found = [
+        observer.update(
+            log.position[k],
+            log.velocity[k],
+            log.torque[k],
+            feet,
+            log.base_orientation[k],
+            truth.base_velocity[k, 3:],
+        )
+        for k in phase
+    ]
+    friction = truth.friction_torque[phase]
+    swinging = ~robot.standing(feet)
+    assert swinging.sum() == 6
+    np.testing.assert_allclose(
+        np.array(found)[1:, swinging], (friction[1:] + friction[:-1])[:, swinging] / 2, atol=0.02
+    )
+    assert not np.array(found)[:, ~swinging].any()
+
+
+@pytest.mark.parametrize(
+    ("name", "duration", "rate", "truth"),
+    [("ur5", 9.0, 1000.0, STRIBECK), ("talos", 14.0, 500.0, {"viscous": 0.2, "coulomb": 1.0, "offset": 0.3})],
+)
+def test_every_parameter_of_every_joint_comes_back(
+    name: str, duration: float, rate: float, truth: dict[str, float]
+) -> None:
+    """From positions, velocities and torques alone."""
+    robot, law = example_robot(name), "stribeck" if "slope" in truth else "coulomb-viscous"
+    parameters = {joint: truth for joint in robot.joint_names if joint not in robot.position_controlled}
+    exact, _ = exact_log(
+        robot, get_law(law), parameters, duration=duration, rate=rate, posture=POSTURES.get(name, {}), seed=3
+    )
+    log = replace(exact, acceleration=None)
+    result = identify(log, robot, Settings(law=law, method="observer", filter=EXACT, observer_bandwidth=40.0))
+    assert len(result.joints) == len(parameters)
+    for joint in result.joints.values():
+        assert joint.verdict == "identified"
+        for parameter, value in truth.items():
+            assert joint.parameters[parameter].value == pytest.approx(value, rel=0.01), parameter
+
+
+def test_the_bandwidth_is_the_cutoff_that_the_log_asks_for(arm: Robot, log: RobotLog) -> None:
+    noisy = with_noise(log, position=2e-5, torque=0.05, seed=2)
+    found = []
+    for kind in (FilterSettings(), FilterSettings(kind="savitzky-golay", window=31)):
+        settings = Settings(method="observer", filter=kind, observer_bandwidth="auto")
+        prepared = [prepare(noisy, arm, settings)]
+        found.append(FrictionTorqueStage(None, quiet, prepared[0], arm, settings)(prepared, arm, settings).settings)
+    assert found[0].observer_bandwidth == found[0].filter.cutoff == found[1].observer_bandwidth
+
+
+def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: RobotLog) -> None:
+    assert log.acceleration is not None
+    with_rotors = replace(log, torque=log.torque + 0.15 * log.acceleration, acceleration=None)
+    settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0, fit_armature=True)
+    for joint in identify(with_rotors, arm, settings).joints.values():
+        assert joint.parameters["armature"].value == pytest.approx(0.15, rel=1e-3)
+
+
+def test_measured_wrenches_are_not_for_an_observer(arm: Robot, log: RobotLog) -> None:
+    with pytest.raises(
+        SettingsError, match="standing_legs is 'measured', and a momentum observer takes no foot wrenches"
+    ):
+        identify(log, arm, Settings(method="observer", filter=EXACT, standing_legs="measured"))
+
+
+def test_an_average_over_the_past_is_the_sample_itself() -> None:
+    """Of a velocity that is a polynomial of time: its low-pass, and what `velocity_around` makes of it again."""
+    shrinks = 0.9
+    nodes = exponential_nodes(shrinks, PERIOD)
+    assert nodes.weights.sum() == pytest.approx(1.0)
+    assert nodes.weights @ nodes.offsets == pytest.approx(-nodes.lag)
+    assert nodes.lag == pytest.approx(
+        PERIOD * (0.5 + np.arange(2000) @ (0.1 * shrinks ** np.arange(1, 2001) / shrinks))
+    )
+    one, none = np.ones((1, 1)), np.zeros((1, 1))
+    samples = Samples(
+        joint_names=("joint",),
+        period=PERIOD,
+        time=np.zeros(1),
+        velocity=one,
+        acceleration=2 * one,
+        friction_torque=none,
+        usable=one.astype(bool),
+        block=np.zeros(1, dtype=np.int64),
+        support=np.zeros(1, dtype=np.int64),
+        support_names=("base",),
+        nodes=nodes,
+        jerk=none,
+        snap=none,
+    )
+    around = samples.velocity_around(0, np.zeros(1, dtype=np.int64))
+    np.testing.assert_allclose(around, 1 + 2 * (nodes.offsets[None] + nodes.lag))
+
+
+@pytest.mark.parametrize(
+    ("bandwidth", "said"),
+    [
+        (0.0, "bandwidth is 0.0; expected positive"),
+        (np.nan, "expected positive"),
+        ([1.0, 2.0], r"bandwidth has shape \(2,\); expected one number \[Hz\], or one a joint, \(3,\)"),
+        ([1.0, np.inf, 2.0], "expected positive"),
+    ],
+)
+def test_a_bandwidth_that_is_none_is_refused(arm: Robot, bandwidth: object, said: str) -> None:
+    with pytest.raises(SettingsError, match=said):
+        MomentumObserver(arm, PERIOD, bandwidth)  # type: ignore[arg-type]
+    with pytest.raises(SettingsError, match="period is 0; expected a positive number of seconds"):
+        MomentumObserver(arm, 0, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ((np.zeros(2), np.zeros(3), np.zeros(3)), r"position: found shape \(2,\), expected \(3,\)"),
+        ((np.zeros(3), np.array([0, np.nan, 0]), np.zeros(3)), "velocity: found nan at place 1, expected finite"),
+        ((np.zeros(3), np.zeros(3), np.full(3, np.inf)), "torque: found inf at place 0"),
+        ((np.zeros(3), np.zeros(3), np.zeros(3), ("toe",)), "feet: found 'toe', expected none on a fixed base"),
+        ((np.zeros(3), np.zeros(3), np.zeros(3), (), np.zeros(4)), "base_orientation: found zeros"),
+    ],
+)
+def test_a_bad_sample_is_refused_and_changes_nothing(arm: Robot, row: tuple[Array, ...], said: str) -> None:
+    good = [(np.full(3, 0.1), np.full(3, 0.2), np.full(3, 0.3)), (np.full(3, 0.4), np.full(3, 0.5), np.full(3, 0.6))]
+    observer, other = MomentumObserver(arm, PERIOD, 20.0), MomentumObserver(arm, PERIOD, 20.0)
+    observer.update(*good[0])
+    with pytest.raises(LogError, match=said):
+        observer.update(*row)
+    other.update(*good[0])
+    np.testing.assert_array_equal(observer.update(*good[1]), other.update(*good[1]))
+
+
+@pytest.mark.parametrize(
+    ("orientation", "said"), [(None, "nothing about the tilt"), (np.array([0, 0, 0, 1.0]), "turning")]
+)
+def test_what_point_feet_leave_open_is_asked_for(orientation: Array | None, said: str) -> None:
+    robot = example_robot("go2")
+    observer = MomentumObserver(robot, PERIOD, 20.0)
+    turning = {} if orientation is not None else {"angular_velocity": np.zeros(3)}
+    with pytest.raises(LogError, match=said):
+        observer.update(np.zeros(12), np.zeros(12), np.zeros(12), ("FL", "RR"), orientation, **turning)
