@@ -9,19 +9,19 @@ from tests.arm import write_arm
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import SettingsError
+from stribeck.errors import LogError, SettingsError
 from stribeck.friction import get_law
 from stribeck.identification.direct.base_parameters import base_parameters
 from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS
 from stribeck.result import BodyCorrection
-from stribeck.settings import FilterSettings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
 LAW = "coulomb-viscous"
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "offset": -0.4}
+OWN_MOTION = {"filter": {"kind": "log"}}
 REGRESSIONS = ("ordinary", "weighted", "robust")
 
 
@@ -134,16 +134,38 @@ def test_held_out_blocks_judge_the_law(arm: Robot, log: RobotLog) -> None:
         assert joint.torque_r2.corrected > joint.torque_r2.nominal
 
 
-@pytest.mark.parametrize("double_support", ["skip", "fit"])
-def test_a_walk(double_support: str) -> None:
-    """Of a quadruped: swinging legs show friction, and standing ones do without their contact forces."""
+@pytest.fixture(scope="module")
+def walk() -> tuple[Robot, RobotLog]:
+    """A quadruped lifts one leg at a time."""
     robot = example_robot("go2")
     truth = dict.fromkeys(robot.joint_names, TRUTH)
     log, _ = exact_log(robot, get_law(LAW), truth, duration=32, rate=25, posture=POSTURES["go2"], seed=3)
-    result = identify(log, wrong(robot), settings(filter=FilterSettings(kind="log"), double_support=double_support))
+    return robot, log
+
+
+def test_standing_legs_of_a_walk_do_without_their_contact_forces(walk: tuple[Robot, RobotLog]) -> None:
+    robot, log = walk
+    result = identify(log, wrong(robot), settings(**OWN_MOTION, double_support="fit", regression="ordinary"))
     for name, joint in result.joints.items():
         assert joint.verdict == "identified", f"{name}: {joint.reason}"
         assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.05), name
+
+
+def test_a_leg_that_always_stands_gets_no_numbers(walk: tuple[Robot, RobotLog]) -> None:
+    robot, log = walk
+    contact = log.contact.copy()
+    contact[:, log.foot_names.index("FL")] = True  # its swings count as standing, and its rows are left out
+    stood = replace(log, contact=contact)
+    result = identify(stood, wrong(robot), settings(**OWN_MOTION), force=True)
+    for name, joint in result.joints.items():
+        assert (joint.verdict == "not excited") == name.startswith("FL"), name
+        if joint.parameters:
+            assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.05), name
+
+
+def test_a_filter_that_the_log_has_no_channel_for_is_refused(arm: Robot, log: RobotLog) -> None:
+    with pytest.raises(LogError, match="filter kind is 'log' but there is no channel"):
+        identify(log, arm, settings(**OWN_MOTION))
 
 
 def test_a_law_that_is_not_linear_is_refused(arm: Robot, log: RobotLog) -> None:

@@ -159,7 +159,7 @@ def friction_torque(
     SettingsError
         If the law shall be averaged over the window of a filter that has none.
     """
-    _require_channels(robot, log, settings)
+    require_channels(robot, log, settings)
     modes, mode_of_row, block_of_row, steady = _label_rows(
         phases, len(log.time), max(1, round(settings.block / period))
     )
@@ -265,7 +265,14 @@ def spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
             yield slice(start, min(start + CHUNK, segment.stop - margin))
 
 
-def _require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
+def require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
+    """Refuse a log without a channel that the settings or the contacts ask for.
+
+    Raises
+    ------
+    LogError
+        If it lacks one.
+    """
     if _takes_wrenches(robot, settings):
         require_wrenches(log, robot)
     if settings.tilt == "imu" and log.base_orientation is None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.equations.build import find_corrections
 from stribeck.equations.couplings import acting
-from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.friction_torque.thinning import join_logs
@@ -32,6 +32,9 @@ from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.typing import Array
+
+FEWEST_BLOCKS = 2
+"""Blocks [1] that a covariance needs at least."""
 
 MOST_BLOCKS = 64
 """Groups of blocks [1] that the covariance is of: more would only take longer."""
@@ -68,7 +71,7 @@ def find(
     training, held_out = _split(maker.blocks(prepared), settings.holdout)
     numbers = np.arange(len(training)) * min(MOST_BLOCKS, len(training)) // max(len(training), 1)
     rows = maker.rows(prepared, training, numbers.tolist())
-    if not rows:
+    if len({number for own in rows for number in own.clusters[0].tolist()}) < FEWEST_BLOCKS:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: no support phase that is used is longer than what is trimmed "
             "off and filtered away; where several feet stand, soles take double_support = 'fit'"
@@ -137,8 +140,9 @@ def _columns(maker: RowMaker, names: Sequence[str], rows: Sequence[DirectRows], 
 
 
 def _rms(parts: Sequence[Array]) -> float:
-    """Return the root mean square of all, 1 where they are zero."""
-    return float(np.sqrt(np.mean(np.concatenate([part.ravel() for part in parts]) ** 2))) or 1.0
+    """Return the root mean square of all, 1 where they are zero or none."""
+    together = np.concatenate([part.ravel() for part in parts])
+    return float(np.sqrt(np.sum(together**2) / max(together.size, 1))) or 1.0
 
 
 def _fit(rows: Sequence[DirectRows], columns: Sequence[JointColumns], maker: RowMaker, settings: Settings) -> DirectFit:
@@ -178,8 +182,10 @@ def _validations(
 
 def _samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Samples | None:
     """Return the friction torque of parts of logs, None if there are none."""
-    parts = [thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases]
-    return join_logs(parts) if parts else None
+    try:
+        return join_logs([thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases])
+    except LogError:  # no part is longer than what the filter takes
+        return None
 
 
 def _note(fit: DirectFit) -> str:

@@ -20,6 +20,7 @@ from stribeck.friction_torque.stream import (
     contact_modes,
     differentiate,
     orientation_filter,
+    require_channels,
     seen_joints,
     spans,
     swinging_joints,
@@ -112,9 +113,9 @@ class RowMaker:
         columns = self.corrections.inertial_parameters.size * (ROOT_ROWS + len(self.joints))
         stride = -(-sum(block.last - block.first for block in blocks) * columns // int(MOST_NUMBERS))
         found: list[DirectRows] = []
-        numbered = zip(blocks, numbers, strict=True)
+        feet, numbered = list(dict.fromkeys(block.feet for block in blocks)), zip(blocks, numbers, strict=True)
         for log, own in groupby(numbered, key=lambda pair: pair[0].log):
-            found += self._of_log(prepared[log], list(own), max(1, stride))
+            found += self._of_log(prepared[log], list(own), feet, max(1, stride))
         return found
 
     def has(self, k: int) -> list[int]:
@@ -126,8 +127,10 @@ class RowMaker:
             self._modes[feet] = find_contact_mode(self.robot, feet, self.joints)
         return self._modes[feet]
 
-    def _of_log(self, part: PreparedLog, blocks: Sequence[tuple[Block, int]], stride: int) -> Iterator[DirectRows]:
-        feet = list(dict.fromkeys(block.feet for block, _ in blocks))
+    def _of_log(
+        self, part: PreparedLog, blocks: Sequence[tuple[Block, int]], feet: Sequence[tuple[str, ...]], stride: int
+    ) -> Iterator[DirectRows]:
+        require_channels(self.robot, part.log, self.settings)
         mode_of_row, *clusters = np.full((3, len(part.log.time)), -1)
         steady = np.zeros(len(part.log.time), dtype=bool)
         for each, number in blocks:
@@ -148,7 +151,10 @@ class RowMaker:
                 continue
             wide = slice(span.start - reach, span.stop + reach)
             state, torque = differentiate(self.robot, part.log, wide, motion_filter, turn_filter, self.settings)
-            friction = motion_filter.smooth(self._law_columns(state.velocity))[kept]
+            friction = motion_filter.smooth(self._law_columns(state.velocity))
+            known = np.hstack([each[kept + reach] for each in (state.velocity, state.acceleration, torque)])
+            kept = kept[np.isfinite(np.hstack([known, friction[kept]])).all(axis=1)]
+            friction = friction[kept]
             state, torque = state.take(kept + reach), torque[kept + reach]
             span_modes, span_clusters = mode_of_row[span][kept], np.stack(clusters)[:, span][:, kept]
             for own in _in_pieces(span_modes):

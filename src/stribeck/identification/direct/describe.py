@@ -54,9 +54,9 @@ def joint_fits(fit: DirectFit, joints: Sequence[JointColumns], rows: Sequence[Di
 
 def _counts(rows: Sequence[DirectRows], joint: JointColumns) -> tuple[int, int]:
     """Return in how many samples and blocks all rows count that a joint's friction acts on."""
-    moving = [own.used[:, np.isin(own.kind, joint.kinds)].all(axis=1) for own in rows]
-    blocks = np.unique(np.concatenate([own.clusters[0, each] for own, each in zip(rows, moving, strict=True)]))
-    return sum(int(each.sum()) for each in moving), len(blocks)
+    there = [own for own in rows if np.isin(joint.kinds, own.kind).all()]
+    blocks = [own.clusters[0, own.used[:, np.isin(own.kind, joint.kinds)].all(axis=1)] for own in there]
+    return sum(len(each) for each in blocks), len({*(number for each in blocks for number in each.tolist())})
 
 
 def _joint_fit(fit: DirectFit, joint: JointColumns, samples: int, blocks: int) -> JointFit:

@@ -169,7 +169,7 @@ def _blocks_of(penalty: Array, size: int) -> list[Array]:
 
 
 def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
-    """Return the root mean square of the left side, of each kind of row or of all alike [N m], shape (kinds,)."""
+    """Return the root mean square of the left side of each kind of row, or of all together [N m], shape (kinds,)."""
     kinds = 1 + max(int(own.kind.max()) for own in rows)
     squares, count = np.zeros((2, kinds))
     for own in rows:
