@@ -2,7 +2,8 @@
 
     python -m contest make FOLDER                        logs and truth, from a seed
     python -m contest run FOLDER --save contest/scores.json
-    python -m contest table contest/scores.json          as in docs/benchmark.md, and its picture
+    python -m contest table contest/scores.json          as in docs/benchmark.md
+    python -m contest picture contest/scores.json docs/assets/benchmark.svg
 
 A method of your own: `python -m contest run FOLDER --entry "mine=python my_method.py"`.
 """
@@ -19,6 +20,7 @@ from pathlib import Path
 
 from contest.cases import ROBOTS
 from contest.make import make
+from contest.picture import draw
 from contest.real import NO_LOGS, make_real
 from contest.run import chosen, install, read_scores, run, write_scores
 from contest.schema import SUMS, cases_of
@@ -50,6 +52,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     showing = commands.add_parser("table", help="print the table")
     showing.add_argument("scores", type=Path)
     showing.set_defaults(act=lambda given: print("\n".join(lines(read_scores(given.scores)))))
+    drawing = commands.add_parser("picture", help="draw the errors of the curves")
+    drawing.add_argument("scores", type=Path)
+    drawing.add_argument("picture", type=Path)
+    drawing.set_defaults(act=lambda given: draw(read_scores(given.scores), given.picture))
     commands.add_parser("install", help="install the environments of others").set_defaults(act=lambda _: install())
     given = parser.parse_args(arguments)
     try:

@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 ENVIRONMENTS = ROOT / "contest" / "environments"
 INSTALLED = ROOT / "build" / "contest"
 """Where the environments of others are installed."""
-LONGEST = 600.0
+LONGEST = 900.0
 """After which a run is stopped [s]."""
 OTHERS = {"FIGAROH": "figaroh", "mujoco.sysid": "mujoco_sysid"}
 """Name -> file of pinned versions in environments/, and `contestants/with_<name>.py`."""

@@ -65,8 +65,8 @@ class Score(Table):
         Whether 95 % intervals cover the truth, by parameter and joint; only where there is an interval.
     far, beyond
         Numbers called good that are more than `FAR` off, and more than `ERRORS` standard errors.
-    good
-        How many numbers are called good [1].
+    good, with_errors
+        How many numbers are called good, and how many of these have a standard error [1].
     held_out
         Root mean square of the torque not explained, over that of the torque that the model without friction leaves, by
         joint [1]; of real robots.
@@ -89,6 +89,7 @@ class Score(Table):
     far: list[str] = []
     beyond: list[str] = []
     good: int = 0
+    with_errors: int = 0
     held_out: dict[str, Rounded] = {}
     seconds: float | None = None
     memory: float | None = None
@@ -129,7 +130,7 @@ def against_truth(
     error: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS}
     relative: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS[:2]}
     covered: dict[str, dict[str, bool]] = {name: {} for name in PARAMETERS}
-    curve, far, beyond, good = {}, [], [], 0
+    curve, far, beyond, good, with_errors = {}, [], [], 0, 0
     for joint, found in answered.items():
         if joint not in truth:
             continue
@@ -145,6 +146,7 @@ def against_truth(
             if interval := _interval(estimate):
                 covered[name][joint] = interval[0] <= true <= interval[1]
             good += estimate.good
+            with_errors += estimate.good and estimate.standard_error is not None
             if estimate.good and name in relative and abs(off) > FAR * true:
                 far.append(f"{joint} {name}")
             if estimate.good and estimate.standard_error is not None and abs(off) > ERRORS * estimate.standard_error:
@@ -160,6 +162,7 @@ def against_truth(
         "far": far,
         "beyond": beyond,
         "good": good,
+        "with_errors": with_errors,
     }
 
 

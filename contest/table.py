@@ -31,7 +31,7 @@ def main_table(scores: Sequence[Score]) -> list[str]:
     for group, robots in GROUPS.items():
         for name in names(scores):
             own = [each for each in scores if each.contestant == name and each.robot in robots]
-            if any(each.curve or each.error for each in own):
+            if any(each.curve for each in own):
                 rows.append(_row(group, name, own))
     return rows
 
@@ -40,9 +40,8 @@ def _row(group: str, name: str, own: Sequence[Score]) -> str:
     asked, answered = sum(each.asked for each in own), sum(len(each.curve) for each in own)
     covered = [value for each in own for joints in each.covered.values() for value in joints.values()]
     good = sum(each.good for each in own)
-    intervals = sum(len(joints) for each in own for joints in each.covered.values()) > 0
     cells = [
-        group,
+        f"{group} ({len([each for each in own if each.curve])})",
         name,
         _share(answered, asked),
         spread(own, lambda each: each.relative.get("coulomb", {}).values(), _percent),
@@ -51,7 +50,7 @@ def _row(group: str, name: str, own: Sequence[Score]) -> str:
         spread(own, lambda each: each.curve.values(), _percent),
         _share(sum(covered), len(covered)),
         _share(sum(len(each.far) for each in own), good),
-        _share(sum(len(each.beyond) for each in own), good) if intervals else BLANK,
+        _share(sum(len(each.beyond) for each in own), sum(each.with_errors for each in own)),
         _number(float(np.mean([each.seconds or 0.0 for each in own]))),
         f"{max(each.memory or 0.0 for each in own):.0f}",
         ", ".join(dict.fromkeys(need for each in own for need in each.needs)) or "nothing",
@@ -96,16 +95,31 @@ def real_table(scores: Sequence[Score]) -> list[str]:
 
 
 def blanks(scores: Sequence[Score]) -> list[str]:
-    """Return why there are blanks: a reason, and the cases that have it."""
-    found: dict[tuple[str, str], list[str]] = {}
+    """Return why there are blanks: a reason, and the cases that have it; a robot's name stands for all of its."""
+    found: dict[tuple[str, str], list[Score]] = {}
     for each in scores:
         if each.blank:
-            found.setdefault((each.contestant, each.blank), []).append(f"{each.robot}/{each.condition}")
-    total = len({(each.robot, each.condition) for each in scores})
-    return [
-        f"- {name}, {'all cases' if len(cases) == total else ', '.join(cases)}: {reason}"
-        for (name, reason), cases in found.items()
-    ]
+            found.setdefault((each.contestant, each.blank), []).append(each)
+    return [f"- {name}, {_cases(own, scores)}: {reason}" for (name, reason), own in found.items()]
+
+
+def _cases(own: Sequence[Score], scores: Sequence[Score]) -> str:
+    known, had = _conditions(scores), _conditions(own)
+    if known == had:
+        return "all logs"
+    return ", ".join(
+        robot if known[robot] == conditions else f"{robot} ({', '.join(conditions)})"
+        for robot, conditions in had.items()
+    )
+
+
+def _conditions(scores: Sequence[Score]) -> dict[str, list[str]]:
+    """Return the conditions of each robot."""
+    found: dict[str, list[str]] = {}
+    for each in scores:
+        if each.condition not in found.setdefault(each.robot, []):
+            found[each.robot].append(each.condition)
+    return {robot: sorted(conditions) for robot, conditions in found.items()}
 
 
 def names(scores: Sequence[Score]) -> list[str]:

@@ -10,7 +10,8 @@ default, exported as a C header, compiled, and compensated in the loop at 1 kHz:
 - rest: the arm is to stand still, from a start off its aim.
 
 Velocities are differences of noisy positions, low-passed. The same with no compensation, with the true friction, with
-half as much again (what overestimated friction does), and with the wrong sign.
+half as much again (what overestimated friction does), and with the wrong sign; and, without a log, by what a momentum
+observer sees in the loop, at three bandwidths, which takes a hand for friction.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from typing import TypedDict
 import numpy as np
 import pinocchio as pin
 
-from stribeck import Robot, RobotLog, identify
+from stribeck import MomentumObserver, Robot, RobotLog, identify
 from stribeck.export import export
 from stribeck.export.joints import joint_terms
 from stribeck.friction import get_law
@@ -50,7 +51,7 @@ VISCOUS = 0.3
 """Viscous friction over Coulomb friction [s/rad]."""
 
 ENCODER, TORQUE = 2e-5, 0.05
-"""Noise of the log and of the loop [rad], of the log [N m]."""
+"""Noise of the log and of the loop [rad], [N m]."""
 
 RATE, SECONDS, SETTLED = 1000.0, 12.0, 2.0
 """Of the loop [Hz], of a run [s], and how long it takes to settle [s]."""
@@ -65,11 +66,17 @@ LOW_PASS = 0.01
 """Time constant of velocities [s]."""
 
 SETTINGS = {"gain": 0.9, "near": 0.05, "dead_zone": 0.01, "release": 0.005, "fade": 0.02, "limit": 50.0}
-KINDS = ("none", "identified", "true", "half as much again", "wrong sign")
+OBSERVED = {f"observer, {bandwidth:g} Hz": bandwidth for bandwidth in (1.0, 3.0, 10.0)}
+"""Bandwidths of the observer [Hz]."""
+
+KINDS = ("none", "identified", "true", "half as much again", "wrong sign", *OBSERVED)
 TASKS = ("tracking", "guiding", "rest")
 
-Compensation = Callable[[Array, Array], Array]
+ByLaw = Callable[[Array, Array], Array]
 """Measured and desired velocities -> torques [N m], shape (n,) each."""
+
+Compensation = Callable[[Array, Array, Array, Array], Array]
+"""Measured positions and velocities, desired velocities, measured torques -> torques [N m], shape (n,) each."""
 
 
 class Found(TypedDict):
@@ -120,7 +127,7 @@ def compiled(
     sign: float = 1.0,
     period: float = 1 / RATE,
     settings: Mapping[str, float] = SETTINGS,
-) -> Compensation:
+) -> ByLaw:
     """Return the compensation by the exported header, compiled, every `period` [s]."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
@@ -149,14 +156,24 @@ def compiled(
     return compensate
 
 
+def observed(robot: Robot, bandwidth: float) -> Compensation:
+    """Return the compensation by a momentum observer, with the gain of the header's."""
+    observer = MomentumObserver(robot, 1 / RATE, bandwidth)
+
+    def compensate(position: Array, measured: Array, desired: Array, torque: Array) -> Array:  # noqa: ARG001
+        return SETTINGS["gain"] * observer.update(position, measured, torque)
+
+    return compensate
+
+
 def run(robot: Robot, task: str, compensate: Compensation | None) -> tuple[float, str]:
     """Return what a task shows with a compensation, and its unit."""
     model = robot.tree.model
-    data, generator = model.createData(), np.random.default_rng(3)
+    data, generator, noise = model.createData(), np.random.default_rng(3), np.random.default_rng(4)
     joints = np.arange(model.nv)
     speed = 2 * np.pi * SLOWEST * (1 + 0.35 * joints)
     inertia = np.diag(pin.crba(model, data, np.zeros(model.nv))).copy()
-    seen = {"position": np.zeros(model.nv), "velocity": np.zeros(model.nv)}
+    seen = {name: np.zeros(model.nv) for name in ("position", "velocity", "torque")}
     measured: list[Array] = []
 
     def aim(time: float) -> tuple[Array, Array, Array]:
@@ -183,7 +200,9 @@ def run(robot: Robot, task: str, compensate: Compensation | None) -> tuple[float
         if time > SETTLED:
             measured.append({"tracking": q - state.configuration, "guiding": hand, "rest": state.velocity}[task])
         if compensate is not None:
-            torque = torque + compensate(velocity, wanted)
+            sensed = seen["torque"] + TORQUE * noise.standard_normal(model.nv)
+            torque = torque + compensate(position, velocity, wanted, sensed)
+        seen["torque"] = torque
         return np.asarray(torque + hand)
 
     law = LawFriction(robot.joint_names, get_law(LAW), truth_of(robot))
@@ -210,12 +229,15 @@ def _made(kind: str, result: Result, robot: Robot) -> Compensation | None:
     """Return a compensation with a state of its own."""
     if kind == "none":
         return None
+    if kind in OBSERVED:
+        return observed(robot, OBSERVED[kind])
     factor = 1.5 if kind == "half as much again" else 1.0
-    return compiled(
+    by_law = compiled(
         result if kind in ("identified", "wrong sign") else with_truth(result, robot, factor),
         robot,
         -1.0 if kind == "wrong sign" else 1.0,
     )
+    return lambda _position, measured, desired, _torque: by_law(measured, desired)
 
 
 def gain_of(found: list[Found], task: str) -> float:

@@ -32,7 +32,12 @@ from stribeck.log.interpolation import linear
 from stribeck.result import JointResult, ParameterEstimate, Result
 from stribeck.typing import Array
 
-NEEDS: Mapping[str, list[Need]] = {"curve-fit": ["contact flags"], "whole-log": ["contact flags", "IMU"]}
+NEEDS: Mapping[str, list[Need]] = {
+    "curve-fit": ["contact flags"],
+    "direct": ["contact flags"],
+    "whole-log": ["contact flags", "IMU"],
+    "ground-reaction": ["contact flags", "foot wrenches"],
+}
 """Of a robot that walks; contacts follow from wrenches or kinematics where there are no flags."""
 
 

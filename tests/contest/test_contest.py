@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from contest.__main__ import main
 from contest.cases import CONDITIONS, SLOPE
 from contest.make import friction, make
 from contest.model_errors import publish_model
+from contest.picture import draw
 from contest.run import chosen, contestants, read_scores, run, write_scores
 from contest.schema import ANSWER, CASE, PARAMETERS, SUMS, TRUTH, Answer, Case, Truth, cases_of, read, write
 from contest.score import Score, curve_of, score
@@ -23,6 +25,7 @@ from stribeck.errors import SettingsError
 from stribeck.methods import METHODS
 from stribeck_simulation.robots.biped import MODELS
 
+ROOT = Path(__file__).parents[2]
 SECONDS = 4.0
 
 
@@ -188,3 +191,14 @@ def test_a_curve_follows_from_parameters_where_there_is_none(folder: Path) -> No
     np.testing.assert_allclose(
         np.asarray(curve_of(found, velocity)), found.coulomb.value * np.sign(velocity) + found.viscous.value * velocity
     )
+
+
+def test_the_tables_and_the_picture_shown_are_those_of_the_saved_scores(tmp_path: Path) -> None:
+    scores = read_scores(ROOT / "contest/scores.json")
+    page = (ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+    for line in "\n".join(lines(scores)).splitlines():
+        assert line in page
+    draw(scores, tmp_path / "benchmark.svg")
+    names = set(re.findall(r">([^<>]+)</text>", (ROOT / "docs/assets/benchmark.svg").read_text(encoding="utf-8")))
+    assert names == set(re.findall(r">([^<>]+)</text>", (tmp_path / "benchmark.svg").read_text(encoding="utf-8")))
+    assert {each.contestant for each in scores if each.curve} <= names

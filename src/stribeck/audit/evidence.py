@@ -100,8 +100,9 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     """
     period = prepared.sampling.period
     plain = {"averaged_law": False, "filter_torque": False, "double_support": "skip", "standing_legs": True}
+    differentiated = settings.filter.kind == "auto" or (settings.filter.kind == "log" and settings.observer_bandwidth)
     settings = settings.model_copy(update=plain | {"observer_bandwidth": None})
-    if settings.filter.kind == "auto" or (settings.filter.kind == "log" and prepared.log.acceleration is None):
+    if differentiated:  # an observer's log may have velocities alone
         window = 2 * max(3, round(FILTER / period / 2)) + 1
         settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
     size = max(1, round(BIN / period))

@@ -302,10 +302,11 @@ def differentiate(
         wide = _widened(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
-    if log.velocity is not None and settings.filter.kind == "log":
-        velocity = log.velocity[rows]
-        acceleration = np.full_like(velocity, np.nan) if log.acceleration is None else log.acceleration[rows]
-        state = State(log.position[rows], velocity, acceleration, orientation)
+    acceleration = log.acceleration
+    if acceleration is None and log.velocity is not None and settings.observer_bandwidth:
+        acceleration = np.broadcast_to(np.nan, log.velocity.shape)  # an observer has no use for it
+    if log.velocity is not None and acceleration is not None and settings.filter.kind == "log":
+        state = State(log.position[rows], log.velocity[rows], acceleration[rows], orientation)
     else:
         state = State(*motion_filter.apply(log.position[_widened(rows, motion_filter)]), orientation)
     return state, _filtered(log.torque, rows, motion_filter, settings)
