@@ -36,7 +36,10 @@ def one_foot() -> Program:
     nv = dynamics.model.nv
     n = nv - 6
     terms = dynamics.at(start.configuration, 0.1 * generator.normal(size=nv))
-    tasks = [Task(terms.com_jacobian, generator.normal(size=3)), Task(terms.feet[1].jacobian, generator.normal(size=6))]
+    tasks = [
+        Task(jacobian, generator.normal(size=len(jacobian)), np.zeros(len(jacobian)))
+        for jacobian in (terms.com_jacobian, terms.feet[1].jacobian)
+    ]
     wishes = Wishes(generator.normal(size=n), np.array([[0.0, 0.0, dynamics.weight, 0.0, 0.0, 0.0]]))
     weights = Weights(np.repeat([1e3, 10.0, 1e-6, 1e-4], [3, 6, 3, 3]), np.full(n, 1e-2))
     cone = wrench_cone(soles[next(iter(robot.contacts))], 0.6)
