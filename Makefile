@@ -59,6 +59,7 @@ ablation: .venv/.dev
 
 real: .venv/.dev
 	$(BIN)/python -m studies.real
+	$(PYTEST) -m long tests/test_real_logs.py
 
 clean:
 	rm -rf .venv build site .pytest_cache .mypy_cache .ruff_cache

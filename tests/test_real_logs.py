@@ -151,7 +151,7 @@ def test_whole_log_finds_the_coulomb_friction_that_the_curve_fit_does(converted,
     np.testing.assert_allclose(values(whole, "coulomb"), values(alone, "coulomb"), rtol=0.25)
 
 
-@pytest.mark.parametrize("name", ["double-pendulum", "tx40"])
+@pytest.mark.parametrize("name", ["double-pendulum", pytest.param("tx40", marks=pytest.mark.long)])
 def test_corrected_inertias_do_no_harm_on_what_the_fit_has_not_seen(converted, name):
     """Friction beyond the law, and a motor that logs no torque, last for a whole log: bodies must not explain them."""
     trusted, corrected = "whole-log, model trusted", "whole-log"
@@ -208,7 +208,9 @@ SHOWN = {
 """Heading on the page, and how many joints and couplings are identified at least by default."""
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long) if name == "go2" else name for name in SHOWN]
+)
 def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch, name):
     """Most joints are identified by default, the TX40's with the published friction."""
     examples = ROOT / "examples" / "real_robots"
