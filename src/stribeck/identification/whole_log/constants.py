@@ -305,7 +305,7 @@ On the arm of `studies.what_is_told`, terms that shadow the one that is there re
 LEAST_FRICTION = 0.01
 """Friction over the torque that a joint carries, at least, in that share [1], chosen by judgement."""
 
-PRESLIDING_GRID = (0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3, 32e-3)
+PRESLIDING_GRID = (0.125e-3, 0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3, 32e-3)
 """Travels over the top speed [s] at which presliding is looked for, chosen by judgement."""
 
 RESOLVED_STEPS = 1.0
