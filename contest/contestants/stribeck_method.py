@@ -35,6 +35,7 @@ from stribeck.typing import Array
 NEEDS: Mapping[str, list[Need]] = {
     "curve-fit": ["contact flags"],
     "direct": ["contact flags"],
+    "observer": ["contact flags"],
     "whole-log": ["contact flags", "IMU"],
     "ground-reaction": ["contact flags", "foot wrenches"],
 }
