@@ -142,7 +142,7 @@ def test_double_pendulum_friction_is_of_the_published_order(converted):
         assert joint.validation.rms < 0.7 * joint.validation.rms_zero_friction
 
 
-@pytest.mark.parametrize("name", ["double-pendulum", "kinova-gen3"])
+@pytest.mark.parametrize("name", ["double-pendulum", pytest.param("kinova-gen3", marks=pytest.mark.long)])
 def test_whole_log_finds_the_coulomb_friction_that_the_curve_fit_does(converted, name):
     """A fit that heeds little but reversals finds a fifth of the pendulum's, and none in a joint of the Kinova."""
     logs, robot = opened(converted(name))
@@ -207,9 +207,11 @@ SHOWN = {
 }
 """Heading on the page, and how many joints and couplings are identified at least by default."""
 
+LONG = ("go2", "kinova-gen3")
+
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long) if name == "go2" else name for name in SHOWN]
+    "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in SHOWN]
 )
 def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch, name):
     """Most joints are identified by default, the TX40's with the published friction."""
