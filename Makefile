@@ -29,7 +29,7 @@ test: lint
 	$(PYTEST)
 
 coverage: .venv/.dev
-	$(PYTEST) $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
+	$(PYTEST) -m "" $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done

@@ -55,7 +55,7 @@ def test_reports_of_two_threads(arm: tuple[Robot, list[RobotLog], list[Result]],
     assert process_state() == before
 
 
-@pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
+@pytest.mark.parametrize("method", ["curve-fit", pytest.param("whole-log", marks=pytest.mark.long)])
 def test_results_of_two_threads(method: str, arm: tuple[Robot, list[RobotLog], list[Result]], tmp_path: Path) -> None:
     robot, logs, _ = arm
     alone = [identify(log, robot, method=method).to_json() for log in logs]

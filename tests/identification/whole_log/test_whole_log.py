@@ -214,6 +214,7 @@ def test_a_motor_that_logs_no_torque_does_no_harm_to_the_others(arm: Robot, exac
         assert body.mass[1] == pytest.approx(body.mass[0], rel=0.01)
 
 
+@pytest.mark.long
 def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
     """They weigh the bodies, and so tell gravity from an offset, whatever their own zeros and gains are."""
     robot = Robot.from_file(MODELS / "robot.toml")
@@ -275,7 +276,7 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
         assert value == pytest.approx(zeros[column], abs=4 * error)
 
 
-@pytest.mark.parametrize("late", [0, 5, -30])
+@pytest.mark.parametrize("late", [0, 5, pytest.param(-30, marks=pytest.mark.long)])
 def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog, late: int) -> None:
     """By as many samples of 1 ms; without the correction 5 ms cost 7 % of the Coulomb friction."""
     log = with_noise(exact_arm_log, position=2e-5, torque=0.1, seed=8)
