@@ -5,7 +5,7 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 UNTRACED := tests/simulation tests/studies tests/test_fuzz.py tests/test_real_logs.py
 BENCHMARKS := startup friction_torque identify whole_log walking balance controller
 
-.PHONY: demo test lint coverage bench benchmark fuzz paper docs accuracy ablation real clean
+.PHONY: demo test pytest lint coverage bench benchmark fuzz paper docs accuracy ablation real clean
 
 .venv/.run: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
@@ -25,7 +25,10 @@ lint: .venv/.dev
 	$(BIN)/mypy
 	$(BIN)/bandit --quiet --configfile pyproject.toml --recursive src fuzz
 
-test: lint
+test: .venv/.dev
+	$(MAKE) --jobs=2 lint pytest
+
+pytest: .venv/.dev
 	$(PYTEST)
 
 coverage: .venv/.dev
