@@ -8,21 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fuzz.damage import bytes_damaged, nested, pick, text_damaged, value_damaged
+from stribeck.cli.app import FORMATS
 
-TARGETS = (
-    "urdf",
-    "mjcf",
-    "drake",
-    "c",
-    "python",
-    "yaml",
-    "table",
-    "isaaclab",
-    "physx",
-    "newton",
-    "genesis",
-    "pinocchio",
-)
+TARGETS = tuple(name for name in FORMATS if name != "sdf")  # the seeds' model is a URDF
 
 
 def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
