@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from stribeck.errors import RobotFileError
+from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.files import read_text
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
@@ -295,7 +295,10 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         wanted["[robot] base_frame"] = table.base_frame
     for key, frame in wanted.items():
         if frame not in frames:
-            raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}")
+            raise RobotFileError(
+                f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
+                f"{did_you_mean(frame, frames)}"
+            )
     by_frame: dict[str, str] = {}
     for contact in contacts.values():
         other = by_frame.setdefault(contact.frame, contact.name)
@@ -349,6 +352,7 @@ def _couplings(table: RobotTable, joints: Sequence[str], path: str) -> dict[str,
         if unknown := [joint for joint in coupling.joints if joint not in measured]:
             raise RobotFileError(
                 f"{where} names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(measured)}"
+                f"{did_you_mean(unknown[0], measured)}"
             )
         if len(coupling.joints) < 2 or not all(coupling.joints.values()):
             raise RobotFileError(f"{where} needs two joints or more, each with a coefficient that is not 0")
