@@ -399,9 +399,9 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
 
 def _files_of(robot: Path) -> list[Path]:
     """Return the robot file and the model that it names."""
-    from stribeck.robot import read_robot_file
+    from stribeck.robot import model_path, read_robot_file
 
-    return [robot, robot.parent / read_robot_file(robot).robot.model]
+    return [robot, model_path(read_robot_file(robot).robot.model, robot.parent)]
 
 
 def _result_file(path: Path) -> Path:
