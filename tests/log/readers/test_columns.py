@@ -118,7 +118,8 @@ def test_vectors_and_feet_may_be_numbered(tmp_path):
 def test_a_numbered_optional_channel_that_is_not_of_the_joints_is_left_alone(tmp_path):
     columns = {"time": LOG.time} | numbered("q_{}", LOG.position) | numbered("tau_{}", LOG.torque)
     log = read_log(write_columns(tmp_path, **columns, temperature_0=LOG.time, dq_0=LOG.time), StubRobot())
-    assert log.temperature is None and log.velocity is None
+    assert log.temperature is None
+    assert log.velocity is None
     assert any("'temperature_0', 'dq_0'" in note for note in log.notes)
 
 
@@ -187,7 +188,7 @@ def test_columns_are_for_csv_alone(tmp_path):
 
 ROWS = [[0.0, 1.0, 2.0, 3.0], [0.002, 1.0, 2.0, 3.0]]
 REFUSED = [
-    ("names nowhere", [], ROWS, {}, r"the first line holds numbers \('0.0', '1.0', '2.0' and 1 more\); expected a line"),
+    ("names nowhere", [], ROWS, {}, r"holds numbers \('0.0', '1.0', '2.0' and 1 more\); expected a line"),
     ("names twice", ["time", "a", "b", "c"], ROWS, {"columns": ["time", "a", "b", "c"]}, "names the columns .* and so"),
     ("too few names", [], ROWS, {"columns": ["time", "q_0"]}, r"has 4 values, and \[log\] columns has 2 names"),
     ("a wanted name twice", [], ROWS, {"columns": ["time", "q_0", "q_0", "q_1"]}, "'q_0' more than once"),
@@ -199,7 +200,7 @@ REFUSED = [
      "column 'q' holds 2 values in row 2 and 3 before; expected as many in every row"),
     ("a list of words", ["t", "q", "tau"], [[0, "[1, 2, 3]", "[1, 2, 3]"], [1, "[1, two, 3]", "[1, 2, 3]"]], {},
      r"column 'q' holds '\[1, two, 3\]' in row 2; expected a list of numbers like \[1.0, 2.0\]"),
-    ("a shortened list", ["t", "q", "tau"], [[0, "[1 ... 3]", "[1, 2, 3]"]] * 2, {}, r"'\[1 ... 3\]' in row 1; expected"),
+    ("a shortened list", ["t", "q", "tau"], [[0, "[1 ... 3]", "[1, 2, 3]"]] * 2, {}, r"'\[1 ... 3\]' in row 1"),
     ("a list without an end", ["t", "q", "tau"], [[0, "[1, 2, 3", "[1, 2, 3]"]] * 2, {}, "expected a list of numbers"),
     ("lists of too few joints", ["t", "q", "tau"], [[0, "[1, 2]", "[1, 2]"]] * 2, {}, "2 columns without names"),
 ]  # fmt: skip
@@ -210,4 +211,5 @@ def test_what_cannot_be_meant_is_refused_in_one_sentence(names, rows, table, wor
     path = write_rows(tmp_path / "log.csv", names, rows)
     with pytest.raises(LogError, match=words) as caught:
         read_log(path, robot_with(**table))
-    assert str(caught.value).startswith(f"{path}: ") and len(str(caught.value).splitlines()) == 1
+    assert str(caught.value).startswith(f"{path}: ")
+    assert len(str(caught.value).splitlines()) == 1

@@ -1,4 +1,4 @@
-"""Names that mean a channel beyond doubt, read where a log has none of the channel's own name."""
+"""Names that can only mean one channel, read where a log has none of the channel's own name."""
 
 from __future__ import annotations
 
