@@ -80,6 +80,7 @@ class LogTable(Table):
     velocity: ChannelTable = ChannelTable()
     acceleration: ChannelTable = ChannelTable()
     temperature: ChannelTable = ChannelTable()
+    external_torque: ChannelTable = ChannelTable()
     base_orientation: ChannelTable = ChannelTable()
     angular_velocity: ChannelTable = ChannelTable()
     linear_acceleration: ChannelTable = ChannelTable()
