@@ -29,7 +29,7 @@ VECTOR = ("x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque")
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
-FOOT_CHANNELS = ("contact", "foot_wrench")
+FOOT_CHANNELS = ("contact", "foot_wrench", "foot_force")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
 
 UNREADABLE = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
