@@ -18,6 +18,7 @@ from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
 from stribeck.log.readers.source import Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
+from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
 from stribeck.outputs import check_name
 from stribeck.settings import LogTable
@@ -74,7 +75,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     table = robot.log_table if robot else LogTable()
     where = (robot.path if robot else "") or "robot file"
     check_table(table, where)
-    source = _opener(path)(path, table)
+    source, motor_notes = name_motors(_opener(path)(path, table), table, robot)
     selection = select(source, table, robot)
     with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
@@ -83,7 +84,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
-    notes = [*selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
+    notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     contact, contact_notes = _flags(channels.pop("contact", None), source.path)
     torque_source, torque_notes = _torque_source(source, robot)
