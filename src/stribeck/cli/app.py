@@ -239,6 +239,7 @@ def plan(
     held: Annotated[str, typer.Option(help="Axis of a floating base that points up: x, -x, y, -y, z or -z.")] = "z",
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Say which motion would make the friction of weak joints known, and how long it takes."""
     from stribeck.planning.plan import plan as run
@@ -249,7 +250,7 @@ def plan(
     machine = Robot.from_file(robot)
     check_outputs(outputs, [file, *_files_of(robot)], overwrite)
     asked = None if joints is None else [name.strip() for name in joints.split(",")]
-    with progress_bar() as progress:
+    with progress_bar(quiet) as progress:
         progress("planning", 0.1)
         found = run(file, machine, joints=asked, held=held)
     if output is not None:
@@ -257,7 +258,7 @@ def plan(
             (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
     if json:
         typer.echo(found.to_json(), nl=False)
-    else:
+    elif not quiet:
         console.print_plan(found)
         console.print_paths(outputs)
 
