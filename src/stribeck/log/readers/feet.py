@@ -42,7 +42,7 @@ def foot_columns(
         absent = [label for label in wanted if label not in places[name]]
         if absent:
             raise LogError(
-                f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot, or one a foot "
+                f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot, or one "
                 "as 'foot_force' where only the vertical force is measured"
             )
         columns[name] = [places[name][label] for label in wanted]
