@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -64,6 +65,10 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
+    if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
+        efforts = [stream for stream in joints if "torque" in stream.values]
+        outside = _asked(efforts, "external_torque", None, table, path)
+        joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
     for channel in JOINT_CHANNELS:
         chosen = _asked(joints, channel, table.position.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)

@@ -27,7 +27,7 @@ from stribeck.log.storage import too_large
 QUATERNION = ("x", "y", "z", "w")
 VECTOR = ("x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature")
+JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque")
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
 FOOT_CHANNELS = ("contact", "foot_wrench")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
