@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,13 +12,29 @@ import numpy as np
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.source import VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
+from stribeck.log.readers.messages import JOINT_TYPES
+from stribeck.log.readers.source import (
+    JOINT_CHANNELS,
+    VECTOR_CHANNELS,
+    WRENCH,
+    Arrays,
+    Channel,
+    Loaded,
+    Source,
+    listed,
+)
 from stribeck.log.readers.topics import NANO, Stream
+from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 
 Part = tuple[Stream, int]
 """A stream, and the column of it that holds a joint, a foot or a component."""
+
+STAMPS = {
+    "recorder": "has messages without a stamp: the recorder's time is taken.",
+    "tick": "has messages without a stamp, which count milliseconds: they are laid on the recorder's time.",
+}
 
 SLOWEST = 10.0
 """Rows for each message that a joint's signal may be interpolated to: beyond it, hardly a row was measured."""
@@ -37,7 +54,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type sensor_msgs/JointState, and expected is a topic of them; found "
+            f"{path}: holds no messages of type {listed(JOINT_TYPES)}, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     notes = [
@@ -48,7 +65,11 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
-    for channel in ("position", "velocity", "torque"):
+    if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
+        efforts = [stream for stream in joints if "torque" in stream.values]
+        outside = _asked(efforts, "external_torque", None, table, path)
+        joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
+    for channel in JOINT_CHANNELS:
         chosen = _asked(joints, channel, table.position.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
@@ -61,6 +82,9 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         parts[channel] = _by_label(named, channel, path, notes)
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
+    motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
+    if motors and motors[0].message == "unitree_go/msg/LowState":
+        notes.append(f"The foot forces of '{motors[0].topic}' are counts of uncalibrated sensors and not used.")
     return Source(
         path=path,
         channels={"time": Channel(1)}
@@ -68,6 +92,8 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes),
         others=(*idle, *others),
         time_unit="ns",
+        torque_source="motor_current" if motors else None,
+        motor_orders=ORDERS[motors[0].message] if motors else {},
     )
 
 
@@ -91,7 +117,7 @@ def _asked(
 def _by_label(
     streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str, notes: list[str]
 ) -> dict[str, Part]:
-    """Return where each label is found; a label of two topics is taken from `joint_states` or refused."""
+    """Return where each label is found; a label of two topics is taken from the usual one or refused."""
     offers: dict[str, list[Part]] = {}
     for stream, labels in streams:
         for column, label in enumerate(labels):
@@ -100,7 +126,7 @@ def _by_label(
     lost: dict[tuple[str, int], list[str]] = {}
     for label, found in offers.items():
         topics = list(dict.fromkeys(stream.topic for stream, _ in found))
-        usual = [topic for topic in topics if topic.rsplit("/", 1)[-1] == "joint_states"]
+        usual = [topic for topic in topics if _is_usual(topic)]
         if len(topics) > 1 and len(usual) != 1:
             raise LogError(
                 f"{path}: topics {listed(topics)} all hold {channel} of '{label}'; say which to take as "
@@ -117,6 +143,12 @@ def _by_label(
         for (topic, left), labels in lost.items()
     ]
     return parts
+
+
+def _is_usual(topic: str) -> bool:
+    """Return whether a topic is the one to take of several: Unitree's robots send `lf/lowstate` too, at a low rate."""
+    parts = topic.split("/")
+    return parts[-1] == "joint_states" or (parts[-1] == "lowstate" and "lf" not in parts)
 
 
 def _rate(stream: Stream) -> float:
@@ -165,14 +197,18 @@ def _load(
         topics = listed([stream.topic for stream in streams])
         raise LogError(f"{path}: topics {topics} have no time in common; expected streams of one recording")
     stamps = clock.stamps[rows[0] : rows[-1] + 1]
-    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len(streams) - 1]]
+    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
+    stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
+    notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
-        if stream.recorder_time:
-            notes.append(f"'{stream.topic}' has messages without a stamp: the recorder's time is taken.")
-        if stream is not clock:
+        if stream is clock:
+            continue
+        if np.array_equal(stream.stamps, clock.stamps):  # other parts of the same messages
+            on_clock[id(stream)] = {name: values[rows[0] : rows[-1] + 1] for name, values in stream.values.items()}
+        else:
             _refuse_slow(stream, clock, path)
             on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
             notes.append(how)

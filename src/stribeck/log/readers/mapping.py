@@ -26,6 +26,7 @@ UNITS: dict[str, dict[str, float]] = {
     "velocity": SPEED,
     "acceleration": RATE_OF_SPEED,
     "torque": EFFORT,
+    "external_torque": EFFORT,
     "temperature": {"degC": 1.0},
     "base_orientation": {},
     "angular_velocity": {unit: SPEED[unit] for unit in ("rad/s", "deg/s", "rpm")},

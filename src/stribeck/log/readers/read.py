@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.errors import LogError, errors_about
+from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
+from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
 from stribeck.log.readers.source import Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
+from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
 from stribeck.outputs import check_name
 from stribeck.settings import LogTable
@@ -30,6 +32,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".npz": open_npz,
     ".h5": open_hdf5,
     ".hdf5": open_hdf5,
+    ".mat": open_matlab,
     ".csv": open_csv,
     ".parquet": open_parquet,
     ".mcap": open_mcap,
@@ -45,7 +48,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
@@ -74,7 +77,10 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     table = robot.log_table if robot else LogTable()
     where = (robot.path if robot else "") or "robot file"
     check_table(table, where)
-    source = _opener(path)(path, table)
+    opener = _opener(path)
+    if table.columns and opener is not open_csv:
+        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
+    source, motor_notes = name_motors(opener(path, table), table, robot)
     selection = select(source, table, robot)
     with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
@@ -83,7 +89,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
-    notes = [*selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
+    notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     contact, contact_notes = _flags(channels.pop("contact", None), source.path)
     torque_source, torque_notes = _torque_source(source, robot)
