@@ -39,6 +39,8 @@ class RobotLog:
         [deg C], shape (T, n).
     torque_source
         Where the torque comes from.
+    in_amperes
+        Joints whose torque is a current [A]: nothing says yet how much torque an ampere makes.
     notes
         What the reader did to the data, a sentence each.
     path
@@ -72,6 +74,7 @@ class RobotLog:
     foot_wrench: Array | None = None
     temperature: Array | None = None
     torque_source: TorqueSource = "link_side_sensor"
+    in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     path: str = ""
 

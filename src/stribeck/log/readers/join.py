@@ -11,7 +11,7 @@ import numpy as np
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.source import VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
+from stribeck.log.readers.source import COMMAND, VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
 from stribeck.log.readers.topics import NANO, Stream
 from stribeck.settings import LogTable
 from stribeck.typing import Array
@@ -48,9 +48,15 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
+    commands = {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}
+    measured = [stream for stream in joints if stream.topic not in commands] or joints
     for channel in ("position", "velocity", "torque"):
-        chosen = _asked(joints, channel, table.position.name, table, path)
+        chosen = _asked(measured, channel, table.position.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
+    for channel, signal in COMMAND.items() if commands else ():
+        sent = [stream for stream in joints if stream.topic in commands]
+        chosen = _asked(sent, channel, table.desired_position.name, table, path)
+        parts[channel] = _by_label([(s, s.labels) for s in chosen if signal in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
         chosen = _asked(imus, channel, table.base_orientation.name, table, path)
@@ -78,7 +84,7 @@ def _asked(
     asked = getattr(table, channel).name or leader
     if asked is None:
         return streams
-    topics = {asked} if isinstance(asked, str) else set(asked)
+    topics = _topics(asked)
     missing = sorted(topics - {stream.topic for stream in streams})
     if missing:
         raise LogError(
@@ -86,6 +92,11 @@ def _asked(
             f"{listed([stream.topic for stream in streams])} of the type that holds it"
         )
     return [stream for stream in streams if stream.topic in topics]
+
+
+def _topics(name: str | list[str] | None) -> set[str]:
+    """Return the topics that a setting names."""
+    return {name} if isinstance(name, str) else set(name or ())
 
 
 def _by_label(
@@ -168,39 +179,47 @@ def _load(
     notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len(streams) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
+    held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
         if stream.recorder_time:
             notes.append(f"'{stream.topic}' has messages without a stamp: the recorder's time is taken.")
         if stream is not clock:
-            _refuse_slow(stream, clock, path)
-            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
+            if id(stream) not in held:
+                _refuse_slow(stream, clock, path)
+            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table, held=id(stream) in held)
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
+        signal = COMMAND.get(name, name)
         arrays[name] = np.stack(
-            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns], axis=1
+            [on_clock[id(p[0])][signal][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
+            axis=1,
         )
     return Loaded(arrays, tuple(notes))
 
 
 def _on_clock(
-    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable
+    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
-    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done."""
+    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done.
+
+    Flags and commands are `held` until the next one.
+    """
+    held = held or stream.kind == "flag"
     order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
     time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     longest = max(table.max_gap or BRIDGED, LONGEST * period)
-    pauses = bridges(query, time, longest) if stream.kind != "flag" else np.zeros(len(query), dtype=bool)
+    pauses = np.zeros(len(query), dtype=bool) if held else bridges(query, time, longest)
     result = {}
     for name, values in stream.values.items():
         ordered = values[order]
-        if name == "contact":
+        if held:
             result[name] = np.asarray(previous(query, time, ordered), dtype=np.float64)
         else:
             result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
             result[name][pauses] = np.nan
-    how = "held at its last value" if stream.kind == "flag" else "interpolated"
+    how = "held at its last value" if held else "interpolated"
     rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
     return result, f"'{stream.topic}' is {how}{rate} to that clock."
