@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args
 
@@ -217,8 +218,7 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     key = ".".join(str(part) for part in first["loc"])
     message = str(first["msg"])
     if first["type"] == "extra_forbidden":
-        *tables, last = first["loc"]
-        return f"unknown key '{key}'" + (f"; expected {_nearest(str(last), _keys(table, tables))}" if table else "")
+        return f"unknown key '{key}'" + (_nearest([str(part) for part in first["loc"]], table) if table else "")
     if first["type"] == "missing":
         return f"key '{key}' is missing"
     if not key:  # of the document as a whole
@@ -226,19 +226,33 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
 
 
-def _keys(table: type[BaseModel], loc: list[int | str]) -> list[str]:
-    """Return the keys of a table within a table."""
-    for part in loc:
-        if str(part) in table.model_fields:
-            annotation = table.model_fields[str(part)].annotation
-            inner = [annotation, *get_args(annotation)]
-            table = next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), table)
-    return list(table.model_fields)
+def _nearest(loc: list[str], table: type[BaseModel]) -> str:
+    """Return the key that an unknown one may mean: beside it, or of this name elsewhere; else all keys beside it."""
+    *tables, last = loc
+    beside = table
+    for part in tables:
+        if part in beside.model_fields:
+            beside = _table_of(beside, part) or beside
+    if near := get_close_matches(last, beside.model_fields, n=1):
+        return f"; did you mean '{'.'.join([*tables, *near])}'?"
+    elsewhere = [key for key in _dotted(table) if key.rpartition(".")[2] == last]
+    return f"; did you mean '{elsewhere[0]}'?" if elsewhere else f"; expected one of {', '.join(beside.model_fields)}"
 
 
-def _nearest(key: str, valid: list[str]) -> str:
-    near = get_close_matches(key, valid, n=1)
-    return f"'{near[0]}'" if near else f"one of {', '.join(valid)}"
+def _table_of(table: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """Return the table that a key of a table is, or holds by name; None of other keys."""
+    annotation = table.model_fields[key].annotation
+    inner = [annotation, *get_args(annotation)]
+    return next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), None)
+
+
+def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    """Yield the keys of a table and of the tables in it, as they are typed after `--set`."""
+    for key in table.model_fields:
+        inner = table.model_fields[key].annotation
+        yield prefix + key
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            yield from _dotted(inner, f"{prefix}{key}.")
 
 
 def _shown(value: object) -> str:

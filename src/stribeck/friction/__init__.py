@@ -1,6 +1,6 @@
 """Friction laws: the contract and one file a law."""
 
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction.assembled import Assembled as Assembled
 from stribeck.friction.asymmetric import Asymmetric as Asymmetric
 from stribeck.friction.coulomb_viscous import CoulombViscous as CoulombViscous
@@ -27,5 +27,6 @@ def get_law(name: str) -> FrictionLaw:
     if name == AUTO:
         return Assembled()
     if name not in LAWS:
-        raise SettingsError(f"law: found '{name}', expected one of {', '.join(sorted([*LAWS, AUTO]))}")
+        names = sorted([*LAWS, AUTO])
+        raise SettingsError(f"law: found '{name}', expected one of {', '.join(names)}{did_you_mean(name, names)}")
     return LAWS[name]()

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from stribeck.errors import RobotFileError
+from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.files import read_text
 from stribeck.robot.actuators import armature_warning, command_gains, motors_of
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
+from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
 from stribeck.settings import LogTable, MotorTable, RobotFile, RobotTable, Settings, describe, parse_toml
 from stribeck.typing import Array, TorqueSource
@@ -137,7 +138,7 @@ class Robot:
         Parameters
         ----------
         path
-            The model file.
+            The model file, or `package:NAME` of a package that brings it, as in a robot file.
         base
             Whether the base moves freely.
         contacts
@@ -163,17 +164,18 @@ class Robot:
         >>> Robot.from_model("arm.urdf", contacts={"hand": {"frame": "hand", "kind": "point"}})
         Robot('arm', floating base, 3 joints, 6 kg, contacts hand)
         """
+        path = model_path(str(path), Path())
         feet = {
             name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
         }
         table = {
-            "model": Path(path).name,
+            "model": path.name,
             "base": base,
             "torque_source": torque_source,
             "position_controlled": list(position_controlled),
             "gravity": list(gravity),
         }
-        return from_robot_file(_validated({"robot": table, "contacts": feet}, Path(path)), Path(path))
+        return from_robot_file(_validated({"robot": table, "contacts": feet}, path), path)
 
     from_urdf = from_model
 
@@ -283,7 +285,11 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         If the model cannot be read, or the file names joints or frames that it does not have.
     """
     table = file.robot
-    model, warnings = load_model(path.parent / table.model, table.base)
+    try:
+        file_of_model = model_path(table.model, path.parent)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: [robot] model = {error}") from error
+    model, warnings = load_model(file_of_model, table.base)
     model = lock_joints(model, table.locked, str(path))
     for name in table.position_controlled:
         require_joint(model, name, f"{path}: [robot] position_controlled")
@@ -304,7 +310,10 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         wanted["[robot] base_frame"] = table.base_frame
     for key, frame in wanted.items():
         if frame not in frames:
-            raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}")
+            raise RobotFileError(
+                f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
+                f"{did_you_mean(frame, frames)}"
+            )
     by_frame: dict[str, str] = {}
     for contact in contacts.values():
         other = by_frame.setdefault(contact.frame, contact.name)
@@ -321,7 +330,7 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         raise RobotFileError(f"{path}: {error}") from error
     if not any(inertia.mass > 0 or np.any(inertia.inertia) for inertia in list(tree.model.inertias)[1:]):
         raise RobotFileError(
-            f"{path.parent / table.model}: no link that moves has a mass; expected the masses and inertias of the links"
+            f"{file_of_model}: no link that moves has a mass; expected the masses and inertias of the links"
         )
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
     order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
@@ -343,7 +352,7 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         settings=file.identify,
         warnings=tuple(warnings),
         path=str(path),
-        model_path=str(path.parent / table.model),
+        model_path=str(file_of_model),
     )
 
 
@@ -357,6 +366,7 @@ def _couplings(table: RobotTable, joints: Sequence[str], path: str) -> dict[str,
         if unknown := [joint for joint in coupling.joints if joint not in measured]:
             raise RobotFileError(
                 f"{where} names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(measured)}"
+                f"{did_you_mean(unknown[0], measured)}"
             )
         if len(coupling.joints) < 2 or not all(coupling.joints.values()):
             raise RobotFileError(f"{where} needs two joints or more, each with a coefficient that is not 0")

@@ -11,13 +11,30 @@ import numpy as np
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.source import COMMAND, VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
+from stribeck.log.readers.messages import JOINT_TYPES
+from stribeck.log.readers.source import (
+    COMMAND,
+    JOINT_CHANNELS,
+    VECTOR_CHANNELS,
+    WRENCH,
+    Arrays,
+    Channel,
+    Loaded,
+    Source,
+    listed,
+)
 from stribeck.log.readers.topics import NANO, Stream
+from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 
 Part = tuple[Stream, int]
 """A stream, and the column of it that holds a joint, a foot or a component."""
+
+STAMPS = {
+    "recorder": "has messages without a stamp: the recorder's time is taken.",
+    "tick": "has messages without a stamp, which count milliseconds: they are laid on the recorder's time.",
+}
 
 SLOWEST = 10.0
 """Rows for each message that a joint's signal may be interpolated to: beyond it, hardly a row was measured."""
@@ -37,7 +54,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type sensor_msgs/JointState, and expected is a topic of them; found "
+            f"{path}: holds no messages of type {listed(JOINT_TYPES)}, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     notes = [
@@ -50,12 +67,11 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     parts: dict[str, dict[str, Part]] = {}
     commands = {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}
     measured = [stream for stream in joints if stream.topic not in commands] or joints
-    for channel in ("position", "velocity", "torque"):
-        chosen = _asked(measured, channel, table.position.name, table, path)
-        parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
-    for channel, signal in COMMAND.items() if commands else ():
-        sent = [stream for stream in joints if stream.topic in commands]
-        chosen = _asked(sent, channel, table.desired_position.name, table, path)
+    sent = [stream for stream in joints if stream.topic in commands]
+    for channel in JOINT_CHANNELS:
+        signal, of_command = COMMAND.get(channel, channel), channel in COMMAND
+        lead = table.desired_position if of_command else table.position
+        chosen = _asked(sent if of_command else measured, channel, lead.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if signal in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
@@ -67,6 +83,9 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         parts[channel] = _by_label(named, channel, path, notes)
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
+    motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
+    if motors and motors[0].message == "unitree_go/msg/LowState":
+        notes.append(f"The foot forces of '{motors[0].topic}' are counts of uncalibrated sensors and not used.")
     return Source(
         path=path,
         channels={"time": Channel(1)}
@@ -74,6 +93,8 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes),
         others=(*idle, *others),
         time_unit="ns",
+        torque_source="motor_current" if motors else None,
+        motor_orders=ORDERS[motors[0].message] if motors else {},
     )
 
 
@@ -102,7 +123,7 @@ def _topics(name: str | list[str] | None) -> set[str]:
 def _by_label(
     streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str, notes: list[str]
 ) -> dict[str, Part]:
-    """Return where each label is found; a label of two topics is taken from `joint_states` or refused."""
+    """Return where each label is found; a label of two topics is taken from the usual one or refused."""
     offers: dict[str, list[Part]] = {}
     for stream, labels in streams:
         for column, label in enumerate(labels):
@@ -111,7 +132,7 @@ def _by_label(
     lost: dict[tuple[str, int], list[str]] = {}
     for label, found in offers.items():
         topics = list(dict.fromkeys(stream.topic for stream, _ in found))
-        usual = [topic for topic in topics if topic.rsplit("/", 1)[-1] == "joint_states"]
+        usual = [topic for topic in topics if _is_usual(topic)]
         if len(topics) > 1 and len(usual) != 1:
             raise LogError(
                 f"{path}: topics {listed(topics)} all hold {channel} of '{label}'; say which to take as "
@@ -128,6 +149,12 @@ def _by_label(
         for (topic, left), labels in lost.items()
     ]
     return parts
+
+
+def _is_usual(topic: str) -> bool:
+    """Return whether a topic is the one to take of several: Unitree's robots send `lf/lowstate` too, at a low rate."""
+    parts = topic.split("/")
+    return parts[-1] == "joint_states" or (parts[-1] == "lowstate" and "lf" not in parts)
 
 
 def _rate(stream: Stream) -> float:
@@ -176,15 +203,19 @@ def _load(
         topics = listed([stream.topic for stream in streams])
         raise LogError(f"{path}: topics {topics} have no time in common; expected streams of one recording")
     stamps = clock.stamps[rows[0] : rows[-1] + 1]
-    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len(streams) - 1]]
+    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
+    stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
+    notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
     held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
-        if stream.recorder_time:
-            notes.append(f"'{stream.topic}' has messages without a stamp: the recorder's time is taken.")
-        if stream is not clock:
+        if stream is clock:
+            continue
+        if np.array_equal(stream.stamps, clock.stamps):  # other parts of the same messages
+            on_clock[id(stream)] = {name: values[rows[0] : rows[-1] + 1] for name, values in stream.values.items()}
+        else:
             if id(stream) not in held:
                 _refuse_slow(stream, clock, path)
             on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table, held=id(stream) in held)

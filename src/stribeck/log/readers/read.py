@@ -19,6 +19,7 @@ from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
 from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
+from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
 from stribeck.outputs import check_name
 from stribeck.settings import LogTable
@@ -77,7 +78,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     check_table(table, where)
     if robot:
         check_current(robot)
-    source = _opener(path)(path, table)
+    source, motor_notes = name_motors(_opener(path)(path, table), table, robot)
     selection = select(source, table, robot)
     with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
@@ -86,7 +87,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
-    notes = [*selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
+    notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
     if robot and robot.command_gains:

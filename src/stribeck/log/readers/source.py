@@ -16,7 +16,7 @@ import errno
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,8 @@ class Source:
         Unit of `time` where the file itself says so; settings do not change it.
     torque_source
         Where the torque comes from, where the file itself says so.
+    motor_orders
+        {robot: its joints by number}, where the file numbers its joints `motor_0`, `motor_1`, ... and is one of these.
     """
 
     path: str
@@ -84,6 +86,7 @@ class Source:
     others: tuple[str, ...] = ()
     time_unit: str | None = None
     torque_source: str | None = None
+    motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @contextmanager
