@@ -90,6 +90,7 @@ class LogTable(Table):
     velocity: ChannelTable = ChannelTable()
     acceleration: ChannelTable = ChannelTable()
     temperature: ChannelTable = ChannelTable()
+    external_torque: ChannelTable = ChannelTable()
     desired_position: ChannelTable = ChannelTable()
     desired_velocity: ChannelTable = ChannelTable()
     desired_torque: ChannelTable = ChannelTable()

@@ -37,6 +37,9 @@ class RobotLog:
         Force [N] and moment [N m] of the ground on the foot, in the contact frame, shape (T, feet, 6).
     temperature
         [deg C], shape (T, n).
+    external_torque
+        Of what is not in the model, on the joints, e.g. of a load motor: positive in the direction in which the
+        position grows [N m] or [N], shape (T, n).
     torque_source
         Where the torque comes from.
     in_amperes
@@ -73,6 +76,7 @@ class RobotLog:
     contact: NDArray[np.bool_] | None = None
     foot_wrench: Array | None = None
     temperature: Array | None = None
+    external_torque: Array | None = None
     torque_source: TorqueSource = "link_side_sensor"
     in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -88,6 +92,7 @@ class RobotLog:
             "velocity": (samples, joints),
             "acceleration": (samples, joints),
             "temperature": (samples, joints),
+            "external_torque": (samples, joints),
             "base_orientation": (samples, 4),
             "angular_velocity": (samples, 3),
             "linear_acceleration": (samples, 3),
@@ -109,6 +114,11 @@ class RobotLog:
         held = ", ".join(name for name in self.channels() if name != "time")
         place = f" of {self.path}" * bool(self.path)
         return f"RobotLog({len(self.time)} samples in {seconds:.4g} s{place}, {joints}: {names}; {held})"
+
+    def applied_torque(self, rows: slice = slice(None)) -> Array:
+        """Return the torques on the joints, measured and external, of which inverse dynamics leaves the friction's."""
+        torque = self.torque[rows]
+        return torque if self.external_torque is None else torque + self.external_torque[rows]
 
     def channels(self) -> dict[str, NDArray[np.generic]]:
         """Return the sampled channels that this log has, by name; the first axis of each is time."""

@@ -59,7 +59,7 @@ def with_joints(prepared: PreparedLog, joints: Sequence[str]) -> PreparedLog:
     if tuple(joints) == log.joint_names:
         return prepared
     order = [log.joint_names.index(name) for name in joints]
-    channels = ("position", "torque", "velocity", "acceleration", "temperature")
+    channels = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque")
     moved = {name: value[:, order] for name in channels if (value := getattr(log, name)) is not None}
     return replace(prepared, log=replace(log, joint_names=tuple(joints), **moved))
 

@@ -21,6 +21,7 @@ CHANNEL_UNITS = {
     "velocity": "rad/s",
     "acceleration": "rad/s²",
     "torque": "N m",
+    "external_torque": "N m",
     "base_orientation": "xyzw",
     "angular_velocity": "rad/s",
     "linear_acceleration": "m/s²",

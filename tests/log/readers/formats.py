@@ -62,6 +62,7 @@ def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
         contact=np.stack([np.sin(9 * time) > -0.1, np.sin(9 * time) < 0.1], axis=1),
         foot_wrench=rng.normal(size=(samples, 2, 6)),
         temperature=rng.uniform(20, 60, (samples, len(joints))),
+        external_torque=rng.normal(size=(samples, len(joints))),
     )
 
 
@@ -73,7 +74,7 @@ def arrays_of(log):
 def columns_of(log):
     """The log as columns named `<channel>.<label>`."""
     columns = {"time": log.time}
-    for name in ("position", "velocity", "acceleration", "torque", "temperature"):
+    for name in ("position", "velocity", "acceleration", "torque", "temperature", "external_torque"):
         columns |= {f"{name}.{joint}": getattr(log, name)[:, j] for j, joint in enumerate(log.joint_names)}
     for name in ("base_orientation", "angular_velocity", "linear_acceleration"):
         channel = getattr(log, name)
@@ -231,7 +232,7 @@ ROS = {
     "rosbag2 of mcap": write_rosbag2_of_mcap,
     "bag": write_bag,
 }
-"""Formats of messages, which have neither acceleration nor temperature."""
+"""Formats of messages, which have neither acceleration nor temperature nor external torque by themselves."""
 
 WRITERS = WHOLE | ROS
 

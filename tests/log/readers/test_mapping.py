@@ -199,12 +199,15 @@ def test_torque_of_position_controlled_joints_may_be_nan(tmp_path):
 
 def test_optional_channels_that_do_not_cover_the_robot(tmp_path):
     columns = columns_of(LOG)
-    del columns["velocity.knee"], columns["temperature.knee"]
+    for channel in ("velocity", "temperature", "external_torque"):
+        del columns[f"{channel}.knee"]
     pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
     log = read_log(tmp_path / "log.parquet", StubRobot())
     assert log.velocity is None
     assert np.isnan(log.temperature[:, 1]).all()
     np.testing.assert_array_equal(log.temperature[:, [0, 2]], LOG.temperature[:, [0, 2]])
+    np.testing.assert_array_equal(log.external_torque, LOG.external_torque * [1, 0, 1])
+    assert "No external torque of 'knee': zero is taken." in log.notes
 
 
 def test_missing_flags_take_the_value_before(tmp_path):

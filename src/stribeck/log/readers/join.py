@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -65,14 +66,16 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
-    commands = {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}
-    measured = [stream for stream in joints if stream.topic not in commands] or joints
-    sent = [stream for stream in joints if stream.topic in commands]
+    if commands := {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}:
+        joints = [_of_command(stream) if stream.topic in commands else stream for stream in joints]
+    if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
+        efforts = [stream for stream in joints if "torque" in stream.values]
+        outside = _asked(efforts, "external_torque", None, table, path)
+        joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
     for channel in JOINT_CHANNELS:
-        signal, of_command = COMMAND.get(channel, channel), channel in COMMAND
-        lead = table.desired_position if of_command else table.position
-        chosen = _asked(sent if of_command else measured, channel, lead.name, table, path)
-        parts[channel] = _by_label([(s, s.labels) for s in chosen if signal in s.values], channel, path, notes)
+        lead = table.desired_position if channel in COMMAND else table.position
+        chosen = _asked(joints, channel, lead.name, table, path)
+        parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
         chosen = _asked(imus, channel, table.base_orientation.name, table, path)
@@ -113,6 +116,11 @@ def _asked(
             f"{listed([stream.topic for stream in streams])} of the type that holds it"
         )
     return [stream for stream in streams if stream.topic in topics]
+
+
+def _of_command(stream: Stream) -> Stream:
+    """Return a stream of desired joint states under the names of these channels."""
+    return replace(stream, values={name: stream.values[of] for name, of in COMMAND.items() if of in stream.values})
 
 
 def _topics(name: str | list[str] | None) -> set[str]:
@@ -222,9 +230,8 @@ def _load(
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
-        signal = COMMAND.get(name, name)
         arrays[name] = np.stack(
-            [on_clock[id(p[0])][signal][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
+            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
             axis=1,
         )
     return Loaded(arrays, tuple(notes))

@@ -30,6 +30,7 @@ UNITS: dict[str, dict[str, float]] = {
     "desired_position": ANGLE,
     "desired_velocity": SPEED,
     "desired_torque": EFFORT,
+    "external_torque": EFFORT,
     "temperature": {"degC": 1.0},
     "base_orientation": {},
     "angular_velocity": {unit: SPEED[unit] for unit in ("rad/s", "deg/s", "rpm")},

@@ -157,6 +157,9 @@ def _joint_columns(
         missing = missing_torque
     if missing and needed:
         raise LogError(_missing_joint(channel, missing, places, source, robot))
+    if channel == "external_torque" and len(missing) < len(joints):
+        notes += [f"No external torque of {listed(missing)}: zero is taken."] * bool(missing)
+        missing = []
     if missing and channel != "temperature":
         notes.append(f"'{channel}' is left out: the log has none of {listed(missing)}.")
         return None

@@ -29,7 +29,7 @@ VECTOR = ("x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
 """Channels of a command, and what each of them is of."""
-JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", *COMMAND)
+JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
 FOOT_CHANNELS = ("contact", "foot_wrench")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)

@@ -33,7 +33,8 @@ def write_log(log: RobotLog, path: str | Path) -> list[str]:
     Returns
     -------
     left_out
-        Channels that the format has no place for: in messages, accelerations and temperatures.
+        Channels that the format has no place for: in messages, accelerations, temperatures and external
+        torques.
 
     Raises
     ------
