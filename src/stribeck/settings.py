@@ -103,6 +103,7 @@ class LogTable(Table):
     joint_order: list[str] = []  # names of the columns of arrays that come without names
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
     foot_order: list[str] = []
+    columns: list[str] = []  # names of all columns of a CSV file that has no line of names
     rate: Positive | None = None  # [Hz], for logs without a time channel
     max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 periods, 10 ms at least
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.errors import LogError, errors_about
+from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.hdf5 import open_hdf5
@@ -78,7 +78,10 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     check_table(table, where)
     if robot:
         check_current(robot)
-    source, motor_notes = name_motors(_opener(path)(path, table), table, robot)
+    opener = _opener(path)
+    if table.columns and opener is not open_csv:
+        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
+    source, motor_notes = name_motors(opener(path, table), table, robot)
     selection = select(source, table, robot)
     with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})

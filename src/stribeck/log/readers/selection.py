@@ -110,17 +110,18 @@ def _labels(
     """Return a name for every column of a channel: the log's own, the agreed order's, or the robot's."""
     if name == "time":
         return ("time",)
-    if name in VECTOR_CHANNELS:
-        return channel.labels or VECTOR_CHANNELS[name][: channel.columns]
     feet = name in FOOT_CHANNELS
     width = len(WRENCH) if name == "foot_wrench" else 1
     setting = "foot_order" if feet else "joint_order"
     agreed = tuple(getattr(table, setting))
     own = () if robot is None else tuple(robot.contacts) if feet else robot.joint_names
+    labels = _without_numbers(name, channel.labels, {*own, *(table.foot_names if feet else table.joint_names)}, source)
+    if name in VECTOR_CHANNELS:
+        return labels or VECTOR_CHANNELS[name][: channel.columns]
     asked = getattr(table, name).name
     strange = isinstance(asked, list) and not {table.joint_names.get(one, one) for one in asked} & set(own)
-    if channel.labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
-        names = channel.labels
+    if labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
+        names = labels
     elif agreed:
         names = widened(agreed, width)
     elif len(own) * width == channel.columns:
@@ -141,6 +142,27 @@ def _labels(
             f"({listed(names)}); expected one name a column"
         )
     return names
+
+
+def _without_numbers(
+    name: str, labels: tuple[str, ...] | None, known: set[str], source: Source
+) -> tuple[str, ...] | None:
+    """Return a channel's labels, or None where they are numbers that only count its columns.
+
+    Raises
+    ------
+    LogError
+        If they count and leave one out.
+    """
+    if not labels or known & set(labels) or not all(label.isdecimal() for label in labels):
+        return labels
+    first = min(1, int(labels[0]))
+    if [int(label) for label in labels] != list(range(first, first + len(labels))):
+        raise LogError(
+            f"{source.path}: the columns of '{name}' have the numbers {listed(labels, 20)}; expected "
+            f"{first}, {first + 1}, ... {first + len(labels) - 1}, each once, in the order of the joints or feet"
+        )
+    return None
 
 
 def _joint_columns(
