@@ -31,7 +31,7 @@ extensions = [
 
 NAVIGATION = {
     "index": {
-        "First steps": ["tour", "logs", "robot-file", "test-bed", "result", "verdicts", "findings", "export", "replay"],
+        "First steps": ["tour", "logs", "robot-file", "test-bed", "result", "verdicts", "findings", "plan", "export", "replay"],
         "The method": [
             "laws/index",
             "mathematics",

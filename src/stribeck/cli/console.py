@@ -13,6 +13,7 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from stribeck.inspection import Inspection
+    from stribeck.planning.plan import Plan
     from stribeck.replay.replay import Replay
     from stribeck.result import ParameterEstimate, Result
     from stribeck.result.compare import Comparison
@@ -22,6 +23,8 @@ STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not e
 HELD_OUT = "RMS held out\n[N m]"
 WIDE = 110
 """Columns from which a line has friction at all speeds, not at the middle one alone."""
+MOST_WIDTH = 1.0
+"""Half of an interval over the value [1] from which on friction counts as unknown."""
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
 
@@ -215,6 +218,34 @@ def print_comparison(found: Comparison) -> None:
     console = _show(table, [row.joint for row in found.rows])
     for joint, reason in found.missing.items():
         console.print(f"{joint}: {reason}", markup=False)
+
+
+def print_plan(found: Plan) -> None:
+    """Print a sentence a joint, then a line for each motion that was tried, the best first."""
+    if not found.joints:
+        print("nothing to plan: no joint is weak or not excited")
+        return
+    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "± of the\nfriction", "enough\nfrom [s]")
+    table = _table(f"{found.robot}: what a log of each motion would say", ["joint", "motion"], numbers)
+    for name, joint in found.joints.items():
+        for k, one in enumerate(joint.candidates):
+            spans = one.slowest not in (0.0, one.fastest)
+            speed = f"{one.slowest:.2g} to {one.fastest:.2g}" if spans else f"{one.fastest:.2g}"
+            table.add_row(
+                Text(name if k == 0 else ""),
+                Text(one.motion),
+                speed + " m/s" * (joint.unit == "m/s"),
+                str(one.reversals),
+                f"{one.duration:.0f}",
+                f"{100 * one.relative_width:.2g} %" if one.relative_width < MOST_WIDTH else "unknown",
+                "" if one.needed is None else f"{one.needed:.0f}",
+                end_section=k == len(joint.candidates) - 1,
+            )
+    console = _show(table, found.joints)
+    for name, joint in found.joints.items():
+        console.print(f"{name}: {joint.verdict}: {joint.advice}", markup=False)
+    for note in found.notes:
+        console.print(f"note: {note}", markup=False)
 
 
 def print_replay(found: Replay) -> None:

@@ -212,6 +212,13 @@ class Robot:
         return np.where(found > 0, found, np.inf)
 
     @cached_property
+    def speed_limits(self) -> Array:
+        """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
+        found = np.empty(len(self.joint_names))
+        found[self.tree.columns] = self.tree.model.velocityLimit[self.tree.root_size :]
+        return np.where(found > 0, found, np.inf)
+
+    @cached_property
     def prismatic(self) -> tuple[bool, ...]:
         """Whether each joint is prismatic."""
         return tuple(axis.prismatic for axis in self.tree.axes)

@@ -14,6 +14,7 @@ from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
+from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
@@ -32,6 +33,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".npz": open_npz,
     ".h5": open_hdf5,
     ".hdf5": open_hdf5,
+    ".mat": open_matlab,
     ".csv": open_csv,
     ".parquet": open_parquet,
     ".mcap": open_mcap,
@@ -47,7 +49,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
