@@ -42,6 +42,7 @@ NAVIGATION = {
             "plan",
             "export",
             "replay",
+            "compare",
         ],
         "The method": [
             "laws/index",
