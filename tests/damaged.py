@@ -29,7 +29,7 @@ from tests.log.readers.formats import (
     write_rosbag2,
 )
 
-SUFFIXES = (".npz", ".h5", ".csv", ".parquet", ".mcap", ".bag")
+SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag")
 
 
 def main_file(path: Path) -> Path:

@@ -33,6 +33,13 @@ class CouplingTable(Table):
     name: str | None = None
 
 
+class MotorTable(Table):
+    """`[robot.motors.<joint>]`: from what the log holds of a motor to the torque of its joint."""
+
+    torque_constant: Positive | None = None  # [N m/A], of a log in amperes
+    ratio: Positive = 1.0  # [1], of the gear; of a prismatic joint [1/m] or as its torque constant has it
+
+
 class RobotTable(Table):
     """`[robot]`: which model, and the role of its joints."""
 
@@ -45,6 +52,9 @@ class RobotTable(Table):
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
     couplings: list[CouplingTable] = []
+    motors: dict[str, MotorTable] = {}
+    kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
+    kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
     gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
 
 
@@ -81,6 +91,9 @@ class LogTable(Table):
     acceleration: ChannelTable = ChannelTable()
     temperature: ChannelTable = ChannelTable()
     external_torque: ChannelTable = ChannelTable()
+    desired_position: ChannelTable = ChannelTable()
+    desired_velocity: ChannelTable = ChannelTable()
+    desired_torque: ChannelTable = ChannelTable()
     base_orientation: ChannelTable = ChannelTable()
     angular_velocity: ChannelTable = ChannelTable()
     linear_acceleration: ChannelTable = ChannelTable()
@@ -90,6 +103,7 @@ class LogTable(Table):
     joint_order: list[str] = []  # names of the columns of arrays that come without names
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
     foot_order: list[str] = []
+    columns: list[str] = []  # names of all columns of a CSV file that has no line of names
     rate: Positive | None = None  # [Hz], for logs without a time channel
     max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 periods, 10 ms at least
 

@@ -59,6 +59,7 @@ FORMATS = (
 )
 ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
+PLAN = "plan.json"
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -228,6 +229,41 @@ def export(
 
 
 @app.command()
+def plan(
+    result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
+    robot: RobotOption,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for plan.json.")] = None,
+    joints: Annotated[
+        str | None, typer.Option(help="Joints to plan for, a,b,c; weak or not excited ones if none.")
+    ] = None,
+    held: Annotated[str, typer.Option(help="Axis of a floating base that points up: x, -x, y, -y, z or -z.")] = "z",
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Say which motion would make the friction of weak joints known, and how long it takes."""
+    from stribeck.planning.plan import plan as run
+    from stribeck.robot import Robot
+
+    file = _result_file(result)
+    outputs = [output / PLAN] if output else []
+    machine = Robot.from_file(robot)
+    check_outputs(outputs, [file, *_files_of(robot)], overwrite)
+    asked = None if joints is None else [name.strip() for name in joints.split(",")]
+    with progress_bar(quiet) as progress:
+        progress("planning", 0.1)
+        found = run(file, machine, joints=asked, held=held)
+    if output is not None:
+        with staged_folder(output) as staging:
+            (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    elif not quiet:
+        console.print_plan(found)
+        console.print_paths(outputs)
+
+
+@app.command()
 def replay(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
     robot: RobotOption,
@@ -264,24 +300,45 @@ def replay(
 
 @app.command()
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="A/result.json", help="A result.")],
-    second: Annotated[
-        Path | None, typer.Argument(metavar="[B/result.json]", help="Another one; without it, left against right of A.")
-    ] = None,
+    results: Annotated[
+        list[Path],
+        typer.Argument(metavar="RESULT", help="result.json of a robot, the oldest first; of one, its left and right."),
+    ],
+    names: Annotated[str | None, typer.Option(help="What to call the results, a,b,c; by their logs if none.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Show what changed between two results, or between left and right of one."""
+    """Show what changed between results of a robot, or between left and right of one."""
+    from stribeck.report.comparison import write_comparison
     from stribeck.result import read_result
-    from stribeck.result.compare import compare as compare_results
+    from stribeck.result.compare import compare as compare_two
     from stribeck.result.compare import compare_sides
+    from stribeck.result.history import history, history_of_sides
 
-    a = read_result(_result_file(first))
-    found = compare_sides(a) if second is None else compare_results(a, read_result(_result_file(second)))
+    files = [_result_file(path) for path in results]
+    check_outputs([output] if output else [], files, overwrite)
+    read = [read_result(path) for path in files]
+    labels = None if names is None else [name.strip() for name in names.split(",")]
+    if labels and len(read) == 1:
+        raise SettingsError("--names: one result has its left and right to compare; leave the names out")
+    changes = history_of_sides(read[0]) if len(read) == 1 else history(read, labels)
+    pair = None
+    if len(read) == 1:
+        pair = compare_sides(read[0])
+    elif len(read) == 2:
+        pair = compare_two(read[0], read[1], names=(labels[0], labels[1]) if labels else None)
+    if output is not None:
+        write_comparison(changes, output)
     if json:
-        typer.echo(found.to_json(), nl=False)
+        typer.echo((pair or changes).to_json(), nl=False)
     elif not quiet:
-        console.print_comparison(found)
+        if pair:
+            console.print_comparison(pair)
+        else:
+            console.print_history(changes)
+        console.print_paths([output] if output else [])
 
 
 @app.command()
