@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.typing import Array, TorqueSource
+
+if TYPE_CHECKING:
+    from stribeck.robot import Robot
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -123,6 +128,37 @@ class RobotLog:
         """Return the torques on the joints, measured and external, of which inverse dynamics leaves the friction's."""
         torque = self.torque[rows]
         return torque if self.external_torque is None else torque + self.external_torque[rows]
+
+    @staticmethod
+    def from_frame(frame: object, robot: Robot | None = None) -> RobotLog:
+        """Read a log from a table in memory.
+
+        Parameters
+        ----------
+        frame
+            Of pandas, polars or another library with the Arrow interface (`__arrow_c_stream__`). Its columns are named
+            as those of a log in Parquet or CSV; an index that has a name counts as a column.
+        robot
+            Whose joints to read, in whose order, and whose `[log]` settings to follow; the log's own joints if None.
+
+        Raises
+        ------
+        LogError
+            If it is no frame, or lacks joints that the robot has.
+        SettingsError
+            If `[log]` asks for what makes no sense.
+
+        Examples
+        --------
+        >>> import pandas
+        >>> names = [f"{channel}.{joint}" for channel in ("position", "torque") for joint in log.joint_names]
+        >>> values = np.hstack([log.position, log.torque])
+        >>> frame = pandas.DataFrame(values, columns=names, index=pandas.Index(log.time, name="time"))
+        >>> RobotLog.from_frame(frame, robot)
+        RobotLog(12000 samples in 12 s, 3 joints: shoulder, elbow, slide; position, torque)
+        """
+        readers = import_module("stribeck.log.readers")  # which know RobotLog, and are not needed before
+        return cast(RobotLog, readers.read_frame(frame, robot))
 
     def channels(self) -> dict[str, NDArray[np.generic]]:
         """Return the sampled channels that this log has, by name; the first axis of each is time."""
