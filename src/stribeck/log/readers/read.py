@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.hdf5 import open_hdf5
+from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
@@ -38,7 +39,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".mcap": open_mcap,
     ".bag": open_rosbag,
 }
-"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml."""
+"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` cuts out what comes of it
@@ -48,7 +49,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2 or LeRobot
+        dataset.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
@@ -122,10 +124,16 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return open_rosbag
-        raise LogError(f"{path}: is a folder without metadata.yaml; expected a log file, or a rosbag2 folder")
+        if (path / INFO).is_file():
+            return open_lerobot
+        raise LogError(
+            f"{path}: is a folder without metadata.yaml or {INFO}; expected a log file, a rosbag2 folder or a LeRobot "
+            "dataset"
+        )
     if path.suffix.lower() not in FORMATS:
         raise LogError(
-            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)} or a rosbag2 folder"
+            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
+            "LeRobot dataset"
         )
     if size == 0:
         raise LogError(f"{path}: is empty; expected a log")

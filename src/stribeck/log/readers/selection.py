@@ -49,8 +49,8 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     """
     if "position" not in source.channels:
         raise LogError(
-            f"{source.path}: holds no joint positions; expected {_expected('position')}, or its name as [log.position] "
-            f"name (found {listed(_holdings(source))})"
+            f"{source.path}: holds no joint positions; expected {_expected('position', source)}, or its name as "
+            f"[log.position] name (found {listed(_holdings(source))})"
         )
     notes: list[str] = []
     labels = {
@@ -183,13 +183,16 @@ def _no_torque(source: Source, joints: Sequence[str], robot: Robot | None) -> di
     if robot is not None and set(joints) <= set(robot.position_controlled):
         return {"torque": [-1] * len(joints)}
     raise LogError(
-        f"{source.path}: holds no joint torques; expected {_expected('torque')}, or its name as [log.torque] name "
-        f"(found {listed(_holdings(source))})"
+        f"{source.path}: holds no joint torques; expected {_expected('torque', source)}, or its name as [log.torque] "
+        f"name (found {listed(_holdings(source))})"
     )
 
 
-def _expected(channel: str) -> str:
-    return f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+def _expected(channel: str, source: Source) -> str:
+    return (
+        source.expected.get(channel)
+        or f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+    )
 
 
 def _holdings(source: Source) -> list[str]:
