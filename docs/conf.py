@@ -31,7 +31,19 @@ extensions = [
 
 NAVIGATION = {
     "index": {
-        "First steps": ["tour", "logs", "robot-file", "test-bed", "result", "verdicts", "findings", "plan", "export", "replay"],
+        "First steps": [
+            "tour",
+            "logs",
+            "robot-file",
+            "test-bed",
+            "result",
+            "verdicts",
+            "findings",
+            "plan",
+            "export",
+            "replay",
+            "compare",
+        ],
         "The method": [
             "laws/index",
             "mathematics",

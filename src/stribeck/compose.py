@@ -188,6 +188,7 @@ def _evidence(
             *(note for part in friction.logs for note in part.notes),
         ],
         correction=correction,
+        torque_source=prepared[0].log.torque_source,
     )
 
 

@@ -33,6 +33,13 @@ class CouplingTable(Table):
     name: str | None = None
 
 
+class MotorTable(Table):
+    """`[robot.motors.<joint>]`: from what the log holds of a motor to the torque of its joint."""
+
+    torque_constant: Positive | None = None  # [N m/A], of a log in amperes
+    ratio: Positive = 1.0  # [1], of the gear; of a prismatic joint [1/m] or as its torque constant has it
+
+
 class RobotTable(Table):
     """`[robot]`: which model, and the role of its joints."""
 
@@ -45,6 +52,9 @@ class RobotTable(Table):
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
     couplings: list[CouplingTable] = []
+    motors: dict[str, MotorTable] = {}
+    kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
+    kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
     gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
 
 
@@ -81,6 +91,9 @@ class LogTable(Table):
     acceleration: ChannelTable = ChannelTable()
     temperature: ChannelTable = ChannelTable()
     external_torque: ChannelTable = ChannelTable()
+    desired_position: ChannelTable = ChannelTable()
+    desired_velocity: ChannelTable = ChannelTable()
+    desired_torque: ChannelTable = ChannelTable()
     base_orientation: ChannelTable = ChannelTable()
     angular_velocity: ChannelTable = ChannelTable()
     linear_acceleration: ChannelTable = ChannelTable()

@@ -42,6 +42,8 @@ class RobotLog:
         position grows [N m] or [N], shape (T, n).
     torque_source
         Where the torque comes from.
+    in_amperes
+        Joints whose torque is a current [A]: nothing says yet how much torque an ampere makes.
     notes
         What the reader did to the data, a sentence each.
     path
@@ -76,6 +78,7 @@ class RobotLog:
     temperature: Array | None = None
     external_torque: Array | None = None
     torque_source: TorqueSource = "link_side_sensor"
+    in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     path: str = ""
 

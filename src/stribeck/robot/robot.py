@@ -14,11 +14,12 @@ from pydantic import ValidationError
 
 from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.files import read_text
+from stribeck.robot.actuators import armature_warning, command_gains, motors_of
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import LogTable, RobotFile, RobotTable, Settings, describe, parse_toml
+from stribeck.settings import LogTable, MotorTable, RobotFile, RobotTable, Settings, describe, parse_toml
 from stribeck.typing import Array, TorqueSource
 
 ENDLESS = 4 * np.pi
@@ -61,6 +62,11 @@ class Robot:
         In the world, or in the frame of a fixed base [m/s^2], shape (3,).
     torque_source, log_table, settings
         As the robot file says.
+    motors
+        By joint: what its torque is made of, where the log holds currents or torques before the gear.
+    command_gains
+        kp [N m/rad] and kd [N m s/rad] of the law that commands torques, shape (n,) each; zero for joints under
+        position control. None where the log holds torques.
     couplings
         By name, coefficients b_j of torque-controlled joints: friction R(sum_j b_j v_j) acts on joint j as b_j R.
     warnings
@@ -87,6 +93,8 @@ class Robot:
     base_frame: str = BASE_FRAME
     gravity: Array
     torque_source: TorqueSource = "link_side_sensor"
+    motors: dict[str, MotorTable] = field(default_factory=dict)
+    command_gains: tuple[Array, Array] | None = None
     couplings: dict[str, dict[str, float]] = field(default_factory=dict)
     log_table: LogTable = field(default_factory=LogTable)
     settings: Settings = field(default_factory=Settings)
@@ -137,7 +145,8 @@ class Robot:
             Of a floating base: name of each foot -> its frame in the model, a surface; or, as in a robot file, a
             mapping `{"frame": ..., "kind": "point"}`.
         torque_source
-            Where the torques of its logs come from: "link_side_sensor", "motor_current" or "command".
+            Where the torques of its logs come from: "link_side_sensor", "motor_side_sensor", "motor_current" or
+            "command".
         position_controlled
             Joints whose torque is not measured and whose motion is taken as given.
         gravity
@@ -332,11 +341,8 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         )
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
     order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
-    if table.torque_source == "link_side_sensor" and np.any(tree.model.armature):
-        warnings.append(
-            "the dynamics include an armature although torque_source is 'link_side_sensor': a torque sensor behind the "
-            "gear does not feel the rotor; set [robot] armature to 0 for those joints if the model's is the rotor's"
-        )
+    if np.any(tree.model.armature):
+        warnings += armature_warning(table.torque_source)
     return Robot(
         name=table.name or str(model.name),
         tree=tree,
@@ -346,6 +352,8 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         base_frame=table.base_frame or BASE_FRAME,
         gravity=gravity,
         torque_source=table.torque_source,
+        motors=motors_of(table, names, str(path)),
+        command_gains=command_gains(table, [names[k] for k in order], str(path)),
         couplings=_couplings(table, names, str(path)),
         log_table=file.log,
         settings=file.identify,

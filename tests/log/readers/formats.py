@@ -32,7 +32,13 @@ class StubRobot:
     contacts: dict = field(default_factory=lambda: dict.fromkeys(FEET))
     log_table: LogTable = field(default_factory=LogTable)
     torque_source: str = "link_side_sensor"
+    motors: dict = field(default_factory=dict)
+    command_gains: tuple | None = None
     path: str = "robot.toml"
+
+    @property
+    def torque_controlled(self):
+        return [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
 
 
 def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):

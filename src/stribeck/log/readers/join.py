@@ -14,6 +14,7 @@ from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.messages import JOINT_TYPES
 from stribeck.log.readers.source import (
+    COMMAND,
     JOINT_CHANNELS,
     VECTOR_CHANNELS,
     WRENCH,
@@ -65,12 +66,15 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
+    if commands := {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}:
+        joints = [_of_command(stream) if stream.topic in commands else stream for stream in joints]
     if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
         efforts = [stream for stream in joints if "torque" in stream.values]
         outside = _asked(efforts, "external_torque", None, table, path)
         joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
     for channel in JOINT_CHANNELS:
-        chosen = _asked(joints, channel, table.position.name, table, path)
+        lead = table.desired_position if channel in COMMAND else table.position
+        chosen = _asked(joints, channel, lead.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
@@ -104,7 +108,7 @@ def _asked(
     asked = getattr(table, channel).name or leader
     if asked is None:
         return streams
-    topics = {asked} if isinstance(asked, str) else set(asked)
+    topics = _topics(asked)
     missing = sorted(topics - {stream.topic for stream in streams})
     if missing:
         raise LogError(
@@ -112,6 +116,16 @@ def _asked(
             f"{listed([stream.topic for stream in streams])} of the type that holds it"
         )
     return [stream for stream in streams if stream.topic in topics]
+
+
+def _of_command(stream: Stream) -> Stream:
+    """Return a stream of desired joint states under the names of these channels."""
+    return replace(stream, values={name: stream.values[of] for name, of in COMMAND.items() if of in stream.values})
+
+
+def _topics(name: str | list[str] | None) -> set[str]:
+    """Return the topics that a setting names."""
+    return {name} if isinstance(name, str) else set(name or ())
 
 
 def _by_label(
@@ -202,6 +216,7 @@ def _load(
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
     stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
     notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
+    held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
         if stream is clock:
@@ -209,34 +224,40 @@ def _load(
         if np.array_equal(stream.stamps, clock.stamps):  # other parts of the same messages
             on_clock[id(stream)] = {name: values[rows[0] : rows[-1] + 1] for name, values in stream.values.items()}
         else:
-            _refuse_slow(stream, clock, path)
-            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
+            if id(stream) not in held:
+                _refuse_slow(stream, clock, path)
+            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table, held=id(stream) in held)
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
         arrays[name] = np.stack(
-            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns], axis=1
+            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
+            axis=1,
         )
     return Loaded(arrays, tuple(notes))
 
 
 def _on_clock(
-    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable
+    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
-    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done."""
+    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done.
+
+    Flags and commands are `held` until the next one.
+    """
+    held = held or stream.kind == "flag"
     order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
     time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     longest = max(table.max_gap or BRIDGED, LONGEST * period)
-    pauses = bridges(query, time, longest) if stream.kind != "flag" else np.zeros(len(query), dtype=bool)
+    pauses = np.zeros(len(query), dtype=bool) if held else bridges(query, time, longest)
     result = {}
     for name, values in stream.values.items():
         ordered = values[order]
-        if name == "contact":
+        if held:
             result[name] = np.asarray(previous(query, time, ordered), dtype=np.float64)
         else:
             result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
             result[name][pauses] = np.nan
-    how = "held at its last value" if stream.kind == "flag" else "interpolated"
+    how = "held at its last value" if held else "interpolated"
     rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
     return result, f"'{stream.topic}' is {how}{rate} to that clock."

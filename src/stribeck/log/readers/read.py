@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
+from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
@@ -18,7 +19,7 @@ from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
-from stribeck.log.readers.source import Arrays, Source, foreign, listed
+from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
 from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
@@ -79,6 +80,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     table = robot.log_table if robot else LogTable()
     where = (robot.path if robot else "") or "robot file"
     check_table(table, where)
+    if robot:
+        check_current(robot)
     opener = _opener(path)
     if table.columns and opener is not open_csv:
         raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
@@ -93,18 +96,24 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
     notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
+    time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
+    if robot and robot.command_gains:
+        time, channels, command_notes = _command(time, channels, robot, source.path)
+        delay_notes += command_notes
+    in_amperes = through_motors(channels["torque"], robot) if robot else ()
     contact, contact_notes = _flags(channels.pop("contact", None), source.path)
     torque_source, torque_notes = _torque_source(source, robot)
     shape = (-1, len(selection.foot_names), 6)
-    wrench = channels.pop("foot_wrench").reshape(shape)[rows] if "foot_wrench" in channels else None
+    wrench = channels.pop("foot_wrench").reshape(shape) if "foot_wrench" in channels else None
     return RobotLog(
-        time=time[rows],
+        time=time,
         joint_names=selection.joint_names,
         foot_names=selection.foot_names,
-        contact=None if contact is None else contact[rows],
+        contact=contact,
         foot_wrench=wrench,
-        **{name: values[rows] for name, values in channels.items()},
+        **channels,
         torque_source=torque_source,
+        in_amperes=in_amperes,
         notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
         path=str(path),
     )
@@ -177,12 +186,23 @@ def _channels(source: Source, selection: Selection, loaded: Arrays, samples: int
     return channels
 
 
+def _command(
+    time: Array, channels: dict[str, Array], robot: Robot, path: str
+) -> tuple[Array, dict[str, Array], list[str]]:
+    """Put the commanded torque in the place of the command, `[log.torque] delay` taken out of it."""
+    torque, note = commanded_torque(channels, robot, path)
+    of_torque = {"torque": torque}
+    rows, notes = advance(of_torque, time, robot.log_table, path)
+    kept = {name: values for name, values in channels.items() if name not in COMMAND} | of_torque
+    return time[rows], {name: values[rows] for name, values in kept.items()}, [note, *notes]
+
+
 def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:
     """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
     if "temperature" in channels:
         channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
     joints_by_rows: dict[int, list[str]] = {}
-    for joint in robot.position_controlled if robot else ():
+    for joint in robot.position_controlled if robot and "torque" in channels else ():
         torque = channels["torque"][:, selection.joint_names.index(joint)]
         unknown = ~np.isfinite(torque)
         if unknown.any():

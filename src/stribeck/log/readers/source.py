@@ -27,7 +27,9 @@ from stribeck.log.storage import too_large
 QUATERNION = ("x", "y", "z", "w")
 VECTOR = ("x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque")
+COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
+"""Channels of a command, and what each of them is of."""
+JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
 FOOT_CHANNELS = ("contact", "foot_wrench")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
