@@ -83,7 +83,7 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     if commanded and "desired_position" not in columns:
         raise LogError(
             f"{source.path}: [robot] kp and kd make torques of a command, and the log holds no desired positions; "
-            f"expected {_expected('desired_position')}, or its name as [log.desired_position] name (found "
+            f"expected {_expected('desired_position', source)}, or its name as [log.desired_position] name (found "
             f"{listed(_holdings(source))})"
         )
     if "torque" not in columns and not commanded:
