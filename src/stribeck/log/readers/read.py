@@ -227,7 +227,8 @@ def _flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, 
     strange = contact[(contact != 0) & (contact != 1)]
     if strange.size:
         raise LogError(
-            f"{path}: 'contact' holds {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench')"
+            f"{path}: 'contact' holds {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench' or "
+            "'foot_force')"
         )
     return contact > 0.5, notes
 

@@ -31,7 +31,7 @@ COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desi
 """Channels of a command, and what each of them is of."""
 JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
-FOOT_CHANNELS = ("contact", "foot_wrench")
+FOOT_CHANNELS = ("contact", "foot_wrench", "foot_force")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
 
 UNREADABLE = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
