@@ -99,6 +99,7 @@ class LogTable(Table):
     linear_acceleration: ChannelTable = ChannelTable()
     contact: ChannelTable = ChannelTable()
     foot_wrench: ChannelTable = ChannelTable()
+    foot_force: ChannelTable = ChannelTable()
     joint_names: dict[str, str] = {}  # the log's name -> the model's name
     joint_order: list[str] = []  # names of the columns of arrays that come without names
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name

@@ -62,6 +62,7 @@ def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
         foot_names=FEET,
         contact=np.stack([np.sin(9 * time) > -0.1, np.sin(9 * time) < 0.1], axis=1),
         foot_wrench=rng.normal(size=(samples, 2, 6)),
+        foot_force=rng.normal(size=(samples, 2)),
         temperature=rng.uniform(20, 60, (samples, len(joints))),
         external_torque=rng.normal(size=(samples, len(joints))),
     )
@@ -82,6 +83,7 @@ def columns_of(log):
         columns |= {f"{name}.{'xyzw'[i]}": channel[:, i] for i in range(channel.shape[1])}
     for f, foot in enumerate(log.foot_names):
         columns[f"contact.{foot}"] = log.contact[:, f]
+        columns[f"foot_force.{foot}"] = log.foot_force[:, f]
         columns |= {f"foot_wrench.{foot}.{axis}": log.foot_wrench[:, f, i] for i, axis in enumerate(AXES)}
     return columns
 

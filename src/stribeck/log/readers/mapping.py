@@ -37,6 +37,7 @@ UNITS: dict[str, dict[str, float]] = {
     "linear_acceleration": {"m/s^2": 1.0, "g": 9.80665},  # standard gravity
     "contact": {},
     "foot_wrench": EFFORT,
+    "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
 """Units that each channel may be logged in, as factors to SI."""
 
