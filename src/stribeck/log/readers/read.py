@@ -15,6 +15,7 @@ from stribeck.log.readers.actuators import check_current, commanded_torque, thro
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.frame import table_of_frame
 from stribeck.log.readers.hdf5 import open_hdf5
+from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
@@ -41,7 +42,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".mcap": open_mcap,
     ".bag": open_rosbag,
 }
-"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml."""
+"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` cuts out what comes of it
@@ -51,7 +52,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2 or LeRobot
+        dataset.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
@@ -137,6 +139,17 @@ def _read(source: Source, robot: Robot | None, table: LogTable, where: str, path
     )
 
 
+def open_log(path: Path, table: LogTable) -> Source:
+    """Open a log by its suffix: what it offers, before anything is read.
+
+    Raises
+    ------
+    LogError
+        If it is missing, damaged or of an unknown format.
+    """
+    return _opener(path)(path, table)
+
+
 def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     """Return the reader of a file's format, by its suffix."""
     check_name(path)
@@ -151,10 +164,16 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return open_rosbag
-        raise LogError(f"{path}: is a folder without metadata.yaml; expected a log file, or a rosbag2 folder")
+        if (path / INFO).is_file():
+            return open_lerobot
+        raise LogError(
+            f"{path}: is a folder without metadata.yaml or {INFO}; expected a log file, a rosbag2 folder or a LeRobot "
+            "dataset"
+        )
     if path.suffix.lower() not in FORMATS:
         raise LogError(
-            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)} or a rosbag2 folder"
+            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
+            "LeRobot dataset"
         )
     if size == 0:
         raise LogError(f"{path}: is empty; expected a log")

@@ -58,8 +58,8 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     """
     if "position" not in source.channels:
         raise LogError(
-            f"{source.path}: holds no joint positions; expected {_expected('position')}, or its name as [log.position] "
-            f"name (found {listed(_holdings(source))})"
+            f"{source.path}: holds no joint positions; expected {_expected('position', source)}, or its name as "
+            f"[log.position] name (found {listed(_holdings(source))})"
         )
     notes: list[str] = []
     commanded = robot is not None and robot.command_gains is not None
@@ -83,7 +83,7 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     if commanded and "desired_position" not in columns:
         raise LogError(
             f"{source.path}: [robot] kp and kd make torques of a command, and the log holds no desired positions; "
-            f"expected {_expected('desired_position')}, or its name as [log.desired_position] name (found "
+            f"expected {_expected('desired_position', source)}, or its name as [log.desired_position] name (found "
             f"{listed(_holdings(source))})"
         )
     if "torque" not in columns and not commanded:
@@ -208,13 +208,16 @@ def _no_torque(source: Source, joints: Sequence[str], robot: Robot | None) -> di
         return {"torque": [-1] * len(joints)}
     command = ", or [robot] kp and kd, which make torques of its desired positions"
     raise LogError(
-        f"{source.path}: holds no joint torques; expected {_expected('torque')}, or its name as [log.torque] name"
-        f"{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"
+        f"{source.path}: holds no joint torques; expected {_expected('torque', source)}, or its name as [log.torque] "
+        f"name{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"
     )
 
 
-def _expected(channel: str) -> str:
-    return f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+def _expected(channel: str, source: Source) -> str:
+    return (
+        source.expected.get(channel)
+        or f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+    )
 
 
 def _holdings(source: Source) -> list[str]:

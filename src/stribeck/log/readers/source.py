@@ -78,6 +78,8 @@ class Source:
         Where the torque comes from, where the file itself says so.
     motor_orders
         {robot: its joints by number}, where the file numbers its joints `motor_0`, `motor_1`, ... and is one of these.
+    expected
+        {channel: where this format would have it}, for the message that it is not there.
     """
 
     path: str
@@ -87,6 +89,7 @@ class Source:
     time_unit: str | None = None
     torque_source: str | None = None
     motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    expected: Mapping[str, str] = field(default_factory=dict)
 
 
 @contextmanager
