@@ -165,6 +165,32 @@ class RobotLog:
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
 
+    def between(self, start: float | None = None, stop: float | None = None) -> RobotLog:
+        """Return the log from `start` to `stop` [s], both from its begin; None is its begin or its end.
+
+        Raises
+        ------
+        LogError
+            If less than two samples lie there.
+
+        Examples
+        --------
+        >>> log.between(2.0, 10.0)
+        RobotLog(8001 samples in 8 s, 3 joints: shoulder, elbow, slide; position, torque, ...)
+        """
+        stamps = self.time[np.isfinite(self.time)]
+        lasts = float(stamps[-1] - stamps[0]) if len(stamps) else 0.0
+        since = self.time - stamps[0] if len(stamps) else self.time
+        low, high = 0.0 if start is None else start, lasts if stop is None else stop
+        kept = (since >= low) & (since <= high)
+        if np.count_nonzero(kept) < 2:
+            raise LogError(
+                f"{self.path or 'log'}: has {np.count_nonzero(kept)} samples from {low:g} s to {high:g} s after its "
+                f"begin; it lasts {lasts:.6g} s, and expected is a part of that"
+            )
+        note = f"Of the log's {lasts:.6g} s, those from {low:g} s to {high:g} s are used."
+        return replace(self.take(kept), notes=(*self.notes, note))
+
     def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
         """Return the log of these rows alone."""
         return replace(self, **{name: array[rows] for name, array in self.channels().items()})  # type: ignore[arg-type]
