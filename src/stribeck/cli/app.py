@@ -121,6 +121,31 @@ def identify(
 
 
 @app.command()
+def init(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF, MJCF or SDF file, or package:NAME.")],
+    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="A log of the robot.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The robot file to write.")] = Path("robot.toml"),
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a first robot file from a model and a log of the robot; what neither says is marked TODO."""
+    from stribeck.draft import draft_robot_file
+    from stribeck.outputs import whole_or_not_at_all
+    from stribeck.robot import model_path
+
+    check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
+    with progress_bar(quiet) as progress:
+        progress("comparing model and log", 0.1)
+        found = draft_robot_file(model, log, output)
+    with whole_or_not_at_all(output) as staging:
+        staging.write_text(found.text, encoding="utf-8")
+    if not quiet:
+        for question in found.questions:
+            typer.echo(f"TODO: {question}")
+        console.print_paths([output])
+
+
+@app.command()
 def inspect(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
     robot: RobotOption,

@@ -121,6 +121,17 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     )
 
 
+def open_log(path: Path, table: LogTable) -> Source:
+    """Open a log by its suffix: what it offers, before anything is read.
+
+    Raises
+    ------
+    LogError
+        If it is missing, damaged or of an unknown format.
+    """
+    return _opener(path)(path, table)
+
+
 def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     """Return the reader of a file's format, by its suffix."""
     check_name(path)
