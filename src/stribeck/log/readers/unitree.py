@@ -13,6 +13,9 @@ from stribeck.settings import LogTable
 MOTOR = "motor_"
 """What the labels of motors begin with that only have a number."""
 
+FEET = ("FR", "FL", "RR", "RL")
+"""Of quadrupeds, in the order of their force sensors."""
+
 _SHOULDER = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow")
 _ARM = (*_SHOULDER, "wrist_roll", "wrist_pitch", "wrist_yaw")
 
