@@ -21,6 +21,10 @@ METHODS: dict[str, Method] = {
 }
 
 
+WITH_LOOPS = (CURVE_FIT.name, OBSERVER.name)
+"""Methods that know the closed chains of a robot."""
+
+
 def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, Settings]:
     """Return the method and the law that the settings name, and the settings with defaults where they are left open.
 
@@ -32,6 +36,8 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
     if settings.method not in METHODS:
         near = did_you_mean(settings.method, METHODS)
         raise SettingsError(f"method: found '{settings.method}', expected one of {', '.join(METHODS)}{near}")
+    if robot.loops:
+        _refuse_loops(settings)
     method, usual = METHODS[settings.method], flat(Settings())
     defaults = {key: value for key, value in method.defaults(robot).items() if getattr(settings, key) == usual[key]}
     name = settings.law or defaults["law"]
@@ -49,3 +55,18 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
                 f"leave it out, or --set {key}={json.dumps(usual[key])}"
             )
     return method, law, settings.model_copy(update=defaults)
+
+
+def _refuse_loops(settings: Settings) -> None:
+    """Refuse what does not take the forces of closed chains out."""
+    if settings.method not in WITH_LOOPS:
+        raise SettingsError(
+            f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected --method "
+            f"{' or '.join(WITH_LOOPS)}"
+        )
+    if settings.double_support != "skip" or settings.standing_legs == "measured":
+        key = "double_support" if settings.double_support != "skip" else "standing_legs"
+        raise SettingsError(
+            f"[identify] {key} = '{getattr(settings, key)}' takes a robot for a tree, and [[robot.loops]] close it; "
+            "leave it out"
+        )
