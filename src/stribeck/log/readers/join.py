@@ -12,7 +12,6 @@ import numpy as np
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.messages import JOINT_TYPES
 from stribeck.log.readers.source import (
     COMMAND,
     JOINT_CHANNELS,
@@ -44,8 +43,10 @@ LONGEST = 3.0
 """Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
 
 
-def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable) -> Source:
+def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable, types: Sequence[str]) -> Source:
     """Return the source of some streams; they are interpolated when it is known which of them are wanted.
+
+    `types` are those that hold joints, for the message that there are none.
 
     Raises
     ------
@@ -55,7 +56,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type {listed(JOINT_TYPES)}, and expected is a topic of them; found "
+            f"{path}: holds no messages of type {listed(types)}, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     notes = [

@@ -13,6 +13,7 @@ from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.hdf5 import open_hdf5
+from stribeck.log.readers.lcm import MAGIC, open_lcm
 from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
@@ -39,6 +40,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".parquet": open_parquet,
     ".mcap": open_mcap,
     ".bag": open_rosbag,
+    ".lcm": open_lcm,
 }
 """Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
 
@@ -50,8 +52,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2 or LeRobot
-        dataset.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap`, `.bag` or `.lcm` file, or the folder of a rosbag2 or of a
+        LeRobot dataset.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
@@ -150,6 +152,8 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
             f"{path}: is a folder without metadata.yaml or {INFO}; expected a log file, a rosbag2 folder or a LeRobot "
             "dataset"
         )
+    if size and path.suffix.lower() not in FORMATS and _begins_with(path, MAGIC):
+        return open_lcm
     if path.suffix.lower() not in FORMATS:
         raise LogError(
             f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
@@ -163,6 +167,11 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
         raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
     return FORMATS[path.suffix.lower()]
+
+
+def _begins_with(path: Path, magic: bytes) -> bool:
+    with foreign(str(path), "a log"), path.open("rb") as file:
+        return file.read(len(magic)) == magic
 
 
 def _time(source: Source, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:

@@ -73,7 +73,7 @@ def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> 
             streams.append(Stream(f"/{group}/{sensor}", group, kind, (), stamps, {channel: values}))
         elif name not in JOINTS:
             others.append(f"/{name.replace('.', '/')}")
-    return join(path, streams, others, table)
+    return join(path, streams, others, table, ())
 
 
 def _asked(topic: str, table: LogTable) -> bool:
