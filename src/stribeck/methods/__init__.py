@@ -21,10 +21,6 @@ METHODS: dict[str, Method] = {
 }
 
 
-WITH_LOOPS = (CURVE_FIT.name, OBSERVER.name)
-"""Methods that know the closed chains of a robot."""
-
-
 def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, Settings]:
     """Return the method and the law that the settings name, and the settings with defaults where they are left open.
 
@@ -59,10 +55,11 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
 
 def _refuse_loops(settings: Settings) -> None:
     """Refuse what does not take the forces of closed chains out."""
-    if settings.method not in WITH_LOOPS:
+    if not METHODS[settings.method].loops:
+        able = " or ".join(method.name for method in METHODS.values() if method.loops)
         raise SettingsError(
             f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected --method "
-            f"{' or '.join(WITH_LOOPS)}"
+            f"{able}"
         )
     if settings.double_support != "skip" or settings.standing_legs == "measured":
         key = "double_support" if settings.double_support != "skip" else "standing_legs"
