@@ -33,7 +33,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help="npz, h5, csv, parquet, mcap, bag, rosbag2 folder.")]
+Logs = Annotated[
+    list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag, lcm; rosbag2, LeRobot.")
+]
 RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone, and JSON if asked for.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]

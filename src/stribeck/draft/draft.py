@@ -25,6 +25,7 @@ from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.log.readers.read import open_log
 from stribeck.log.readers.source import JOINT_CHANNELS, WRENCH, Source, listed
+from stribeck.log.readers.unitree import name_motors
 from stribeck.preparation import PreparedLog, prepare
 from stribeck.robot import Robot, from_robot_file, model_path
 from stribeck.robot.packages import PREFIX
@@ -137,7 +138,7 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     for channel, found in table.items():
         draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
-    source = open_log(log, LogTable.model_validate(table))
+    source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), facts.joints)
     for channel in ("position", "torque"):
         if channel not in source.channels:
             raise LogError(

@@ -85,11 +85,17 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         chosen = _asked([s for s in streams if s.kind == kind], channel, None, table, path)
         named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
         parts[channel] = _by_label(named, channel, path, notes)
+    forces = _asked([s for s in streams if s.kind == "force"], "foot_force", None, table, path)
+    scaled = table.foot_force.name is not None or table.foot_force.scale != 1.0
+    parts["foot_force"] = _by_label([(s, s.labels) for s in forces], "foot_force", path, notes) if scaled else {}
+    if forces and not scaled:
+        notes.append(
+            f"The foot forces of '{forces[0].topic}' are counts of sensors without a calibration and not used; with "
+            "[log.foot_force] scale, in N a count, they are."
+        )
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
     motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
-    if motors and motors[0].message == "unitree_go/msg/LowState":
-        notes.append(f"The foot forces of '{motors[0].topic}' are counts of uncalibrated sensors and not used.")
     return Source(
         path=path,
         channels={"time": Channel(1)}
@@ -175,7 +181,7 @@ def _rate(stream: Stream) -> float:
 
 def _too_slow(stream: Stream) -> bool:
     """Return whether what this stream measures, beside the joints, moves faster than it is sent; flags are held."""
-    return stream.kind in ("imu", "wrench") and _rate(stream) < RATES[0]
+    return stream.kind in ("imu", "wrench", "force") and _rate(stream) < RATES[0]
 
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:

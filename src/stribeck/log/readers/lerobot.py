@@ -44,8 +44,10 @@ ENDINGS = {
 """What the name of a place in the state may end with, as `elbow.pos` does, and its channel."""
 BETWEEN_EPISODES = 1.0
 """Time put between episodes, whose stamps all begin at zero [s]."""
-MOST_TURNED = 4 * np.pi
-"""Beyond which no joint of an arm turns [rad]."""
+UNITS = (
+    "A LeRobot dataset does not say its units: positions are taken as radians; of an arm that records degrees set "
+    '[log.position] unit = "deg", of one that records shares of its calibrated ranges scale and offset.'
+)
 
 
 def open_lerobot(path: Path, table: LogTable) -> Source:
@@ -54,7 +56,7 @@ def open_lerobot(path: Path, table: LogTable) -> Source:
     Raises
     ------
     LogError
-        If its files do not fit together, or, once they are read, positions are not in radians and no unit is set.
+        If its files do not fit together.
     """
     features = _features(path)
     files = [file for file in sorted(path.glob("data/**/*.parquet")) if file.is_file()]
@@ -83,9 +85,12 @@ def open_lerobot(path: Path, table: LogTable) -> Source:
         on_disk=False,
     )
     source = source_of_columns(whole, table)
+    notes = [f"{episodes} episodes follow each other, with a pause between them."][: max(0, episodes - 1)]
+    if table.position.unit is None:
+        notes.append(UNITS)
     return replace(
         source,
-        load=partial(_load, source, table, episodes),
+        load=partial(_load, source, notes),
         others=tuple(name for name in source.others if name not in STAMPS),
         expected={
             "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', which it has if the "
@@ -180,16 +185,6 @@ def _batches(
             yield pa.record_batch([arrays[name] for name in columns], names=columns)
 
 
-def _load(source: Source, table: LogTable, episodes: int, wanted: Mapping[str, Sequence[int]]) -> Loaded:
-    """Load columns, and refuse positions that cannot be in radians."""
+def _load(source: Source, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]) -> Loaded:
     loaded = source.load(wanted)
-    if table.position.unit is None and table.position.scale == 1.0:
-        most = float(np.nanmax(np.abs(loaded.arrays["position"]), initial=0.0))
-        if most > MOST_TURNED:
-            raise LogError(
-                f"{source.path}: '{STATE}' reaches {most:.4g}, which no joint does in radians; expected [log.position] "
-                'unit = "deg" for an arm that records degrees, or scale and offset for one that records shares of its '
-                "calibrated ranges"
-            )
-    note = f"{episodes} episodes follow each other, with a pause between them."
-    return Loaded(loaded.arrays, (*loaded.notes, *[note][: episodes - 1]))
+    return Loaded(loaded.arrays, (*loaded.notes, *notes))

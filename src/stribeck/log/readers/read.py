@@ -87,7 +87,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     opener = _opener(path)
     if table.columns and opener is not open_csv:
         raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
-    source, motor_notes = name_motors(opener(path, table), table, robot)
+    source, motor_notes = name_motors(opener(path, table), table, robot.joint_names if robot else ())
     selection = select(source, table, robot)
     with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
