@@ -100,8 +100,8 @@ class WholeLog:
         """Names of the joints and couplings that the fit is of."""
         return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
 
-    def corrected(self, log: RobotLog, number: int) -> RobotLog:
-        """Return a log, by its number, without the errors of its sensors that were found."""
+    def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
+        """Return a log, by its number if it was fitted, without the errors of its sensors that were found."""
         corrections, values = self.fit.model.corrections, self.fit.corrections
         return corrected_log(log, number, self.robot, self.columns, corrections, values, self.torque_delay)
 
@@ -356,6 +356,7 @@ def find(
         unseen=_unseen(found, prepared, robot),
         robot=found.robot,
         logs=[replace(part, log=found.corrected(part.log, k)) for k, part in enumerate(prepared)],
+        correct=found.corrected,
         settings=settings.model_copy(update={"standing_legs": True, "double_support": guess}),
         criteria=CRITERIA,
         corrections=found.corrections,
