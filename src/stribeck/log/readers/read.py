@@ -22,7 +22,7 @@ from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.rosbag import open_mcap, open_rosbag
-from stribeck.log.readers.selection import Selection, select
+from stribeck.log.readers.selection import MOTION, Selection, select
 from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
 from stribeck.log.readers.unitree import name_motors
@@ -252,6 +252,9 @@ def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None)
     """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
     if "temperature" in channels:
         channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
+    for name in MOTION if robot and robot.passive else ():
+        if name in channels:  # of passive joints, which follow the others
+            channels[name][:, [column < 0 for column in selection.columns[name]]] = np.nan
     joints_by_rows: dict[int, list[str]] = {}
     for joint in robot.position_controlled if robot and "torque" in channels else ():
         torque = channels["torque"][:, selection.joint_names.index(joint)]
