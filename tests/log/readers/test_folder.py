@@ -40,7 +40,7 @@ def motion_at(time, name):
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_a_file_a_channel_is_the_log(suffix, tmp_path):
-    of_files = {}
+    of_files: dict[str, dict[str, np.ndarray]] = {}
     for name, column in columns_of(LOG).items():
         channel, _, label = name.partition(".")
         if label:
