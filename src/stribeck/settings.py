@@ -33,6 +33,20 @@ class CouplingTable(Table):
     name: str | None = None
 
 
+class MotorTable(Table):
+    """`[robot.motors.<joint>]`: from what the log holds of a motor to the torque of its joint."""
+
+    torque_constant: Positive | None = None  # [N m/A], of a log in amperes
+    ratio: Positive = 1.0  # [1], of the gear; of a prismatic joint [1/m] or as its torque constant has it
+
+
+class LoopTable(Table):
+    """`[[robot.loops]]`: two frames of the tree that are held together."""
+
+    frames: Annotated[tuple[str, str], Field(strict=False)]
+    kind: Literal["point", "weld"] = "point"
+
+
 class RobotTable(Table):
     """`[robot]`: which model, and the role of its joints."""
 
@@ -45,6 +59,11 @@ class RobotTable(Table):
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
     couplings: list[CouplingTable] = []
+    passive: list[str] = []  # joints without a motor, which the loops move
+    loops: list[LoopTable] = []
+    motors: dict[str, MotorTable] = {}
+    kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
+    kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
     gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
 
 
@@ -81,11 +100,15 @@ class LogTable(Table):
     acceleration: ChannelTable = ChannelTable()
     temperature: ChannelTable = ChannelTable()
     external_torque: ChannelTable = ChannelTable()
+    desired_position: ChannelTable = ChannelTable()
+    desired_velocity: ChannelTable = ChannelTable()
+    desired_torque: ChannelTable = ChannelTable()
     base_orientation: ChannelTable = ChannelTable()
     angular_velocity: ChannelTable = ChannelTable()
     linear_acceleration: ChannelTable = ChannelTable()
     contact: ChannelTable = ChannelTable()
     foot_wrench: ChannelTable = ChannelTable()
+    foot_force: ChannelTable = ChannelTable()
     joint_names: dict[str, str] = {}  # the log's name -> the model's name
     joint_order: list[str] = []  # names of the columns of arrays that come without names
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name

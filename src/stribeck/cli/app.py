@@ -33,7 +33,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help="npz, h5, csv, parquet, mcap, bag, rosbag2 folder.")]
+Logs = Annotated[
+    list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag, lcm; rosbag2, LeRobot.")
+]
 RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone, and JSON if asked for.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]
@@ -118,6 +120,31 @@ def identify(
     elif not quiet:
         console.print_result(result)
         console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+
+
+@app.command()
+def init(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF, MJCF or SDF file, or package:NAME.")],
+    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="A log of the robot.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The robot file to write.")] = Path("robot.toml"),
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a first robot file from a model and a log of the robot; what neither says is marked TODO."""
+    from stribeck.draft import draft_robot_file
+    from stribeck.outputs import whole_or_not_at_all
+    from stribeck.robot import model_path
+
+    check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
+    with progress_bar(quiet) as progress:
+        progress("comparing model and log", 0.1)
+        found = draft_robot_file(model, log, output)
+    with whole_or_not_at_all(output) as staging:
+        staging.write_text(found.text, encoding="utf-8")
+    if not quiet:
+        for question in found.questions:
+            typer.echo(f"TODO: {question}")
+        console.print_paths([output])
 
 
 @app.command()
@@ -308,24 +335,45 @@ def replay(
 
 @app.command()
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="A/result.json", help="A result.")],
-    second: Annotated[
-        Path | None, typer.Argument(metavar="[B/result.json]", help="Another one; without it, left against right of A.")
-    ] = None,
+    results: Annotated[
+        list[Path],
+        typer.Argument(metavar="RESULT", help="result.json of a robot, the oldest first; of one, its left and right."),
+    ],
+    names: Annotated[str | None, typer.Option(help="What to call the results, a,b,c; by their logs if none.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Show what changed between two results, or between left and right of one."""
+    """Show what changed between results of a robot, or between left and right of one."""
+    from stribeck.report.comparison import write_comparison
     from stribeck.result import read_result
-    from stribeck.result.compare import compare as compare_results
+    from stribeck.result.compare import compare as compare_two
     from stribeck.result.compare import compare_sides
+    from stribeck.result.history import history, history_of_sides
 
-    a = read_result(_result_file(first))
-    found = compare_sides(a) if second is None else compare_results(a, read_result(_result_file(second)))
+    files = [_result_file(path) for path in results]
+    check_outputs([output] if output else [], files, overwrite)
+    read = [read_result(path) for path in files]
+    labels = None if names is None else [name.strip() for name in names.split(",")]
+    if labels and len(read) == 1:
+        raise SettingsError("--names: one result has its left and right to compare; leave the names out")
+    changes = history_of_sides(read[0]) if len(read) == 1 else history(read, labels)
+    pair = None
+    if len(read) == 1:
+        pair = compare_sides(read[0])
+    elif len(read) == 2:
+        pair = compare_two(read[0], read[1], names=(labels[0], labels[1]) if labels else None)
+    if output is not None:
+        write_comparison(changes, output)
     if json:
-        typer.echo(found.to_json(), nl=False)
+        typer.echo((pair or changes).to_json(), nl=False)
     elif not quiet:
-        console.print_comparison(found)
+        if pair:
+            console.print_comparison(pair)
+        else:
+            console.print_history(changes)
+        console.print_paths([output] if output else [])
 
 
 @app.command()

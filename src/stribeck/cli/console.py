@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from stribeck.planning.plan import Plan
     from stribeck.replay.replay import Replay
     from stribeck.result import ParameterEstimate, Result
-    from stribeck.result.compare import Comparison
+    from stribeck.result.compare import Comparison, Difference
+    from stribeck.result.history import History
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
@@ -202,7 +203,7 @@ def _support_shares(found: Inspection) -> str:
 
 def print_comparison(found: Comparison) -> None:
     """Print the differences of two results: a line a parameter."""
-    numbers = ("first", "second", "difference", "95 % interval")
+    numbers = ("first", "second", "difference", "95 % interval", "change")
     table = _table(f"{found.a} and {found.b}", ["joint", "parameter"], numbers, ["agrees"])
     for row in found.rows:
         low, high = row.interval_95
@@ -213,11 +214,43 @@ def print_comparison(found: Comparison) -> None:
             number(row.b),
             number(row.difference),
             f"{number(low)} ... {number(high)}",
-            ("yes" if row.agrees else "[red]no[/]") + (" (weak)" if row.weak else ""),
+            _percent(row),
+            ("yes" if row.agrees else "[red]no[/]") + ", significant" * row.significant + " (weak)" * row.weak,
         )
     console = _show(table, [row.joint for row in found.rows])
     for joint, reason in found.missing.items():
         console.print(f"{joint}: {reason}", markup=False)
+
+
+def print_history(found: History) -> None:
+    """Print how results changed: a line a parameter."""
+    numbers = ("first", "last", "change", "per result", "95 % interval")
+    title = f"{found.robot}: {found.names[0]} to {found.names[-1]}, {len(found.names)} results"
+    table = _table(title, ["joint", "parameter"], numbers, ["significant"])
+    for row in found.rows:
+        changed = [name for name, each in zip(found.names, row.changes, strict=True) if each and each.significant]
+        marks = (["drift"] if row.drifts else []) + ([f"change in {', '.join(changed)}"] if changed else [])
+        low, high = row.slope_interval_95 or (0.0, 0.0)
+        table.add_row(
+            Text(row.joint),
+            Text(f"{row.parameter} [{row.unit}]"),
+            number(row.first),
+            number(row.last_change.b),
+            _percent(row.last_change),
+            "" if row.slope is None else number(row.slope),
+            "" if row.slope is None else f"{number(low)} ... {number(high)}",
+            Text("; ".join(marks), style="red"),
+        )
+    console = _show(table, [row.joint for row in found.rows])
+    for joint, reason in found.missing.items():
+        console.print(f"{joint}: {reason}", markup=False)
+    console.print(
+        f"{found.tests} tests by Holm's method: where nothing has changed, one history in twenty has any significant"
+    )
+
+
+def _percent(row: Difference) -> str:
+    return "" if row.percent is None else f"{row.percent:+.{0 if abs(row.percent) > 10 else 1}f} %"
 
 
 def print_plan(found: Plan) -> None:

@@ -30,11 +30,13 @@ class RobotLog:
     angular_velocity, linear_acceleration
         Of the IMU, in its own frame, [rad/s] and [m/s^2], shape (T, 3).
     foot_names
-        Names of the columns of `contact` and `foot_wrench`.
+        Names of the columns of `contact`, `foot_wrench` and `foot_force`.
     contact
         Whether a foot stands, shape (T, feet), bool.
     foot_wrench
         Force [N] and moment [N m] of the ground on the foot, in the contact frame, shape (T, feet, 6).
+    foot_force
+        Vertical force of the ground on the foot [N], shape (T, feet), of sensors with a single axis.
     temperature
         [deg C], shape (T, n).
     external_torque
@@ -42,6 +44,8 @@ class RobotLog:
         position grows [N m] or [N], shape (T, n).
     torque_source
         Where the torque comes from.
+    in_amperes
+        Joints whose torque is a current [A]: nothing says yet how much torque an ampere makes.
     notes
         What the reader did to the data, a sentence each.
     path
@@ -73,9 +77,11 @@ class RobotLog:
     foot_names: tuple[str, ...] = ()
     contact: NDArray[np.bool_] | None = None
     foot_wrench: Array | None = None
+    foot_force: Array | None = None
     temperature: Array | None = None
     external_torque: Array | None = None
     torque_source: TorqueSource = "link_side_sensor"
+    in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     path: str = ""
 
@@ -95,6 +101,7 @@ class RobotLog:
             "linear_acceleration": (samples, 3),
             "contact": (samples, feet),
             "foot_wrench": (samples, feet, 6),
+            "foot_force": (samples, feet),
         }
         for name, shape in shapes.items():
             channel = getattr(self, name)

@@ -129,6 +129,8 @@ class Method:
         Of a robot: what takes the place of settings that are left open, the law among them.
     find
         What it does.
+    loops
+        Whether it takes the forces of closed chains out; others refuse robots that have some.
     """
 
     name: str
@@ -136,3 +138,4 @@ class Method:
     laws: Collection[str]
     defaults: Callable[[Robot], Mapping[str, str]]
     find: Find
+    loops: bool = False

@@ -69,7 +69,7 @@ def _armature(model: pin.Model, robot: Robot) -> Array:
     found = np.array(model.armature)
     for name, value in zip(robot.joint_names, robot.armature, strict=True):
         place = model.joints[model.getJointId(name)].idx_v
-        if robot.torque_source == "link_side_sensor" or not found[place]:
+        if robot.torque_source.endswith("_sensor") or not found[place]:
             found[place] = value
     return found
 

@@ -26,6 +26,7 @@ CHANNEL_UNITS = {
     "angular_velocity": "rad/s",
     "linear_acceleration": "m/s²",
     "foot_wrench": "N, N m",
+    "foot_force": "N",
     "temperature": "°C",
 }
 

@@ -109,7 +109,7 @@ def test_vectors_and_feet_may_be_numbered(tmp_path):
     columns = columns_of(LOG)
     renamed = {name: values for name, values in columns.items() if not name.startswith(("base", "foot", "contact"))}
     renamed |= numbered("base_orientation_{}", LOG.base_orientation) | numbered("contact_{}", LOG.contact)
-    renamed |= numbered("foot_wrench[{}]", LOG.foot_wrench.reshape(30, -1))
+    renamed |= numbered("foot_wrench[{}]", LOG.foot_wrench.reshape(30, -1)) | numbered("foot_force{}", LOG.foot_force)
     log = read_log(write_columns(tmp_path, **renamed), StubRobot())
     for name, channel in LOG.channels().items():
         np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)

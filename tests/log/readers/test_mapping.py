@@ -10,7 +10,8 @@ from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_l
 
 from stribeck.errors import LogError, SettingsError
 from stribeck.log.readers import read_log
-from stribeck.log.readers.mapping import UNITS
+from stribeck.log.readers.mapping import CURRENT, UNITS
+from stribeck.log.readers.source import COMMAND
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
@@ -28,14 +29,15 @@ def read(folder, table, robot=None, **arrays):
 
 FACTORS = {"deg": 180 / np.pi, "turn": 0.5 / np.pi, "mm": 1e3, "deg/s": 180 / np.pi, "turn/s": 0.5 / np.pi,
            "rpm": 30 / np.pi, "mm/s": 1e3, "deg/s^2": 180 / np.pi, "mm/s^2": 1e3, "mNm": 1e3, "kNm": 1e-3, "mN": 1e3,
-           "kN": 1e-3, "ms": 1e3, "us": 1e6, "ns": 1e9, "g": 1 / 9.80665}  # fmt: skip
-CASES = [(channel, unit) for channel, units in UNITS.items() for unit in units]
+           "kN": 1e-3, "mA": 1e3, "ms": 1e3, "us": 1e6, "ns": 1e9, "g": 1 / 9.80665}  # fmt: skip
+CASES = [(channel, unit) for channel, units in UNITS.items() if channel not in COMMAND for unit in units]
 
 
 @pytest.mark.parametrize(("channel", "unit"), CASES)
 def test_every_unit_gives_si(channel, unit, tmp_path):
     wanted = LOG.channels()[channel]
-    log = read(tmp_path, {channel: {"unit": unit}}, **NAMED, **{channel: FACTORS.get(unit, 1) * wanted})
+    robot = StubRobot(torque_source="motor_current" if unit in CURRENT else "link_side_sensor")
+    log = read(tmp_path, {channel: {"unit": unit}}, robot, **NAMED, **{channel: FACTORS.get(unit, 1) * wanted})
     np.testing.assert_allclose(log.channels()[channel], wanted, rtol=1e-12, atol=1e-15)
 
 

@@ -134,6 +134,19 @@ def test_humanoids_are_known_by_their_joints(kind, joints, name, tmp_path):
     assert any(f"the order of {name}, in which" in note for note in read.notes)
 
 
+def test_foot_forces_are_read_once_they_have_a_scale(tmp_path):
+    messages = list(low_states(GO, LOG, MOTORS))
+    counts = np.arange(25)[:, None] + [0, 100, 200, 300]
+    for (*_, message), row in zip(messages, counts, strict=True):
+        message.foot_force = row.astype(np.int16)
+    path = write_mcap(tmp_path / "log.mcap", messages)
+    robot = {"joint_names": GO2, "contacts": {"RL": None, "FR": None}}
+    assert read_log(path, StubRobot(**robot)).foot_force is None
+    read = read_log(path, StubRobot(**robot, log_table=LogTable.model_validate({"foot_force": {"scale": 1.5}})))
+    assert read.foot_names == ("RL", "FR")
+    np.testing.assert_array_equal(read.foot_force, 1.5 * counts[:, [3, 0]])
+
+
 def test_other_spellings_of_joints(tmp_path):
     joints = tuple(
         name.replace("_joint", "").upper().replace("LEFT_", "L_LEG_").replace("RIGHT_", "R_LEG_") for name in G1

@@ -103,7 +103,7 @@ def _labels(
         return words["joint_names"]
     if channel in FOOT_CHANNELS and "foot_names" in words:
         feet = words["foot_names"]
-        return feet if channel == "contact" else tuple(f"{foot}.{axis}" for foot in feet for axis in WRENCH)
+        return feet if channel != "foot_wrench" else tuple(f"{foot}.{axis}" for foot in feet for axis in WRENCH)
     return None
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.messages import JOINT_TYPES
 from stribeck.log.readers.source import (
+    COMMAND,
     JOINT_CHANNELS,
     VECTOR_CHANNELS,
     WRENCH,
@@ -43,8 +43,10 @@ LONGEST = 3.0
 """Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
 
 
-def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable) -> Source:
+def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable, types: Sequence[str]) -> Source:
     """Return the source of some streams; they are interpolated when it is known which of them are wanted.
+
+    `types` are those that hold joints, for the message that there are none.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type {listed(JOINT_TYPES)}, and expected is a topic of them; found "
+            f"{path}: holds no messages of type {listed(types)}, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     notes = [
@@ -65,12 +67,15 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
+    if commands := {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}:
+        joints = [_of_command(stream) if stream.topic in commands else stream for stream in joints]
     if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
         efforts = [stream for stream in joints if "torque" in stream.values]
         outside = _asked(efforts, "external_torque", None, table, path)
         joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
     for channel in JOINT_CHANNELS:
-        chosen = _asked(joints, channel, table.position.name, table, path)
+        lead = table.desired_position if channel in COMMAND else table.position
+        chosen = _asked(joints, channel, lead.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
@@ -80,11 +85,17 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         chosen = _asked([s for s in streams if s.kind == kind], channel, None, table, path)
         named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
         parts[channel] = _by_label(named, channel, path, notes)
+    forces = _asked([s for s in streams if s.kind == "force"], "foot_force", None, table, path)
+    scaled = table.foot_force.name is not None or table.foot_force.scale != 1.0
+    parts["foot_force"] = _by_label([(s, s.labels) for s in forces], "foot_force", path, notes) if scaled else {}
+    if forces and not scaled:
+        notes.append(
+            f"The foot forces of '{forces[0].topic}' are counts of sensors without a calibration and not used; with "
+            "[log.foot_force] scale, in N a count, they are."
+        )
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
     motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
-    if motors and motors[0].message == "unitree_go/msg/LowState":
-        notes.append(f"The foot forces of '{motors[0].topic}' are counts of uncalibrated sensors and not used.")
     return Source(
         path=path,
         channels={"time": Channel(1)}
@@ -104,7 +115,7 @@ def _asked(
     asked = getattr(table, channel).name or leader
     if asked is None:
         return streams
-    topics = {asked} if isinstance(asked, str) else set(asked)
+    topics = _topics(asked)
     missing = sorted(topics - {stream.topic for stream in streams})
     if missing:
         raise LogError(
@@ -112,6 +123,16 @@ def _asked(
             f"{listed([stream.topic for stream in streams])} of the type that holds it"
         )
     return [stream for stream in streams if stream.topic in topics]
+
+
+def _of_command(stream: Stream) -> Stream:
+    """Return a stream of desired joint states under the names of these channels."""
+    return replace(stream, values={name: stream.values[of] for name, of in COMMAND.items() if of in stream.values})
+
+
+def _topics(name: str | list[str] | None) -> set[str]:
+    """Return the topics that a setting names."""
+    return {name} if isinstance(name, str) else set(name or ())
 
 
 def _by_label(
@@ -160,7 +181,7 @@ def _rate(stream: Stream) -> float:
 
 def _too_slow(stream: Stream) -> bool:
     """Return whether what this stream measures, beside the joints, moves faster than it is sent; flags are held."""
-    return stream.kind in ("imu", "wrench") and _rate(stream) < RATES[0]
+    return stream.kind in ("imu", "wrench", "force") and _rate(stream) < RATES[0]
 
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
@@ -202,6 +223,7 @@ def _load(
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
     stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
     notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
+    held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
         if stream is clock:
@@ -209,34 +231,40 @@ def _load(
         if np.array_equal(stream.stamps, clock.stamps):  # other parts of the same messages
             on_clock[id(stream)] = {name: values[rows[0] : rows[-1] + 1] for name, values in stream.values.items()}
         else:
-            _refuse_slow(stream, clock, path)
-            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
+            if id(stream) not in held:
+                _refuse_slow(stream, clock, path)
+            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table, held=id(stream) in held)
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
         arrays[name] = np.stack(
-            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns], axis=1
+            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
+            axis=1,
         )
     return Loaded(arrays, tuple(notes))
 
 
 def _on_clock(
-    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable
+    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
-    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done."""
+    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done.
+
+    Flags and commands are `held` until the next one.
+    """
+    held = held or stream.kind == "flag"
     order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
     time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     longest = max(table.max_gap or BRIDGED, LONGEST * period)
-    pauses = bridges(query, time, longest) if stream.kind != "flag" else np.zeros(len(query), dtype=bool)
+    pauses = np.zeros(len(query), dtype=bool) if held else bridges(query, time, longest)
     result = {}
     for name, values in stream.values.items():
         ordered = values[order]
-        if name == "contact":
+        if held:
             result[name] = np.asarray(previous(query, time, ordered), dtype=np.float64)
         else:
             result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
             result[name][pauses] = np.nan
-    how = "held at its last value" if stream.kind == "flag" else "interpolated"
+    how = "held at its last value" if held else "interpolated"
     rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
     return result, f"'{stream.topic}' is {how}{rate} to that clock."

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stribeck.errors import LogError
-from stribeck.log.readers.unitree import MOTOR
+from stribeck.log.readers.unitree import FEET, MOTOR
 
 INTERFACES = {
     "position": "position",
@@ -25,7 +25,7 @@ INTERFACES = {
 class Part:
     """Part of a message: what it is of, the names of its joints, and its values by channel, none of them empty."""
 
-    kind: str  # "joints", "imu", "wrench" or "flag"
+    kind: str  # "joints", "imu", "wrench", "force" or "flag"
     labels: tuple[str, ...]
     values: dict[str, Any]
 
@@ -100,7 +100,8 @@ def _flag(message: Any, _: str) -> list[Part]:
 def _low_state(message: Any, place: str) -> list[Part]:
     """Return motors by number, and the IMU; of two temperatures, the housing's, which is nearer to the gear.
 
-    The motors' acceleration is that of a filter aboard and often zero; the forces on the feet are raw counts.
+    The motors' acceleration is that of a filter aboard and often zero. The forces on the feet are counts of sensors
+    without a calibration.
     """
     if getattr(message, "mode_pr", 0) != 0:
         raise LogError(
@@ -122,7 +123,10 @@ def _low_state(message: Any, place: str) -> list[Part]:
         "linear_acceleration": imu.accelerometer,
     }
     labels = tuple(f"{MOTOR}{number}" for number in range(len(motors)))
-    return [Part("joints", labels, joints), Part("imu", (), measured)]
+    parts = [Part("joints", labels, joints), Part("imu", (), measured)]
+    return (
+        [*parts, Part("force", FEET, {"foot_force": message.foot_force})] if hasattr(message, "foot_force") else parts
+    )
 
 
 READ: dict[str, Callable[[Any, str], list[Part]]] = {

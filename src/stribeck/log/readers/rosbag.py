@@ -15,7 +15,7 @@ from rosbags.typesys.store import Typestore
 
 from stribeck.log.readers.intact import check_mcap, check_sqlite
 from stribeck.log.readers.join import join
-from stribeck.log.readers.messages import DEFINITIONS, READ
+from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ
 from stribeck.log.readers.source import Source, foreign
 from stribeck.log.readers.topics import collect
 from stribeck.settings import LogTable
@@ -39,9 +39,9 @@ def open_rosbag(path: Path, table: LogTable) -> Source:
         foreign(str(path), what),
         AnyReader([path], default_typestore=_store()) as reader,
     ):
-        streams = collect(_messages(reader), str(path))
+        streams = collect(_messages(reader), str(path), READ)
         others = sorted({connection.topic for connection in reader.connections if connection.msgtype not in READ})
-    return join(str(path), streams, others, table)
+    return join(str(path), streams, others, table, JOINT_TYPES)
 
 
 def _bag_files(path: Path) -> list[Path]:
@@ -84,8 +84,8 @@ def open_mcap(path: Path, table: LogTable) -> Source:
     others: dict[str, None] = {}
     with foreign(str(path), "MCAP"):
         check_mcap(path)
-        streams = collect(_mcap_messages(path, others), str(path))
-    return join(str(path), streams, tuple(others), table)
+        streams = collect(_mcap_messages(path, others), str(path), READ)
+    return join(str(path), streams, tuple(others), table, JOINT_TYPES)
 
 
 def _mcap_messages(path: Path, others: dict[str, None]) -> Iterator[tuple[str, str, int, Any]]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.log.readers.messages import READ
+from stribeck.log.readers.messages import Part
 from stribeck.typing import Array
 
 NANO = 1_000_000_000
@@ -59,8 +59,10 @@ class _Growing:
     values: dict[str, array[float]] = field(default_factory=dict)
 
 
-def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[Stream]:
-    """Return the streams of (topic, message type, recorder's stamp [ns], message).
+def collect(
+    messages: Iterable[tuple[str, str, int, Any]], path: str, read: Mapping[str, Callable[[Any, str], list[Part]]]
+) -> list[Stream]:
+    """Return the streams of (topic, message type, recorder's stamp [ns], message), whose parts `read` knows.
 
     Raises
     ------
@@ -70,15 +72,14 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
     growing: dict[tuple[str, str, str, tuple[str, ...], tuple[str, ...]], _Growing] = {}
     orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
     for topic, name, recorded, message in messages:
-        for part in READ[name](message, f"{path}: a message of topic '{topic}'"):
+        for part in read[name](message, f"{path}: a message of topic '{topic}'"):
             labels, values = part.labels, part.values
             order = orders.setdefault((topic, frozenset(labels)), labels)
             if order != labels:  # the names of a message say which value is which, whatever their order before
                 places = [labels.index(label) for label in order]
                 labels, values = order, {channel: np.asarray(numbers)[places] for channel, numbers in values.items()}
             stream = growing.setdefault((topic, name, part.kind, labels, tuple(values)), _Growing())
-            stamp = message.header.stamp if hasattr(message, "header") else None
-            stream.stamps.append(stamp.sec * NANO + stamp.nanosec if stamp else 0)
+            stream.stamps.append(_stamp(message))
             stream.ticks.append(getattr(message, "tick", 0))
             stream.recorded.append(recorded)
             for channel, numbers in values.items():
@@ -86,11 +87,19 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
     return [_stream(*key[:4], stream) for key, stream in growing.items() if key[4]]
 
 
+def _stamp(message: Any) -> int:
+    """Return a message's own stamp [ns], of its header or by itself; 0 for none."""
+    if hasattr(message, "header"):
+        return int(message.header.stamp.sec * NANO + message.header.stamp.nanosec)
+    return int(getattr(message, "stamp", 0))
+
+
 def _stream(topic: str, name: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:
     stamps = np.array(growing.stamps, dtype=np.int64)
     recorded = np.array(growing.recorded, dtype=np.int64)
     stamped_by: Literal["header", "tick", "recorder"] = "header"
-    if (stamps <= 0).any() and (stamps != recorded).any():
+    from_zero = stamps[0] == 0 and 0 < stamps[1:2].sum() < NANO  # as a simulation's do
+    if (stamps[int(from_zero) :] <= 0).any() and (stamps != recorded).any():
         counted = _counted(np.array(growing.ticks, dtype=np.int64), recorded)
         stamps, stamped_by = (recorded, "recorder") if counted is None else (counted, "tick")
     values = {channel: np.frombuffer(flat).reshape(len(stamps), -1) for channel, flat in growing.values.items()}

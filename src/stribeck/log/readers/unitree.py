@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from stribeck.errors import LogError
 from stribeck.log.readers.source import JOINT_CHANNELS, Channel, Source, listed
 from stribeck.settings import LogTable
 
-if TYPE_CHECKING:
-    from stribeck.robot import Robot
-
 MOTOR = "motor_"
 """What the labels of motors begin with that only have a number."""
+
+FEET = ("FR", "FL", "RR", "RL")
+"""Of quadrupeds, in the order of their force sensors."""
 
 _SHOULDER = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow")
 _ARM = (*_SHOULDER, "wrist_roll", "wrist_pitch", "wrist_yaw")
@@ -53,7 +52,7 @@ SYNONYMS = {"torso": "waist_yaw", "elbow_pitch": "elbow", "elbow_roll": "wrist_r
 """Names in some models of the same joints."""
 
 
-def name_motors(source: Source, table: LogTable, robot: Robot | None) -> tuple[Source, list[str]]:
+def name_motors(source: Source, table: LogTable, joints: Sequence[str]) -> tuple[Source, list[str]]:
     """Return a source whose numbered motors have the names of the robot's joints, and what was taken.
 
     `[log] joint_order` has the last word; else it is the known order that has most of the robot's joints and, of two
@@ -64,7 +63,7 @@ def name_motors(source: Source, table: LogTable, robot: Robot | None) -> tuple[S
     LogError
         If two orders fit as well, or `[log] joint_order` has more joints than there are motors.
     """
-    if robot is None or not source.motor_orders:
+    if not joints or not source.motor_orders:
         return source, []
     motors = [label for label in source.channels["position"].labels or () if label.startswith(MOTOR)]
     if table.joint_order:
@@ -74,7 +73,7 @@ def name_motors(source: Source, table: LogTable, robot: Robot | None) -> tuple[S
                 f"the log has motors, {len(motors)}"
             )
         return _renamed(source, dict(zip(motors, table.joint_order, strict=False))), []
-    own = {joint: _normal(joint) for joint in robot.joint_names}
+    own = {joint: _normal(joint) for joint in joints}
     fits = {name: _fit(list(own.values()), order) for name, order in source.motor_orders.items()}
     best = [name for name, fit in fits.items() if fit == max(fits.values())]
     if fits[best[0]][0] == 0:

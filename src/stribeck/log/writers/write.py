@@ -39,7 +39,7 @@ def write_log(log: RobotLog, path: str | Path) -> list[str]:
     Raises
     ------
     LogError
-        If there is no writer for the suffix, or a message would need what the log lacks.
+        If there is no writer for the suffix, a message would need what the log lacks, or torques are currents.
     SettingsError
         If the file cannot be written.
 
@@ -53,5 +53,10 @@ def write_log(log: RobotLog, path: str | Path) -> list[str]:
     target = Path(path)
     if target.suffix not in WRITERS:
         raise LogError(f"{target}: the suffix is '{target.suffix}'; logs are written as {', '.join(WRITERS)}")
+    if log.in_amperes:
+        raise LogError(
+            f"{log.path or 'log'}: torques of {', '.join(log.in_amperes)} are currents in amperes, and logs are "
+            "written in N m; expected their [robot.motors.<joint>] torque_constant"
+        )
     with whole_or_not_at_all(target) as temporary:
         return WRITERS[target.suffix](log, temporary)
