@@ -270,7 +270,7 @@ def print_plan(found: Plan) -> None:
                 speed + " m/s" * (joint.unit == "m/s"),
                 str(one.reversals),
                 f"{one.duration:.0f}",
-                _percent(one.relative_width),
+                _within(one.relative_width),
                 "" if one.needed is None else f"{one.needed:.0f}",
                 end_section=k == len(joint.candidates) - 1,
             )
@@ -278,7 +278,7 @@ def print_plan(found: Plan) -> None:
     for name, joint in found.joints.items():
         console.print(f"{name}: {joint.verdict}: {joint.advice}", markup=False)
     if found.trajectory:
-        said = ", ".join(f"{name} {_percent(one.relative_width)}" for name, one in found.trajectory.promise.items())
+        said = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
         console.print(f"a log of the trajectory, {found.trajectory.duration:.0f} s, promises: {said}", markup=False)
         used = ", ".join(f"{share:.0%} of the {name} limits" for name, share in found.trajectory.used.items() if share)
         console.print(f"it uses {used}", markup=False)
@@ -286,7 +286,7 @@ def print_plan(found: Plan) -> None:
         console.print(f"note: {note}", markup=False)
 
 
-def _percent(width: float) -> str:
+def _within(width: float) -> str:
     return f"± {100 * width:.2g} %" if width < MOST_WIDTH else "unknown"
 
 
