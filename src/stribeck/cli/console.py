@@ -82,6 +82,15 @@ def print_result(result: Result) -> None:
         console.print(f"no friction that the log resolves: {bounds} ({place})", markup=False)
     if result.law != AUTO:
         _show(_columns_of_parameters(result), result.all_friction)
+    for log in result.held_out:
+        columns = ["RMS\nwith friction", "RMS\nwithout", "R²"]
+        place = f"{log.path or 'log'}, {number(log.duration)} s that no fit has seen:"
+        console.print(place, markup=False, soft_wrap=True)
+        table = _table("what is left of the torques", ["joint"], columns)
+        for joint, error in log.joints.items():
+            numbers = number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}"
+            table.add_row(Text(joint), *numbers)
+        _show(table, log.joints)
     console.print(result.log.usage, markup=False)
     for joint, found in result.all_friction.items():
         if found.verdict in ("weak", "not excited"):
