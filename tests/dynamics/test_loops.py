@@ -10,6 +10,9 @@ from tests.loops import LAW, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop
 from stribeck import identify
 from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
 from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.friction import get_law
+from stribeck.methods.whole_log import identify_whole_log
+from stribeck.preparation import prepare
 from stribeck.robot.loops import closed_log, loop_terms
 from stribeck.settings import FilterSettings, Settings
 
@@ -132,6 +135,23 @@ def test_logs_of_the_motors_alone_are_enough(ankle):
     assert "Friction of passive joints cannot be told" in notes
 
 
+def test_the_whole_log_knows_loops(ankle):
+    """By the weak form, from positions with an encoder's noise, of the motors alone."""
+    robot, log = ankle
+    generator = np.random.default_rng(0)
+    position = log.position + 2e-5 * generator.normal(size=log.position.shape)
+    position[:, robot.passive_columns] = np.nan
+    torque = log.torque + 0.01 * generator.normal(size=log.torque.shape)
+    log = replace(log, position=position, torque=torque, velocity=None, acceleration=None)
+    settings = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
+    found = identify_whole_log([prepare(log, robot, settings)], robot, get_law("coulomb-viscous"), settings)
+    assert set(found.fits) == {"hip", "knee", "motor_left", "motor_right"}
+    for name, fit in found.fits.items():
+        coulomb = fit.names.index("coulomb")
+        assert fit.values[coulomb] == pytest.approx(TRUTH["coulomb"], rel=5e-3), name
+        assert fit.intervals[coulomb, 0] < TRUTH["coulomb"] < fit.intervals[coulomb, 1]
+
+
 @pytest.mark.parametrize("ankle", ["floating"], indirect=True)
 def test_without_the_loops_the_friction_is_wrong(ankle):
     """The tree alone lets the motors carry nothing of the weight that the ankle does."""
@@ -145,6 +165,7 @@ def test_without_the_loops_the_friction_is_wrong(ankle):
     [
         ({"method": "direct", "law": None}, "method 'direct' takes a robot for a tree"),
         ({"double_support": "fit"}, "double_support = 'fit' takes a robot for a tree"),
+        ({"method": "whole-log", "corrections": "calibration"}, "corrections = 'calibration' takes a robot for a tree"),
         ({"standing_legs": "measured"}, "standing_legs = 'measured' takes a robot for a tree"),
     ],
 )
