@@ -221,7 +221,7 @@ class Robot:
         """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
         found = np.empty(len(self.joint_names))
         found[self.tree.columns] = self.tree.model.velocityLimit[self.tree.root_size :]
-        return np.where(found > 0, found, np.inf)
+        return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:
