@@ -36,6 +36,7 @@ NAVIGATION = {
             "tutorials/index",
             "logs",
             "robot-file",
+            "robots",
             "test-bed",
             "result",
             "verdicts",

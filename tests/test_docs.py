@@ -52,6 +52,7 @@ from stribeck.motion.filters import TAKES
 from stribeck.result import (
     BodyCorrection,
     Corrections,
+    HeldOutError,
     JointResult,
     LogSummary,
     ParameterEstimate,
@@ -259,6 +260,7 @@ def test_every_field_of_a_result_is_explained() -> None:
         TorqueR2,
         Corrections,
         BodyCorrection,
+        HeldOutError,
     ):
         parts = {"evidence", "log", "validation", "torque_r2"}
         assert {field.name for field in dataclasses.fields(carrier)} - parts <= named

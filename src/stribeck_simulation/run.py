@@ -154,6 +154,7 @@ def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
         get_law(table.law),
         parameters,
         duration=scenario.duration,
+        rate=scenario.rate,
         seed=scenario.seed,
         gait=scenario.gait,
         posture=posture,

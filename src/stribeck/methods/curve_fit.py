@@ -53,4 +53,5 @@ CURVE_FIT = Method(
     laws=LAWS,
     defaults=lambda _: {"law": "stribeck"},
     find=find,
+    loops=True,
 )
