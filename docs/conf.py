@@ -46,7 +46,14 @@ NAVIGATION = {
         "For developers": ["extending", "api/index"],
     },
     "laws/index": {
-        "": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric", "laws/auto"]
+        "": [
+            "laws/stribeck",
+            "laws/coulomb-viscous",
+            "laws/stribeck-exponent",
+            "laws/asymmetric",
+            "laws/lugre",
+            "laws/auto",
+        ]
     },
     "paper/index": {
         "": ["paper/chapter-3", "paper/double-support", "paper/derivatives", "paper/sensitivity", "paper/*"]
