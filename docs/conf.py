@@ -31,7 +31,19 @@ extensions = [
 
 NAVIGATION = {
     "index": {
-        "First steps": ["tour", "logs", "robot-file", "test-bed", "result", "verdicts", "findings", "export", "replay"],
+        "First steps": [
+            "tour",
+            "logs",
+            "robot-file",
+            "test-bed",
+            "result",
+            "verdicts",
+            "findings",
+            "plan",
+            "export",
+            "replay",
+            "compare",
+        ],
         "The method": [
             "laws/index",
             "mathematics",
@@ -56,7 +68,14 @@ NAVIGATION = {
         ]
     },
     "paper/index": {
-        "": ["paper/chapter-3", "paper/double-support", "paper/derivatives", "paper/sensitivity", "paper/*"]
+        "": [
+            "paper/chapter-2",
+            "paper/chapter-3",
+            "paper/double-support",
+            "paper/derivatives",
+            "paper/sensitivity",
+            "paper/*",
+        ]
     },
 }
 """Page -> captions -> pages below it; `extensions/pages.py` puts it where the theme looks for it."""

@@ -24,6 +24,7 @@ USED = (
         "stribeck.result.compare",
         "stribeck.robot.mjcf_check",
         "stribeck.log.readers.hdf5",
+        "stribeck.log.readers.matlab",
         "stribeck.log.readers.table",
     ),
     *("stribeck.log.readers.rosbag", "stribeck_simulation.run", "stribeck.cli.console"),

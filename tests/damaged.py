@@ -16,6 +16,8 @@ import pyarrow as pa
 import pyarrow.parquet
 from rosbags.typesys import Stores, get_typestore
 from tests.log.readers.formats import (
+    AXES,
+    FEET,
     JOINTS,
     WRITERS,
     arrays_of,
@@ -29,7 +31,7 @@ from tests.log.readers.formats import (
     write_rosbag2,
 )
 
-SUFFIXES = (".npz", ".h5", ".csv", ".parquet", ".mcap", ".bag")
+SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag", ".lcm")
 
 
 def main_file(path: Path) -> Path:
@@ -218,6 +220,16 @@ DAMAGED = [
     ("parquet without a torque", partial(table, without("torque.knee")), ["no torque of joint 'knee'", "controlled"]),
     ("parquet of text", partial(table, with_value("torque.hip", lambda a: a.astype(str).tolist())), ["'torque.hip'"]),
     ("parquet with half a wrench", partial(table, without("foot_wrench.left_foot.ty")), ["'left_foot.ty'"]),
+    (
+        "parquet with vertical forces as wrenches",
+        partial(table, without(*(f"foot_wrench.{foot}.{axis}" for foot in FEET for axis in AXES if axis != "fz"))),
+        ["'foot_wrench' has no column for 'left_foot.fx'", "'foot_force'"],
+    ),
+    (
+        "npz with vertical forces as wrenches",
+        partial(arrays, with_value("foot_wrench", lambda a: a[:, :, 2])),
+        ["'foot_wrench' has 2 columns", "12 names"],
+    ),
     ("parquet with half a quaternion", partial(table, without("base_orientation.w")), ["base_orientation"]),
     ("parquet of no rows", lambda folder: write_parquet(folder, synthetic_log(0)), ["0 samples"]),
     ("mcap without joint states", mcap_without_joints, ["sensor_msgs/JointState", "'/imu'"]),

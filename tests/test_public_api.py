@@ -29,6 +29,7 @@ PUBLIC = ERRORS | {
     "export",
     "identify",
     "inspect_log",
+    "plan",
     "read_log",
     "read_result",
     "register_law",

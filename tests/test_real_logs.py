@@ -4,6 +4,7 @@ import os
 import re
 import runpy
 import shutil
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from studies import held_out, real
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.errors import LogError, NothingIdentifiedError, RobotFileError
 from stribeck.inspection import inspect_log
-from stribeck.settings import FilterSettings
+from stribeck.settings import FilterSettings, LogTable
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))
@@ -42,6 +43,22 @@ def by_curves(folder):
 
 def values(result, name):
     return np.array([joint.parameters[name].value for joint in result.joints.values()])
+
+
+def test_icub_log_is_read_as_matlab_wrote_it(converted):
+    logs, robot = opened(converted("icub-walk"))
+    there = read_log(logs[0], robot)
+    table = {
+        "joint_order": [str(name) for name in np.load(logs[0])["joint_names"]],
+        **{
+            channel: {"name": f"estimatorJoints{name}"}
+            for channel, name in (("time", "Time"), ("position", "Pos"), ("velocity", "Vel"))
+        },
+    }
+    robot = replace(robot, log_table=LogTable.model_validate(table))
+    log = read_log(DATA / "icub-walk" / "walking.mat", robot)
+    for channel in ("time", "position", "velocity"):
+        np.testing.assert_array_equal(getattr(log, channel), getattr(there, channel))
 
 
 def test_tx40_friction_is_the_published_one(converted):

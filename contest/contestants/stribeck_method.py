@@ -49,13 +49,13 @@ def answer(method: str, folder: Path, out: Path) -> Answer:
     try:
         result = identify([read_log(folder / log, robot) for log in case.logs], robot, Settings(method=method))
     except StribeckError as error:
-        return Answer(method=method, version=__version__, needs=needs, blank=str(error))
+        return Answer(method=method, version=__version__, needs=needs, blank=str(error).replace(f"{folder}/", ""))
     if case.predict:
         np.savez(out / TORQUE, torque=predicted(folder / PREDICT, robot, result))
     joints = {joint: of_joint(result.joints[joint], np.array(asked.velocity)) for joint, asked in case.joints.items()}
     found = {joint: each for joint, each in joints.items() if each}
-    reasons = sorted({result.joints[joint].reason for joint in joints if joint not in found})
-    return Answer(method=method, version=__version__, needs=needs, joints=found, blank="; ".join(reasons) or None)
+    blank = "; ".join(f"{joint} is {result.joints[joint].verdict}" for joint in joints if joint not in found)
+    return Answer(method=method, version=__version__, needs=needs, joints=found, blank=blank or None)
 
 
 def of_joint(found: JointResult, velocity: Array) -> JointAnswer | None:

@@ -35,6 +35,8 @@ OFFSET = 20.0
 """Largest offset of a motor [N m], which starts at none."""
 ROTOR = 0.01, 2.0
 """Rotor inertia likewise [kg m^2]."""
+LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-6
+"""Of bodies for which a model has less, which MuJoCo refuses [kg], [kg m^2]."""
 ITERATIONS = 20
 """At most: it has converged after ten on an arm, and goes on for three times as many by its own tolerance."""
 NAMES = {"coulomb": "frictionloss", "viscous": "damping", "offset": "offset"}
@@ -47,10 +49,11 @@ def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: floa
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
     spec.option.gravity = table.get("gravity", [0.0, 0.0, -9.81])
-    for actuator in list(spec.actuators):
-        spec.delete(actuator)
-    for sensor in list(spec.sensors):
-        spec.delete(sensor)
+    spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
+    drawn = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH]
+    free = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]  # a case's base is fixed
+    for each in [*spec.keys, *spec.actuators, *spec.sensors, *drawn, *spec.meshes, *free]:
+        spec.delete(each)
     for joint in joints:
         spec.joint(joint).armature = table.get("armature", {}).get(joint, spec.joint(joint).armature)
         spec.joint(joint).actfrclimited = False

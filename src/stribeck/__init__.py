@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stribeck.log.readers import read_log as read_log
     from stribeck.log.writers import write_log as write_log
     from stribeck.pipeline import identify as identify
+    from stribeck.planning.plan import plan as plan
     from stribeck.report import write_report as write_report
     from stribeck.result import Result as Result
     from stribeck.result import read_result as read_result
@@ -48,6 +49,7 @@ _EXPORTS = {
     "export": "stribeck.export",
     "identify": "stribeck.pipeline",
     "inspect_log": "stribeck.inspection",
+    "plan": "stribeck.planning.plan",
     "read_log": "stribeck.log.readers",
     "read_result": "stribeck.result",
     "register_law": "stribeck.friction.register",

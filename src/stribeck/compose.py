@@ -13,7 +13,7 @@ from stribeck.finding import merged
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
-from stribeck.identification.joint_fit import JointFit
+from stribeck.identification.joint_fit import JointFit, with_gain_error
 from stribeck.identification.judgement.own_friction import own_friction
 from stribeck.identification.judgement.passivity import passivity_violated
 from stribeck.identification.judgement.torque_r2 import torque_r2
@@ -40,6 +40,7 @@ def compose(
     law: FrictionLaw,
     settings: Settings,
     method: Method,
+    gain_errors: Mapping[str, float] | None = None,
 ) -> Result:
     """Put the findings together.
 
@@ -51,6 +52,8 @@ def compose(
         As they were given.
     law, settings, method
         That were asked for.
+    gain_errors
+        By joint, relative standard errors [1] of the factors that made torques of its currents.
 
     Raises
     ------
@@ -58,6 +61,10 @@ def compose(
         If no joint moves enough for any number.
     """
     couplings = {name: robot.couplings[name] for name in fitted.couplings}
+    fitted = replace(
+        fitted,
+        fits={name: with_gain_error(fit, (gain_errors or {}).get(name, 0.0)) for name, fit in fitted.fits.items()},
+    )
     samples, close_up = (
         own_friction(part, fitted.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)
     )
@@ -188,6 +195,7 @@ def _evidence(
             *(note for part in friction.logs for note in part.notes),
         ],
         correction=correction,
+        torque_source=prepared[0].log.torque_source,
     )
 
 

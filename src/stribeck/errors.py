@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 
 
 class StribeckError(Exception):
@@ -78,6 +79,16 @@ class NothingIdentifiedError(StribeckError):
     """
 
     exit_code = 3
+
+
+def did_you_mean(word: str, valid: Iterable[str]) -> str:
+    """Return what to add to a message about a name that there is not: the nearest of those there are, or nothing.
+
+    >>> did_you_mean("stribek", ["coulomb-viscous", "stribeck"])
+    "; did you mean 'stribeck'?"
+    """
+    near = get_close_matches(word, valid, n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""
 
 
 @contextmanager

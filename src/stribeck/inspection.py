@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.audit import Evidence, delays, findings, gather, model_findings
+from stribeck.audit import Evidence, delays, findings, gather, model_findings, torques_of_currents
 from stribeck.errors import errors_about, findings_kept
 from stribeck.finding import Finding
 from stribeck.friction_torque.stage import with_filter
@@ -120,16 +120,22 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings:
     where = log.path if isinstance(log, RobotLog) else str(log)
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
         settings = settings or robot.settings
-        prepared = prepare(log, robot, settings)
-        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings))
+        (prepared,), found, _ = torques_of_currents([prepare(log, robot, settings)], robot, settings)
+        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), found)
 
 
-def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, chosen: tuple[Settings, list[str]]) -> Inspection:
+def _inspect(
+    prepared: PreparedLog,
+    robot: Robot,
+    settings: Settings,
+    chosen: tuple[Settings, list[str]],
+    of_currents: list[Finding],
+) -> Inspection:
     log, sampling = prepared.log, prepared.sampling
     with_its_filter, choices = chosen
     evidence = gather(prepared, robot, settings)
     late = delays(evidence)
-    found = [*findings(evidence, late), *model_findings(robot)]
+    found = [*findings(evidence, late), *of_currents, *model_findings(robot)]
     opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
     joints = {
         name: _inspect_joint(evidence, k, late.get(name), "opposite" if name in opposite else None)

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from stribeck.audit import audit_or_stop
+from stribeck.audit import audit_or_stop, torques_of_currents
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
 from stribeck.friction_torque.stage import FrictionTorqueStage
@@ -89,12 +89,13 @@ def identify(
             *before, last = ((part.prints, part.log.path) for part in prepared)
             refuse_overlap(*last, before)
         progress("auditing", 0.0)
-        audited = audit_or_stop(prepared, robot, settings, force)
+        prepared, of_currents, gain_errors = torques_of_currents(prepared, robot, settings)
+        audited = [*of_currents, *audit_or_stop(prepared, robot, settings, force)]
         findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)
-        result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen)
+        result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
         return replace(
             result,
             findings=[*audited, *result.findings],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args
 
@@ -32,6 +33,13 @@ class CouplingTable(Table):
     name: str | None = None
 
 
+class MotorTable(Table):
+    """`[robot.motors.<joint>]`: from what the log holds of a motor to the torque of its joint."""
+
+    torque_constant: Positive | None = None  # [N m/A], of a log in amperes
+    ratio: Positive = 1.0  # [1], of the gear; of a prismatic joint [1/m] or as its torque constant has it
+
+
 class RobotTable(Table):
     """`[robot]`: which model, and the role of its joints."""
 
@@ -44,6 +52,9 @@ class RobotTable(Table):
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
     couplings: list[CouplingTable] = []
+    motors: dict[str, MotorTable] = {}
+    kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
+    kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
     gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
 
 
@@ -79,15 +90,21 @@ class LogTable(Table):
     velocity: ChannelTable = ChannelTable()
     acceleration: ChannelTable = ChannelTable()
     temperature: ChannelTable = ChannelTable()
+    external_torque: ChannelTable = ChannelTable()
+    desired_position: ChannelTable = ChannelTable()
+    desired_velocity: ChannelTable = ChannelTable()
+    desired_torque: ChannelTable = ChannelTable()
     base_orientation: ChannelTable = ChannelTable()
     angular_velocity: ChannelTable = ChannelTable()
     linear_acceleration: ChannelTable = ChannelTable()
     contact: ChannelTable = ChannelTable()
     foot_wrench: ChannelTable = ChannelTable()
+    foot_force: ChannelTable = ChannelTable()
     joint_names: dict[str, str] = {}  # the log's name -> the model's name
     joint_order: list[str] = []  # names of the columns of arrays that come without names
     foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
     foot_order: list[str] = []
+    columns: list[str] = []  # names of all columns of a CSV file that has no line of names
     rate: Positive | None = None  # [Hz], for logs without a time channel
     max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 periods, 10 ms at least
 
@@ -204,8 +221,7 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     key = ".".join(str(part) for part in first["loc"])
     message = str(first["msg"])
     if first["type"] == "extra_forbidden":
-        *tables, last = first["loc"]
-        return f"unknown key '{key}'" + (f"; expected {_nearest(str(last), _keys(table, tables))}" if table else "")
+        return f"unknown key '{key}'" + (_nearest([str(part) for part in first["loc"]], table) if table else "")
     if first["type"] == "missing":
         return f"key '{key}' is missing"
     if not key:  # of the document as a whole
@@ -213,19 +229,33 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
 
 
-def _keys(table: type[BaseModel], loc: list[int | str]) -> list[str]:
-    """Return the keys of a table within a table."""
-    for part in loc:
-        if str(part) in table.model_fields:
-            annotation = table.model_fields[str(part)].annotation
-            inner = [annotation, *get_args(annotation)]
-            table = next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), table)
-    return list(table.model_fields)
+def _nearest(loc: list[str], table: type[BaseModel]) -> str:
+    """Return the key that an unknown one may mean: beside it, or of this name elsewhere; else all keys beside it."""
+    *tables, last = loc
+    beside = table
+    for part in tables:
+        if part in beside.model_fields:
+            beside = _table_of(beside, part) or beside
+    if near := get_close_matches(last, beside.model_fields, n=1):
+        return f"; did you mean '{'.'.join([*tables, *near])}'?"
+    elsewhere = [key for key in _dotted(table) if key.rpartition(".")[2] == last]
+    return f"; did you mean '{elsewhere[0]}'?" if elsewhere else f"; expected one of {', '.join(beside.model_fields)}"
 
 
-def _nearest(key: str, valid: list[str]) -> str:
-    near = get_close_matches(key, valid, n=1)
-    return f"'{near[0]}'" if near else f"one of {', '.join(valid)}"
+def _table_of(table: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """Return the table that a key of a table is, or holds by name; None of other keys."""
+    annotation = table.model_fields[key].annotation
+    inner = [annotation, *get_args(annotation)]
+    return next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), None)
+
+
+def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    """Yield the keys of a table and of the tables in it, as they are typed after `--set`."""
+    for key in table.model_fields:
+        inner = table.model_fields[key].annotation
+        yield prefix + key
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            yield from _dotted(inner, f"{prefix}{key}.")
 
 
 def _shown(value: object) -> str:

@@ -10,5 +10,5 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 """Numbers in double precision; the docstrings give shapes and units."""
 
-TorqueSource = Literal["link_side_sensor", "motor_current", "command"]
+TorqueSource = Literal["link_side_sensor", "motor_side_sensor", "motor_current", "command"]
 """What the log's torque is."""

@@ -13,17 +13,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.damaged import DAMAGED
 from tests.export.found import found_in
 from tests.log.readers.formats import JOINTS
+from typer.testing import CliRunner
 
 from stribeck import Robot, identify
 from stribeck.cli import main
-from stribeck.cli.app import FORMATS, LAW_NAMES
+from stribeck.cli.app import FORMATS, LAW_NAMES, METHOD_NAMES, app
 from stribeck.errors import SettingsError
 from stribeck.export import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
+from stribeck.methods import METHODS
 
 ON_FEET = {"npz of contact forces", "parquet with half a wrench"}
 """Damages that a robot without feet does not meet."""
@@ -52,6 +55,12 @@ def run(*arguments: object) -> int:
             for request, handler in handlers.items():
                 signal.signal(request, handler)
     return 0
+
+
+def found_on_disk(arm: Path, folder: Path) -> Path:
+    """Write a result of the arm and return its path."""
+    (folder / "result.json").write_text(found_in(Robot.from_file(arm / "robot.toml"))[0].to_json())
+    return folder / "result.json"
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
@@ -88,9 +97,12 @@ def test_json_is_the_result_and_nothing_else(arm: Path, tmp_path: Path, capsys: 
     assert json.loads(printed)["law"] == "coulomb-viscous"
 
 
-def test_the_same_input_gives_the_same_files(arm: Path, tmp_path: Path) -> None:
+def test_the_same_input_gives_the_same_files_quietly(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     for name in ("a", "b"):
-        assert run("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / name) == 0
+        assert run("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / name, "-q") == 0
+    assert capsys.readouterr() == ("", "")
     for file in OUTPUTS:
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
 
@@ -104,12 +116,31 @@ def test_inspect_prints_and_writes_a_page(arm: Path, tmp_path: Path, capsys: pyt
 
 
 def test_compare_of_a_result_with_itself_agrees(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out")
-    capsys.readouterr()
-    assert run("compare", tmp_path / "out/result.json", tmp_path / "out", "--json") == 0
+    result = found_on_disk(arm, tmp_path)
+    assert run("compare", result, tmp_path, "--json") == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
-    assert len(rows) == 18
+    assert len(rows) == 9
     assert all(row["difference"] == 0 and row["agrees"] for row in rows)
+
+
+def test_compare_of_many_results_names_them_and_writes_a_page(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result, page = found_on_disk(arm, tmp_path), tmp_path / "compare.html"
+    assert run("compare", result, result, result, "--names", "May, June,July", "-o", page) == 0
+    printed = capsys.readouterr().out
+    assert "May to July, 3 results" in printed
+    assert printed.endswith(f"{page}\n")
+    assert "June" in page.read_text()
+    assert "is there already" in refused(capsys, "compare", result, result, "-o", page)
+    assert "is read" in refused(capsys, "compare", result, result, "-o", result, "--overwrite")
+    assert "expected 2 names" in refused(capsys, "compare", result, result, "--names", "May")
+    assert "leave the names out" in refused(capsys, "compare", result, "--names", "May")
+    assert run("compare", result, result, "--names", "May,June", "-o", page, "--overwrite", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["a"], found["b"]) == ("May", "June")
+    assert found["rows"][0]["percent"] == 0
+    assert not found["rows"][0]["significant"]
 
 
 def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -249,8 +280,11 @@ def test_a_wrong_robot_file(
     [
         (["--law", "karnopp"], ["karnopp", "coulomb-viscous"]),
         (["--method", "guess"], ["method", "'guess'"]),
+        (["--method", "hole-log"], ["'hole-log'", "did you mean 'whole-log'?"]),
+        (["--law", "stribek"], ["'stribek'", "did you mean 'stribeck'?"]),
+        (["--set", "window=31"], ["unknown key 'window'; did you mean 'filter.window'?"]),
         (["--set", "filter.window"], ["KEY=VALUE"]),
-        (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'; expected 'window'"]),
+        (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'; did you mean 'filter.window'?"]),
         (["--set", "filter.window=100000001"], ["key 'filter.window'", "less than 100000"]),
         (["--set", "holdout=1"], ["holdout", "greater than or equal to 2"]),
         (["--set", f"fit_armature={'[' * 3000}{']' * 3000}"], ["--set fit_armature", "nested too deeply"]),
@@ -299,8 +333,7 @@ def test_inputs_are_not_written_over(
     for file in (arm / "log.npz", arm / "robot.toml", arm / "arm.urdf"):
         shutil.copy(file, tmp_path)
     (tmp_path / "sub").mkdir()
-    robot = Robot.from_file(tmp_path / "robot.toml")
-    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    found_on_disk(tmp_path, tmp_path)
     content = (tmp_path / name).read_bytes()
     output = spell(tmp_path / name, tmp_path)
     common = ("-r", tmp_path / "robot.toml", "-o", output, "--overwrite")
@@ -404,9 +437,53 @@ def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, tmp_
     assert os.listdir(tmp_path) == ["log.npz"]
 
 
-def test_the_help_names_every_law_and_format() -> None:
+def test_the_help_names_every_law_method_and_format() -> None:
     assert set(LAW_NAMES) == {*LAWS, *LAWS_WITH_STATE, AUTO}
+    assert set(METHOD_NAMES) == set(METHODS)
     assert set(FORMATS) == set(TARGETS)
+
+
+def test_quiet_prints_errors_and_json_alone(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result, robot = found_on_disk(arm, tmp_path), ("-r", arm / "robot.toml", "-q")
+    for command in (
+        ("convert", arm / "log.npz", *robot, "-o", tmp_path / "log.parquet"),
+        ("export", result, *robot, "--to", "urdf", "-o", tmp_path / "new.urdf"),
+        ("export", result, *robot, "--to", "urdf", "-o", tmp_path / "draws", "--samples", 2),
+        ("compare", result, result, "--quiet"),
+    ):
+        assert run(*command) == 0
+        assert capsys.readouterr() == ("", "")
+    assert len(os.listdir(tmp_path)) == 4
+    assert run("compare", result, result, "-q", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["rows"]
+    assert "is there already" in refused(capsys, "convert", arm / "log.npz", "-q", "-o", tmp_path / "log.parquet")
+
+
+def test_every_command_that_writes_takes_overwrite_and_every_command_is_quiet() -> None:
+    for name, command in typer.main.get_group(app).commands.items():
+        options = {option for parameter in command.params for option in parameter.opts}
+        assert ("--output" in options) <= ("--overwrite" in options), name
+        assert "--quiet" in options, name
+
+
+def test_names_are_completed() -> None:
+    for words, expected in (
+        ("identify --law str", ["stribeck", "stribeck-exponent"]),
+        ("identify --method ", [*METHOD_NAMES]),
+        ("export --to my", []),
+        ("export --to mj", ["mjcf"]),
+        ("comp", ["compare"]),
+    ):
+        asked = {"COMP_WORDS": f"stribeck {words}", "COMP_CWORD": str(len(words.split(" ")))}
+        completed = CliRunner().invoke(app, prog_name="stribeck", env={"_STRIBECK_COMPLETE": "complete_bash", **asked})
+        assert completed.output.split() == expected
+
+
+def test_short_help_and_the_command_that_is_meant(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("-h") == run("compare", "-h") == 0
+    assert "--install-completion" in capsys.readouterr().out
+    assert run("identfy") == 2
+    assert "Did you mean 'identify'?" in capsys.readouterr().err
 
 
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:

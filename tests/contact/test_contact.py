@@ -306,6 +306,20 @@ class TestForces:
             assert (one.start, one.stop) == (other.start, other.stop)
             assert set(one.feet) == {swap[foot] for foot in other.feet}
 
+    def test_vertical_forces_alone_tell_the_same(self):
+        """Of point feet too, whose wrench would be turned from the shank to the vertical."""
+        gait = biped()
+        wrench = gait.wrench(2.0)
+        log = gait.log(BIPED[::-1], foot_force=wrench[:, ::-1, 2])
+        found = find_support_phases(log, Walker(BIPED), whole(log), AUTO)
+        assert found == self.found(gait, wrench)
+        points = find_support_phases(log, Walker(BIPED, kind="point"), whole(log), AUTO)
+        assert [phase.feet for phase in points.phases] == [phase.feet for phase in found.phases]
+        with pytest.raises(
+            LogError, match=r"forces in foot_force add up to 50, .*set \[log\] foot_force = \{scale = 9.81"
+        ):
+            find_support_phases(replace(log, foot_force=log.foot_force / 9.81), Walker(BIPED), whole(log), AUTO)
+
     def test_forces_that_push_down_are_refused(self):
         gait = biped()
         with pytest.raises(LogError, match=r"walk.csv.*-490.5 N.*set \[log\] foot_wrench = \{scale = -1.0\}"):

@@ -18,7 +18,7 @@ from contest.picture import draw
 from contest.run import chosen, contestants, read_scores, run, write_scores
 from contest.schema import ANSWER, CASE, PARAMETERS, SUMS, TRUTH, Answer, Case, Truth, cases_of, read, write
 from contest.score import Score, curve_of, score
-from contest.table import lines
+from contest.table import lines, real_table
 
 from stribeck import Robot, read_log
 from stribeck.errors import SettingsError
@@ -198,6 +198,8 @@ def test_the_tables_and_the_picture_shown_are_those_of_the_saved_scores(tmp_path
     page = (ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
     for line in "\n".join(lines(scores)).splitlines():
         assert line in page
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert all(line in readme for line in real_table(scores))
     draw(scores, tmp_path / "benchmark.svg")
     names = set(re.findall(r">([^<>]+)</text>", (ROOT / "docs/assets/benchmark.svg").read_text(encoding="utf-8")))
     assert names == set(re.findall(r">([^<>]+)</text>", (tmp_path / "benchmark.svg").read_text(encoding="utf-8")))

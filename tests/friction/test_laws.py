@@ -144,7 +144,9 @@ def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int
 
 
 def test_unknown_law_is_refused_with_the_names_there_are() -> None:
-    with pytest.raises(SettingsError, match=r"found 'stribek', expected one of .*coulomb-viscous.*stribeck"):
+    with pytest.raises(
+        SettingsError, match=r"found 'stribek', expected one of .*coulomb-viscous.*; did you mean 'stribeck'"
+    ):
         get_law("stribek")
 
 

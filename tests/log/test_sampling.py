@@ -29,7 +29,7 @@ def log_at(time, **channels):
     """A log of the motion above at these times; other channels are left out."""
     bare = replace(synthetic_log(2), foot_names=(), path="walk.npz", **dict.fromkeys(
         ("velocity", "acceleration", "base_orientation", "angular_velocity", "linear_acceleration", "contact",
-         "foot_wrench", "temperature")
+         "foot_wrench", "foot_force", "temperature", "external_torque")
     ))  # fmt: skip
     return replace(bare, time=time, **(motion(time) | channels))
 

@@ -105,7 +105,7 @@ def test_every_figure_and_table_says_what_it_is(html: str) -> None:
     assert names.count("h1") == 1
 
 
-FOLDED = ["joints", "verdicts", "sides", "power", "timeline", "provenance"]
+FOLDED = ["joints", "verdicts", "sides", "torque-source", "power", "timeline", "provenance"]
 
 
 def test_the_first_screen_comes_first_and_the_rest_is_folded(html: str) -> None:
@@ -340,7 +340,7 @@ def test_little_is_enough(result: Result, tmp_path: Path) -> None:
         for name, joint in result.joints.items()
     }
     page = Page(written(replace(result, evidence=evidence, joints=joints, warnings=[]), tmp_path))
-    assert parts(page) == ["friction", "joints", "verdicts", "sides", "provenance"]
+    assert parts(page) == ["friction", "joints", "verdicts", "sides", "torque-source", "provenance"]
 
 
 def test_a_sliding_joint_has_newtons(result: Result, tmp_path: Path) -> None:

@@ -304,9 +304,18 @@ UNSOUND_ROBOTS = {
         "[contacts.left]\nframe = 'lower'\n[contacts.right]\nframe = 'lower'",
         r"\[contacts.right\] and \[contacts.left\] have the frame 'lower'; expected a frame for each contact",
     ),
-    "near key": ("[identify]\nlow = 'auto'", "unknown key 'identify.low'; expected 'law'"),
-    "near key of a channel": ("[log.torque]\nunits = 'Nm'", "unknown key 'log.torque.units'; expected 'unit'"),
-    "near key of a contact": ("[contacts.left]\nfame = 'x'", "'contacts.left.fame'; expected 'frame'"),
+    "near key": ("[identify]\nlow = 'auto'", "unknown key 'identify.low'; did you mean 'identify.law'?"),
+    "near key of a channel": (
+        "[log.torque]\nunits = 'Nm'",
+        "unknown key 'log.torque.units'; did you mean 'log.torque.unit'?",
+    ),
+    "near key of a contact": (
+        "[contacts.left]\nfame = 'x'",
+        "'contacts.left.fame'; did you mean 'contacts.left.frame'",
+    ),
+    "key of another table": ("[identify]\nwindow = 31", "'identify.window'; did you mean 'identify.filter.window'"),
+    "near joint": ("locked = { sholder = 0.0 }", "it has shoulder, elbow; did you mean 'shoulder'"),
+    "near frame": ("[contacts.left]\nframe = 'lowr'", "did you mean 'lower'"),
     "far key": ("[identify.filter]\ncolour = 1", "'identify.filter.colour'; expected one of kind, window, order"),
     "no path": ('[identify]\n[contacts.a]\nframe = "lower\\u0000"', "is not in the model"),
 }

@@ -183,7 +183,10 @@ HIP = '<body name="leg" pos="0 0.1 -.1">'
 WRONG_TABLES = {
     "unknown key": ("colour = 'red'", "unknown key 'robot.colour'"),
     "wrong type": ("position_controlled = 'elbow'", "key 'robot.position_controlled' is 'elbow'"),
-    "wrong choice": ("torque_source = 'guess'", "'link_side_sensor', 'motor_current' or 'command'"),
+    "wrong choice": (
+        "torque_source = 'guess'",
+        "'motor_side_sensor', 'motor_current' or 'command'",
+    ),
     "negative rotor": ("armature = { elbow = -1.0 }", "key 'robot.armature.elbow' is -1.0.*greater than or equal to 0"),
     "not a number": ("armature = { elbow = nan }", "key 'robot.armature.elbow' is nan"),
     "unknown law key": ("[identify]\nlow = 'x'", "unknown key 'identify.low'"),

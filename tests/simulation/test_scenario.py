@@ -117,7 +117,7 @@ def test_simulate_writes_log_and_truth_together(tmp_path: Path, capsys: pytest.C
         ("robot = 'arm'\nsimulator = 'exact'\n[posture]\nelbow = 9e18\n", ["'elbow' is at 9e+18", "from -2.6 to 2.6"]),
         ("[[walk]]\ncount = 1000000000\n", ["'walk.0.count'", "less than or equal to 10000"]),
         ("[[walk]]\ncount = 2\nstand = 1e9\n", ["[[walk]] takes 1e+09 s, expected 1000 s at most"]),
-        ("[[walk]]\ncount = 2\nfoward = 0.1\n", ["unknown key 'walk.0.foward'; expected 'forward'"]),
+        ("[[walk]]\ncount = 2\nfoward = 0.1\n", ["unknown key 'walk.0.foward'; did you mean 'walk.0.forward'?"]),
     ],
 )
 def test_wrong_scenarios(text: str, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

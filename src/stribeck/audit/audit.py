@@ -8,6 +8,7 @@ from stribeck.audit.base import check_base
 from stribeck.audit.channels import check_channels
 from stribeck.audit.delay import check_delay, delays
 from stribeck.audit.evidence import Evidence, gather
+from stribeck.audit.external import check_external
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.samples import check_samples
@@ -72,7 +73,9 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     found = [*channels, *positions, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in found):
         by_motion = check_motion(evidence)
+        external = [] if by_motion else check_external(evidence, spoken_of)
+        spoken_of |= {name for finding in external for name in finding.joints}
         torques = [] if by_motion else check_torques(evidence, spoken_of)
         delay = [] if by_motion or any(f.stops for f in torques) else check_delay(evidence, late)
-        found += [*by_motion, *torques, *delay]
+        found += [*by_motion, *external, *torques, *delay]
     return sorted(found, key=lambda finding: not finding.stops)

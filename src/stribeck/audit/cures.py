@@ -19,17 +19,17 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:SHOWN]) + more
 
 
-def scale_line(robot: Robot, factors: Mapping[str, float]) -> str:
-    """Return the setting that multiplies torques by factors, by joint, beside the scale that there is already.
+def scale_line(robot: Robot, factors: Mapping[str, float], channel: str = "torque") -> str:
+    """Return the setting that multiplies a channel by factors, by joint, beside the scale that there is already.
 
     It is one number where all joints that have a torque get the same, and else a value by the log's joint name.
     """
-    present = robot.log_table.torque.scale
+    present = getattr(robot.log_table, channel).scale
     joints = [robot.joint_names[column] for column in robot.torque_controlled]
     if isinstance(present, list):
-        return "change [log] torque scale, a list in the log's joint order"
+        return f"change [log] {channel} scale, a list in the log's joint order"
     if set(factors) == set(joints) and len(set(factors.values())) == 1 and not isinstance(present, dict):
-        return f"set [log] torque = {{ scale = {present * next(iter(factors.values())):.4g} }}"
+        return f"set [log] {channel} = {{ scale = {present * next(iter(factors.values())):.4g} }}"
     logged = {model: name for name, model in robot.log_table.joint_names.items()}
     scales = {}
     for joint in joints:
@@ -38,7 +38,7 @@ def scale_line(robot: Robot, factors: Mapping[str, float]) -> str:
         if joint in factors or before != 1:
             scales[name] = before * factors.get(joint, 1.0)
     shown = [f"{_key(name)} = {scale:.4g}" for name, scale in list(scales.items())[:SHOWN_SCALES]]
-    return f"set [log.torque] scale = {{ {', '.join(shown)}{', ...' if len(scales) > SHOWN_SCALES else ''} }}"
+    return f"set [log.{channel}] scale = {{ {', '.join(shown)}{', ...' if len(scales) > SHOWN_SCALES else ''} }}"
 
 
 def _key(name: str) -> str:

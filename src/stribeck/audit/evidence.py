@@ -52,7 +52,10 @@ class Evidence:
     support, support_names
         As in `Samples`, of the bins.
     torque, model, velocity, acceleration
-        Means over the bins, shape (B, k); the model's torque is NaN where it is not known.
+        Means over the bins, shape (B, k); the model's torque, which is inverse dynamics less the external torque, is
+        NaN where it is not known.
+    external
+        The same of the external torque, zero where there is none.
     """
 
     prepared: PreparedLog
@@ -66,6 +69,7 @@ class Evidence:
     model: Array
     velocity: Array
     acceleration: Array
+    external: Array
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -108,7 +112,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     size = max(1, round(BIN / period))
     margin = make_filter(settings.filter, period).half_width
     runs: list[Run] = []
-    bins: dict[str, list[Array]] = {"torque": [], "model": [], "velocity": [], "acceleration": []}
+    bins: dict[str, list[Array]] = {"torque": [], "model": [], "velocity": [], "acceleration": [], "external": []}
     rows: list[NDArray[np.int64]] = []
     run: list[NDArray[np.int64]] = []
     support: list[NDArray[np.int64]] = []
@@ -116,13 +120,15 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     for chunk in torque_chunks(_parts(prepared, margin), robot, settings):
         samples, names = chunk.samples, chunk.samples.support_names
         for part in chunk.runs():
-            torque = prepared.log.torque[chunk.rows[part]][:, robot.torque_controlled]
+            log, used = prepared.log, (chunk.rows[part][:, None], robot.torque_controlled)
+            torque = log.torque[used]
             model = np.where(samples.usable[part], torque - samples.friction_torque[part], np.nan)
             count = len(torque) // size
             if count == 0:
                 continue
             there = {"torque": torque, "model": model, "velocity": samples.velocity[part]}
             there["acceleration"] = samples.acceleration[part]
+            there["external"] = np.zeros_like(torque) if log.external_torque is None else log.external_torque[used]
             for name, values in there.items():
                 bins[name].append(values[: count * size].reshape(count, size, -1).mean(axis=1))
             rows.append(chunk.rows[part][size // 2 : count * size : size])

@@ -26,15 +26,24 @@ if TYPE_CHECKING:
     from stribeck.result import Result
     from stribeck.settings import Settings
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="npz, h5, csv, parquet, mcap, bag, rosbag2 folder.")]
+Logs = Annotated[
+    list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag, lcm; rosbag2, LeRobot.")
+]
 RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone, and JSON if asked for.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]
 SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
+METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
 FORMATS = (
     "mjcf",
     "urdf",
@@ -52,6 +61,7 @@ FORMATS = (
 )
 ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
+PLAN = "plan.json"
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -78,12 +88,19 @@ def identify(
     logs: Logs,
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
-    law: Annotated[str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.")] = None,
-    method: Annotated[str | None, typer.Option(help="How to fit: curve-fit, whole-log, ground-reaction.")] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.", autocompletion=lambda: LAW_NAMES),
+    ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(help=f"How to fit: {', '.join(METHOD_NAMES)}.", autocompletion=lambda: METHOD_NAMES),
+    ] = None,
     settings: SetOption = [],  # noqa: B006
     force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
     from stribeck.pipeline import identify as run
@@ -93,16 +110,41 @@ def identify(
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
     check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *_files_of(robot)], overwrite)
-    with staged_folder(output) as staging, progress_bar() as progress:
+    with staged_folder(output) as staging, progress_bar(quiet) as progress:
         result = run(logs, machine, chosen, table=staging / TABLE, force=force, progress=progress)
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
     if json:
         typer.echo(result.to_json(), nl=False)
-    else:
+    elif not quiet:
         console.print_result(result)
         console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+
+
+@app.command()
+def init(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF, MJCF or SDF file, or package:NAME.")],
+    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="A log of the robot.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The robot file to write.")] = Path("robot.toml"),
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a first robot file from a model and a log of the robot; what neither says is marked TODO."""
+    from stribeck.draft import draft_robot_file
+    from stribeck.outputs import whole_or_not_at_all
+    from stribeck.robot import model_path
+
+    check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
+    with progress_bar(quiet) as progress:
+        progress("comparing model and log", 0.1)
+        found = draft_robot_file(model, log, output)
+    with whole_or_not_at_all(output) as staging:
+        staging.write_text(found.text, encoding="utf-8")
+    if not quiet:
+        for question in found.questions:
+            typer.echo(f"TODO: {question}")
+        console.print_paths([output])
 
 
 @app.command()
@@ -113,6 +155,7 @@ def inspect(
     settings: SetOption = [],  # noqa: B006
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
     from stribeck.inspection import inspect_log
@@ -121,14 +164,14 @@ def inspect(
 
     machine = Robot.from_file(robot)
     check_outputs([output] if output else [], [log, *_files_of(robot)], overwrite)
-    with progress_bar() as progress:
+    with progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
         found = inspect_log(log, machine, with_settings(machine.settings, {}, settings))
     if output is not None:
         write_inspection(found, output)
     if json:
         typer.echo(found.to_json(), nl=False)
-    else:
+    elif not quiet:
         console.print_inspection(found)
         console.print_paths([output] if output else [])
 
@@ -141,6 +184,7 @@ def convert(
         Path | None, typer.Option("--robot", "-r", help="Whose joints, in whose order, units and signs.")
     ] = None,
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Write a log again, in SI units and under the names that are read without any setting."""
     from stribeck.log.readers import read_log
@@ -148,11 +192,13 @@ def convert(
     from stribeck.robot import Robot
 
     check_outputs([output], [log, *(_files_of(robot) if robot else [])], overwrite)
-    with progress_bar() as progress:
+    with progress_bar(quiet) as progress:
         progress("reading", 0.1)
         found = read_log(log, Robot.from_file(robot) if robot else None)
         progress("writing", 0.6)
         left_out = write_log(found, output)
+    if quiet:
+        return
     for note in found.notes:
         typer.echo(note)
     if left_out:
@@ -164,7 +210,7 @@ def convert(
 def export(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
-    to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.")],
+    to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.", autocompletion=lambda: FORMATS)],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write; with --samples the folder.")],
     samples: Annotated[int | None, typer.Option(help="Write as many robots that the log cannot tell apart.")] = None,
     ranges: Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges of the numbers to draw from.")] = False,
@@ -173,6 +219,7 @@ def export(
     strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
     friction: Annotated[str | None, typer.Option(help="Form in MJCF, plain or lugre; what loses least.")] = None,
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
     from stribeck.export import export as write_model
@@ -192,7 +239,8 @@ def export(
             paths = export_samples(
                 found, machine, output, to, samples, joints=asked, include_weak=include_weak, friction=friction
             )
-        console.print_paths(paths)
+        if not quiet:
+            console.print_paths(paths)
         return
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
@@ -202,8 +250,44 @@ def export(
             lines = write_model(
                 found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
             )
-    typer.echo("\n".join(lines))
-    console.print_paths([output])
+    if not quiet:
+        typer.echo("\n".join(lines))
+        console.print_paths([output])
+
+
+@app.command()
+def plan(
+    result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
+    robot: RobotOption,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for plan.json.")] = None,
+    joints: Annotated[
+        str | None, typer.Option(help="Joints to plan for, a,b,c; weak or not excited ones if none.")
+    ] = None,
+    held: Annotated[str, typer.Option(help="Axis of a floating base that points up: x, -x, y, -y, z or -z.")] = "z",
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Say which motion would make the friction of weak joints known, and how long it takes."""
+    from stribeck.planning.plan import plan as run
+    from stribeck.robot import Robot
+
+    file = _result_file(result)
+    outputs = [output / PLAN] if output else []
+    machine = Robot.from_file(robot)
+    check_outputs(outputs, [file, *_files_of(robot)], overwrite)
+    asked = None if joints is None else [name.strip() for name in joints.split(",")]
+    with progress_bar(quiet) as progress:
+        progress("planning", 0.1)
+        found = run(file, machine, joints=asked, held=held)
+    if output is not None:
+        with staged_folder(output) as staging:
+            (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    elif not quiet:
+        console.print_plan(found)
+        console.print_paths(outputs)
 
 
 @app.command()
@@ -218,6 +302,7 @@ def replay(
     force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Compare a log with a model: torques, and short simulations, with and without the model's friction."""
     from stribeck.replay.replay import replay as run
@@ -227,7 +312,7 @@ def replay(
     machine = Robot.from_file(robot)
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
     check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
-    with progress_bar() as progress:
+    with progress_bar(quiet) as progress:
         found = run(log, machine, model, with_settings(machine.settings, {}, settings), force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
@@ -235,30 +320,52 @@ def replay(
             write_replay(found, staging / REPLAY_PAGE)
     if json:
         typer.echo(found.to_json(), nl=False)
-    else:
+    elif not quiet:
         console.print_replay(found)
         console.print_paths(outputs)
 
 
 @app.command()
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="A/result.json", help="A result.")],
-    second: Annotated[
-        Path | None, typer.Argument(metavar="[B/result.json]", help="Another one; without it, left against right of A.")
-    ] = None,
+    results: Annotated[
+        list[Path],
+        typer.Argument(metavar="RESULT", help="result.json of a robot, the oldest first; of one, its left and right."),
+    ],
+    names: Annotated[str | None, typer.Option(help="What to call the results, a,b,c; by their logs if none.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
-    """Show what changed between two results, or between left and right of one."""
+    """Show what changed between results of a robot, or between left and right of one."""
+    from stribeck.report.comparison import write_comparison
     from stribeck.result import read_result
-    from stribeck.result.compare import compare as compare_results
+    from stribeck.result.compare import compare as compare_two
     from stribeck.result.compare import compare_sides
+    from stribeck.result.history import history, history_of_sides
 
-    a = read_result(_result_file(first))
-    found = compare_sides(a) if second is None else compare_results(a, read_result(_result_file(second)))
+    files = [_result_file(path) for path in results]
+    check_outputs([output] if output else [], files, overwrite)
+    read = [read_result(path) for path in files]
+    labels = None if names is None else [name.strip() for name in names.split(",")]
+    if labels and len(read) == 1:
+        raise SettingsError("--names: one result has its left and right to compare; leave the names out")
+    changes = history_of_sides(read[0]) if len(read) == 1 else history(read, labels)
+    pair = None
+    if len(read) == 1:
+        pair = compare_sides(read[0])
+    elif len(read) == 2:
+        pair = compare_two(read[0], read[1], names=(labels[0], labels[1]) if labels else None)
+    if output is not None:
+        write_comparison(changes, output)
     if json:
-        typer.echo(found.to_json(), nl=False)
-    else:
-        console.print_comparison(found)
+        typer.echo((pair or changes).to_json(), nl=False)
+    elif not quiet:
+        if pair:
+            console.print_comparison(pair)
+        else:
+            console.print_history(changes)
+        console.print_paths([output] if output else [])
 
 
 @app.command()
@@ -266,6 +373,7 @@ def simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What happens.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Make a log of a simulated robot, with its truth beside it."""
     _require_simulation()
@@ -277,10 +385,11 @@ def simulate(
         raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
     chosen = read_scenario(scenario)
     check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
-    with progress_bar() as progress:
+    with progress_bar(quiet) as progress:
         found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
     truth = write_simulated(found.log, found.truth, output)
-    console.print_paths([output, truth, Path(found.robot.path)])
+    if not quiet:
+        console.print_paths([output, truth, Path(found.robot.path)])
 
 
 @app.command()
@@ -289,6 +398,7 @@ def demo(
         "demo"
     ),
     overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
     _require_simulation()
@@ -300,7 +410,7 @@ def demo(
     from stribeck_simulation.truth import truth_reference
 
     check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
-    with staged_folder(output) as staging, progress_bar() as progress:
+    with staged_folder(output) as staging, progress_bar(quiet) as progress:
         example = make_demo(staging, lambda share: progress("simulating a walk", share))
         machine = Robot.from_file(example.robot_file)
         result = run([example.log], machine, table=staging / TABLE, progress=progress)
@@ -309,8 +419,9 @@ def demo(
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         truth = truth_reference(result, example.law, example.parameters)
         write_report(result, staging / REPORT, reference=truth, further=[walk_section(example.walk)])
-    console.print_truth(result, example.parameters)
-    console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+    if not quiet:
+        console.print_truth(result, example.parameters)
+        console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 
 
 def _require_simulation() -> None:
@@ -372,9 +483,9 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
 
 def _files_of(robot: Path) -> list[Path]:
     """Return the robot file and the model that it names."""
-    from stribeck.robot import read_robot_file
+    from stribeck.robot import model_path, read_robot_file
 
-    return [robot, robot.parent / read_robot_file(robot).robot.model]
+    return [robot, model_path(read_robot_file(robot).robot.model, robot.parent)]
 
 
 def _result_file(path: Path) -> Path:
@@ -382,10 +493,11 @@ def _result_file(path: Path) -> Path:
 
 
 @contextmanager
-def progress_bar() -> Iterator[Any]:
-    """Give a function to call with a stage and its share; it draws on stderr if that is a terminal."""
+def progress_bar(quiet: bool) -> Iterator[Any]:
+    """Give a function to call with a stage and its share; it draws on stderr if that is a terminal, and not `quiet`."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console.ERRORS, transient=True, disable=not console.ERRORS.is_terminal) as progress:
+    hidden = quiet or not console.ERRORS.is_terminal
+    with Progress(*columns, console=console.ERRORS, transient=True, disable=hidden) as progress:
         task = progress.add_task("starting", total=1.0)
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 

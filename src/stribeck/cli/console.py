@@ -13,15 +13,19 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from stribeck.inspection import Inspection
+    from stribeck.planning.plan import Plan
     from stribeck.replay.replay import Replay
     from stribeck.result import ParameterEstimate, Result
-    from stribeck.result.compare import Comparison
+    from stribeck.result.compare import Comparison, Difference
+    from stribeck.result.history import History
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
 HELD_OUT = "RMS held out\n[N m]"
 WIDE = 110
 """Columns from which a line has friction at all speeds, not at the middle one alone."""
+MOST_WIDTH = 1.0
+"""Half of an interval over the value [1] from which on friction counts as unknown."""
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
 
@@ -199,7 +203,7 @@ def _support_shares(found: Inspection) -> str:
 
 def print_comparison(found: Comparison) -> None:
     """Print the differences of two results: a line a parameter."""
-    numbers = ("first", "second", "difference", "95 % interval")
+    numbers = ("first", "second", "difference", "95 % interval", "change")
     table = _table(f"{found.a} and {found.b}", ["joint", "parameter"], numbers, ["agrees"])
     for row in found.rows:
         low, high = row.interval_95
@@ -210,11 +214,71 @@ def print_comparison(found: Comparison) -> None:
             number(row.b),
             number(row.difference),
             f"{number(low)} ... {number(high)}",
-            ("yes" if row.agrees else "[red]no[/]") + (" (weak)" if row.weak else ""),
+            _percent(row),
+            ("yes" if row.agrees else "[red]no[/]") + ", significant" * row.significant + " (weak)" * row.weak,
         )
     console = _show(table, [row.joint for row in found.rows])
     for joint, reason in found.missing.items():
         console.print(f"{joint}: {reason}", markup=False)
+
+
+def print_history(found: History) -> None:
+    """Print how results changed: a line a parameter."""
+    numbers = ("first", "last", "change", "per result", "95 % interval")
+    title = f"{found.robot}: {found.names[0]} to {found.names[-1]}, {len(found.names)} results"
+    table = _table(title, ["joint", "parameter"], numbers, ["significant"])
+    for row in found.rows:
+        changed = [name for name, each in zip(found.names, row.changes, strict=True) if each and each.significant]
+        marks = (["drift"] if row.drifts else []) + ([f"change in {', '.join(changed)}"] if changed else [])
+        low, high = row.slope_interval_95 or (0.0, 0.0)
+        table.add_row(
+            Text(row.joint),
+            Text(f"{row.parameter} [{row.unit}]"),
+            number(row.first),
+            number(row.last_change.b),
+            _percent(row.last_change),
+            "" if row.slope is None else number(row.slope),
+            "" if row.slope is None else f"{number(low)} ... {number(high)}",
+            Text("; ".join(marks), style="red"),
+        )
+    console = _show(table, [row.joint for row in found.rows])
+    for joint, reason in found.missing.items():
+        console.print(f"{joint}: {reason}", markup=False)
+    console.print(
+        f"{found.tests} tests by Holm's method: where nothing has changed, one history in twenty has any significant"
+    )
+
+
+def _percent(row: Difference) -> str:
+    return "" if row.percent is None else f"{row.percent:+.{0 if abs(row.percent) > 10 else 1}f} %"
+
+
+def print_plan(found: Plan) -> None:
+    """Print a sentence a joint, then a line for each motion that was tried, the best first."""
+    if not found.joints:
+        print("nothing to plan: no joint is weak or not excited")
+        return
+    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "± of the\nfriction", "enough\nfrom [s]")
+    table = _table(f"{found.robot}: what a log of each motion would say", ["joint", "motion"], numbers)
+    for name, joint in found.joints.items():
+        for k, one in enumerate(joint.candidates):
+            spans = one.slowest not in (0.0, one.fastest)
+            speed = f"{one.slowest:.2g} to {one.fastest:.2g}" if spans else f"{one.fastest:.2g}"
+            table.add_row(
+                Text(name if k == 0 else ""),
+                Text(one.motion),
+                speed + " m/s" * (joint.unit == "m/s"),
+                str(one.reversals),
+                f"{one.duration:.0f}",
+                f"{100 * one.relative_width:.2g} %" if one.relative_width < MOST_WIDTH else "unknown",
+                "" if one.needed is None else f"{one.needed:.0f}",
+                end_section=k == len(joint.candidates) - 1,
+            )
+    console = _show(table, found.joints)
+    for name, joint in found.joints.items():
+        console.print(f"{name}: {joint.verdict}: {joint.advice}", markup=False)
+    for note in found.notes:
+        console.print(f"note: {note}", markup=False)
 
 
 def print_replay(found: Replay) -> None:

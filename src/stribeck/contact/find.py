@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.contact.forces import foot_loads, standing_from_forces
+from stribeck.contact.forces import foot_loads, force_channel, standing_from_forces
 from stribeck.contact.kinematics import standing_from_kinematics
 from stribeck.contact.phases import Source, SupportPhase, SupportPhases, fixed_phases, phases_of_segment
 from stribeck.contact.upright import FALLEN, row_of_fall
@@ -69,7 +69,7 @@ def find_support_phases(
     if not segments:
         raise LogError(f"{log.path or 'log'}: no segment of evenly sampled rows is left; expected at least one")
     source = _source(log, settings)
-    if {"flags": log.contact, "forces": log.foot_wrench}.get(source) is not None:
+    if {"flags": log.contact, "forces": force_channel(log)}.get(source) is not None:
         _check_feet(log, feet)
     fall = row_of_fall(log, robot, segments)
     if fall is not None:
@@ -96,7 +96,7 @@ def _source(log: RobotLog, settings: SupportSettings) -> Source:
         return settings.source
     if log.contact is not None:
         return "flags"
-    return "forces" if log.foot_wrench is not None else "kinematics"
+    return "forces" if force_channel(log) else "kinematics"
 
 
 def _check_feet(log: RobotLog, feet: tuple[str, ...]) -> None:
@@ -152,7 +152,7 @@ def _nothing_stands(
         weight = robot.mass * float(np.linalg.norm(robot.gravity))
         most = float(foot_loads(log, robot, feet).max())
         return (
-            f"{start}: the largest load of a foot in foot_wrench is {most:.4g} N, but standing begins at "
+            f"{start}: the largest load of a foot in {force_channel(log)} is {most:.4g} N, but standing begins at "
             f"{settings.force_on * weight:.4g} N ([identify.support] force_on times the weight of {weight:.4g} N)"
         )
     return f"{start}: all contact flags of {', '.join(feet)} are false; if the base is held, set [robot] base = 'fixed'"

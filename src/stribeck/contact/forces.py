@@ -51,23 +51,31 @@ def standing_from_forces(
     return standing, ~standing & (loads > settings.force_off * weight), notes
 
 
+def force_channel(log: RobotLog) -> str | None:
+    """Return the channel that tells the feet's loads; None if the log has none."""
+    return next((name for name in ("foot_wrench", "foot_force") if getattr(log, name) is not None), None)
+
+
 def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
     """Return the load of each foot [N], shape (T, feet), positive when the ground pushes.
 
     For a surface that is the force along its normal, the z axis of the contact frame. A point foot has no normal and
     turns with its shank, so that its force is turned to the vertical; unless the sensor has a single axis, whose
-    reading is taken as it is.
+    reading is taken as it is, as all of `foot_force` are.
 
     Raises
     ------
     LogError
         If the log has no foot forces.
     """
-    wrench = log.foot_wrench
-    if wrench is None:
+    wrench, force = log.foot_wrench, log.foot_force
+    if wrench is None and force is None:
         raise LogError(
-            f"{log.path or 'log'}: [identify.support] source is 'forces', but the log has no channel foot_wrench"
+            f"{log.path or 'log'}: [identify.support] source is 'forces', but the log has no channel foot_wrench or "
+            "foot_force"
         )
+    if wrench is None:
+        return np.asarray(force)[:, [log.foot_names.index(foot) for foot in feet]]
     loads = np.empty((len(log.time), len(feet)))
     for k, foot in enumerate(feet):
         force = wrench[:, log.foot_names.index(foot), :3]
@@ -85,16 +93,16 @@ def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
     carried = total[size > LOADED * np.percentile(size, 95)]
     share = float(np.median(carried)) / weight if len(carried) else 0.0
     unit = next((found for ratio, found in UNITS.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
-    name = log.path or "log"
+    name, channel = log.path or "log", force_channel(log)
     if unit is not None:
         raise LogError(
-            f"{name}: the forces in foot_wrench add up to {abs(share) * weight:.4g}, the robot weighs {weight:.4g} N, "
-            f"so they look like {unit[0]}; set [log] foot_wrench = {{scale = {np.sign(share) * unit[1]:g}}}"
+            f"{name}: the forces in {channel} add up to {abs(share) * weight:.4g}, the robot weighs {weight:.4g} N, "
+            f"so they look like {unit[0]}; set [log] {channel} = {{scale = {np.sign(share) * unit[1]:g}}}"
         )
     if share < -TOLERANCE:
         raise LogError(
-            f"{name}: the forces in foot_wrench add up to {share * weight:.4g} N where the robot stands, but the "
-            f"ground's force on a foot points up along z; set [log] foot_wrench = {{scale = -1.0}}"
+            f"{name}: the forces in {channel} add up to {share * weight:.4g} N where the robot stands, but the "
+            f"ground's force on a foot points up along z; set [log] {channel} = {{scale = -1.0}}"
         )
     if abs(share - 1) > TOLERANCE:
         return [

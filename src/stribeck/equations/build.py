@@ -83,7 +83,7 @@ class WeakForm:
         mode, window = self.contact_modes[segment.feet], self.window
         torque = self._torque(segment)
         wrench = self._wrench(mode, segment)
-        left = mode.left_side(state, torque, wrench)
+        left = mode.left_side(state, torque + self._external(segment), wrench)
         columns = None
         if self.corrections.size:
             acceleration = self.acceleration_kernels.windows(self.log.position, segment.first, segment.last)
@@ -142,6 +142,11 @@ class WeakForm:
         if self.delay == 0:
             return torque
         return torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0)
+
+    def _external(self, segment: Segment) -> Array | float:
+        """Return the external torques at the segment's rows, shape (T, all joints), or zero."""
+        external = self.log.external_torque
+        return 0.0 if external is None else external[segment.first : segment.last]
 
     def _temperature(self, segment: Segment) -> Array | None:
         if self.log.temperature is None:
@@ -278,7 +283,7 @@ def weak_form(
     """
     columns = np.asarray(joints, dtype=np.int64)
     names = [robot.joint_names[column] for column in columns]
-    noise = measure_noise(log.position, log.torque, unbroken, log.foot_wrench)
+    noise = measure_noise(log.position, log.applied_torque(), unbroken, log.foot_wrench)
     kernels = differentiator(float(np.median(noise.position[columns])), period)
     window, corrections = smooth_window(period), find_corrections(robot, [*names, *couplings], settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, did_you_mean
 from stribeck.export.forms import Form, nearest, top_speed
 from stribeck.friction import get_law
 from stribeck.friction.terms import PRESLIDING, SLOW
@@ -106,7 +106,10 @@ def joint_terms(
     """
     unknown = [name for name in joints or () if name not in result.joints]
     if unknown:
-        raise SettingsError(f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}")
+        raise SettingsError(
+            f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}"
+            f"{did_you_mean(unknown[0], result.joints)}"
+        )
     own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
     terms = {name: _terms(joint, form, include_weak) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}

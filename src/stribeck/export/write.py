@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
-from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.export import (
     c_header,
     drake,
@@ -251,7 +251,9 @@ def _text(
 ) -> tuple[str, list[str]]:
     """Return a file's text, and the lines of its head."""
     if target not in TARGETS:
-        raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}")
+        raise SettingsError(
+            f"export: the target is '{target}'; expected {_either(TARGETS)}{did_you_mean(target, TARGETS)}"
+        )
     own = TARGETS[target]
     _refuse_other_models(robot, target)
     _check(result, robot, path)

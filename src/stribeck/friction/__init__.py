@@ -1,6 +1,6 @@
 """Friction laws: the contract and one file a law."""
 
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction.assembled import Assembled as Assembled
 from stribeck.friction.asymmetric import Asymmetric as Asymmetric
 from stribeck.friction.coulomb_viscous import CoulombViscous as CoulombViscous
@@ -33,5 +33,6 @@ def get_law(name: str) -> FrictionLaw:
         return Assembled()
     laws = {**LAWS, **LAWS_WITH_STATE}
     if name not in laws:
-        raise SettingsError(f"law: found '{name}', expected one of {', '.join(sorted([*laws, AUTO]))}")
+        names = sorted([*laws, AUTO])
+        raise SettingsError(f"law: found '{name}', expected one of {', '.join(names)}{did_you_mean(name, names)}")
     return laws[name]()

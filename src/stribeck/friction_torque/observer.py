@@ -118,7 +118,7 @@ class MomentumObserver:
         ----------
         position, velocity, torque
             Of the joints, in the robot's order [rad], [rad/s], [N m], shape (n,); torques of position-controlled joints
-            are not used.
+            are not used. Known external torques are to be added to the others.
         feet
             Names of the contacts that stand, of a floating base; none in flight.
         base_orientation

@@ -10,7 +10,7 @@ all the same. Where the wrenches are measured, the joints between base and feet 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple, Protocol
@@ -299,7 +299,7 @@ def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, perio
 def differentiate(
     robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, turn_filter: Filter, settings: Settings
 ) -> tuple[State, Array]:
-    """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque."""
+    """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque on it."""
     orientation = None
     if log.base_orientation is not None and _uses_orientation(robot, log, settings):
         wide = _widened(rows, turn_filter)
@@ -312,14 +312,14 @@ def differentiate(
         state = State(log.position[rows], log.velocity[rows], acceleration[rows], orientation)
     else:
         state = State(*motion_filter.apply(log.position[_widened(rows, motion_filter)]), orientation)
-    return state, _filtered(log.torque, rows, motion_filter, settings)
+    return state, _filtered(log.applied_torque, rows, motion_filter, settings)
 
 
-def _filtered(signal: Array, rows: slice, motion_filter: Filter, settings: Settings) -> Array:
+def _filtered(signal: Callable[[slice], Array], rows: slice, motion_filter: Filter, settings: Settings) -> Array:
     """Return a torque or force at these rows as the settings have it: averaged, smoothed, or as it is."""
     if settings.averaged_law:
-        return motion_filter.average(signal[_widened(rows, motion_filter)])
-    return motion_filter.smooth(signal[_widened(rows, motion_filter)]) if settings.filter_torque else signal[rows]
+        return motion_filter.average(signal(_widened(rows, motion_filter)))
+    return motion_filter.smooth(signal(_widened(rows, motion_filter))) if settings.filter_torque else signal(rows)
 
 
 def _measured_wrenches(
@@ -328,7 +328,7 @@ def _measured_wrenches(
     """Return the wrench on each foot at these rows, shape (N, 6); none where the settings do not ask for them."""
     if log.foot_wrench is None or not _takes_wrenches(robot, settings):
         return {}
-    wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1), rows, motion_filter, settings)
+    wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1).__getitem__, rows, motion_filter, settings)
     return dict(zip(log.foot_names, np.split(wrench, len(log.foot_names), axis=1), strict=True))
 
 

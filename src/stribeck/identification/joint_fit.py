@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,6 +101,21 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
         blocks=len(np.unique(problem.block)),
         converged=best.converged,
     )
+
+
+def with_gain_error(fit: JointFit, error: float) -> JointFit:
+    """Return a fit that knows the relative standard error [1] of its torques' gain, which scales all friction."""
+    scaled = fit.values * np.array([parameter.unit.startswith(("N", "kg")) for parameter in fit.parameters])
+    if error == 0 or not scaled.any():
+        return fit
+    covariance = fit.covariance + error**2 * np.outer(scaled, scaled)
+    factor = np.sqrt(np.diag(covariance) / np.maximum(np.diag(fit.covariance), 1e-300))
+    factor = np.where(scaled == 0, 1.0, factor)
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in fit.parameters])
+    intervals = np.clip(
+        fit.values[:, None] + factor[:, None] * (fit.intervals - fit.values[:, None]), *bounds.T[..., None]
+    )
+    return replace(fit, covariance=covariance, standard_errors=fit.standard_errors * factor, intervals=intervals)
 
 
 def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> NDArray[np.bool_]:

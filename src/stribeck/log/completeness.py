@@ -54,6 +54,8 @@ def _column_name(log: RobotLog, channel: str, index: int) -> str:
         return "time"
     if channel == "foot_wrench":
         return f"{channel}.{log.foot_names[index // 6]}.{WRENCH[index % 6]}"
+    if channel == "foot_force":
+        return f"{channel}.{log.foot_names[index]}"
     if channel in ("base_orientation", "angular_velocity", "linear_acceleration"):
         return f"{channel}.{QUATERNION[index]}"
     return f"{channel}.{log.joint_names[index]}"

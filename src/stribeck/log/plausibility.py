@@ -63,7 +63,7 @@ def _velocity_unit(log: RobotLog, where: str) -> list[str]:
     """Compare the log's velocity with the slope of its position, joint by joint."""
     if log.velocity is None:
         return []
-    slopes = np.array([_slope(log, joint) for joint in range(len(log.joint_names))])
+    slopes = np.array([position_slope(log, joint) for joint in range(len(log.joint_names))])
     slope = float(np.median(slopes[np.isfinite(slopes)])) if np.isfinite(slopes).any() else 1.0
     for ratio, meaning in RATIOS.items():
         if abs(slope / ratio - 1) < AGREEMENT:
@@ -75,7 +75,7 @@ def _velocity_unit(log: RobotLog, where: str) -> list[str]:
     return [f"Position and velocity have opposite signs in {listed(turned)}."] if turned else []
 
 
-def _slope(log: RobotLog, joint: int) -> float:
+def position_slope(log: RobotLog, joint: int) -> float:
     """Return the factor between steps of the position and the integral of the velocity, NaN where they do not match."""
     assert log.velocity is not None
     step = np.diff(log.time[:ROWS])

@@ -30,15 +30,22 @@ class RobotLog:
     angular_velocity, linear_acceleration
         Of the IMU, in its own frame, [rad/s] and [m/s^2], shape (T, 3).
     foot_names
-        Names of the columns of `contact` and `foot_wrench`.
+        Names of the columns of `contact`, `foot_wrench` and `foot_force`.
     contact
         Whether a foot stands, shape (T, feet), bool.
     foot_wrench
         Force [N] and moment [N m] of the ground on the foot, in the contact frame, shape (T, feet, 6).
+    foot_force
+        Vertical force of the ground on the foot [N], shape (T, feet), of sensors with a single axis.
     temperature
         [deg C], shape (T, n).
+    external_torque
+        Of what is not in the model, on the joints, e.g. of a load motor: positive in the direction in which the
+        position grows [N m] or [N], shape (T, n).
     torque_source
         Where the torque comes from.
+    in_amperes
+        Joints whose torque is a current [A]: nothing says yet how much torque an ampere makes.
     notes
         What the reader did to the data, a sentence each.
     path
@@ -70,8 +77,11 @@ class RobotLog:
     foot_names: tuple[str, ...] = ()
     contact: NDArray[np.bool_] | None = None
     foot_wrench: Array | None = None
+    foot_force: Array | None = None
     temperature: Array | None = None
+    external_torque: Array | None = None
     torque_source: TorqueSource = "link_side_sensor"
+    in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     path: str = ""
 
@@ -85,11 +95,13 @@ class RobotLog:
             "velocity": (samples, joints),
             "acceleration": (samples, joints),
             "temperature": (samples, joints),
+            "external_torque": (samples, joints),
             "base_orientation": (samples, 4),
             "angular_velocity": (samples, 3),
             "linear_acceleration": (samples, 3),
             "contact": (samples, feet),
             "foot_wrench": (samples, feet, 6),
+            "foot_force": (samples, feet),
         }
         for name, shape in shapes.items():
             channel = getattr(self, name)
@@ -106,6 +118,11 @@ class RobotLog:
         held = ", ".join(name for name in self.channels() if name != "time")
         place = f" of {self.path}" * bool(self.path)
         return f"RobotLog({len(self.time)} samples in {seconds:.4g} s{place}, {joints}: {names}; {held})"
+
+    def applied_torque(self, rows: slice = slice(None)) -> Array:
+        """Return the torques on the joints, measured and external, of which inverse dynamics leaves the friction's."""
+        torque = self.torque[rows]
+        return torque if self.external_torque is None else torque + self.external_torque[rows]
 
     def channels(self) -> dict[str, NDArray[np.generic]]:
         """Return the sampled channels that this log has, by name; the first axis of each is time."""

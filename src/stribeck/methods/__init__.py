@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.methods.contract import Fitted as Fitted
 from stribeck.methods.contract import Method as Method
@@ -30,7 +30,8 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
         If there is no such method or law, the method cannot fit the law, or a setting that it does not use is set.
     """
     if settings.method not in METHODS:
-        raise SettingsError(f"method: found '{settings.method}', expected one of {', '.join(METHODS)}")
+        near = did_you_mean(settings.method, METHODS)
+        raise SettingsError(f"method: found '{settings.method}', expected one of {', '.join(METHODS)}{near}")
     method, usual = METHODS[settings.method], flat(Settings())
     defaults = {key: value for key, value in method.defaults(robot).items() if getattr(settings, key) == usual[key]}
     name = settings.law or defaults["law"]

@@ -393,12 +393,16 @@ def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
     log, unbroken = prepared.log, prepared.sampling.segments
     position, of_position = without_spikes(log.position, unbroken, POSITION_FLOOR, smooth=True)
     torque, of_torque = without_spikes(log.torque, unbroken, TORQUE_FLOOR, smooth=False)
+    external = log.external_torque
+    if external is not None:
+        external, of_external = without_spikes(external, unbroken, TORQUE_FLOOR, smooth=False)
+        of_torque += of_external
     if not of_position + of_torque:
         return prepared, ""
     note = (
         f"Spikes are replaced by what is between their neighbours: {of_position} of positions, {of_torque} of torques."
     )
-    return replace(prepared, log=replace(log, position=position, torque=torque)), note
+    return replace(prepared, log=replace(log, position=position, torque=torque, external_torque=external)), note
 
 
 WHOLE_LOG = Method(

@@ -59,7 +59,7 @@ def with_joints(prepared: PreparedLog, joints: Sequence[str]) -> PreparedLog:
     if tuple(joints) == log.joint_names:
         return prepared
     order = [log.joint_names.index(name) for name in joints]
-    channels = ("position", "torque", "velocity", "acceleration", "temperature")
+    channels = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque")
     moved = {name: value[:, order] for name in channels if (value := getattr(log, name)) is not None}
     return replace(prepared, log=replace(log, joint_names=tuple(joints), **moved))
 
@@ -69,7 +69,7 @@ def _armature(model: pin.Model, robot: Robot) -> Array:
     found = np.array(model.armature)
     for name, value in zip(robot.joint_names, robot.armature, strict=True):
         place = model.joints[model.getJointId(name)].idx_v
-        if robot.torque_source == "link_side_sensor" or not found[place]:
+        if robot.torque_source.endswith("_sensor") or not found[place]:
             found[place] = value
     return found
 

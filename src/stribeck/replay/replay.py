@@ -10,7 +10,7 @@ from statistics import median
 
 import numpy as np
 
-from stribeck.audit import audit_or_stop
+from stribeck.audit import audit_or_stop, torques_of_currents
 from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.stage import with_filter
 from stribeck.log import RobotLog
@@ -145,8 +145,12 @@ def replay(
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        prepared = prepare(log, robot, settings)
-        notes += [*(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)), *_flight(prepared)]
+        (prepared,), of_currents, _ = torques_of_currents([prepare(log, robot, settings)], robot, settings)
+        notes += [
+            *map(str, of_currents),
+            *(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)),
+            *_flight(prepared),
+        ]
         settings, _ = with_filter(prepared, robot, settings)
         logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
         massless = _massless((robot, other), logs)

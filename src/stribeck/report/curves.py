@@ -90,9 +90,14 @@ def friction_curve(name: str, joint: JointResult, evidence: Evidence, law: Frict
     """
     if joint.verdict in ("no friction", "not excited"):
         return None
-    values, covariance = fitted_values(name, joint, evidence, law)
+    return curve_of(joint, law, *fitted_values(name, joint, evidence, law), prismatic=name in evidence.prismatic)
+
+
+def curve_of(
+    joint: JointResult, law: FrictionLaw, values: Array | None, covariance: Array | None, *, prismatic: bool
+) -> FrictionCurve | None:
+    """Return the friction curve of a joint's law with these values and their covariance, both in the law's order."""
     curve = None
-    prismatic = name in evidence.prismatic
     significant = not joint.curve or any(point.interval_95[0] > 0 for point in joint.curve)
     if values is not None and np.ptp(joint.velocity_range) > 0:
         kept = np.array([parameter.name != "offset" for parameter in law.parameters])

@@ -21,10 +21,12 @@ CHANNEL_UNITS = {
     "velocity": "rad/s",
     "acceleration": "rad/s²",
     "torque": "N m",
+    "external_torque": "N m",
     "base_orientation": "xyzw",
     "angular_velocity": "rad/s",
     "linear_acceleration": "m/s²",
     "foot_wrench": "N, N m",
+    "foot_force": "N",
     "temperature": "°C",
 }
 

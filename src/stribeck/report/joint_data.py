@@ -122,8 +122,15 @@ def fitted_values(
 
     Of a joint whose friction grows with the load, they are those at its mean load.
     """
+    return values_and_covariance(joint, evidence.covariance.get(name), law)
+
+
+def values_and_covariance(
+    joint: JointResult, covariance: Array | None, law: FrictionLaw
+) -> tuple[Array | None, Array | None]:
+    """Return what `fitted_values` does, given the covariance of the joint's parameters in their order."""
     fitted = {parameter: found.value for parameter, found in joint.parameters.items()}
-    load, covariance = joint.mean_load or 0.0, evidence.covariance.get(name)
+    load = joint.mean_load or 0.0
     values = law_values(law, fitted, load)
     if values is None or covariance is None or covariance.shape != (len(fitted), len(fitted)):
         return values, None

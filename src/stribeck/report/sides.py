@@ -16,9 +16,6 @@ from stribeck.result import Evidence, Result
 from stribeck.result.compare import Difference, compare_sides
 from stribeck.result.mirror import mirrored_pairs
 
-LARGEST_CHANGE = 10.0
-"""From left to right [1]; more says that the left is next to nothing."""
-
 SIDE_HEIGHT = 170.0
 """Height of a pair's figure [SVG units]."""
 
@@ -55,7 +52,7 @@ def _cell(
         "left": result.joints[left].parameters[parameter],
         "right": result.joints[right].parameters[parameter],
         "differs": not difference.agrees,
-        "change": difference.difference / abs(difference.a) if _comparable(difference) else None,
+        "change": None if difference.percent is None else difference.percent / 100,
     }
 
 
@@ -78,8 +75,3 @@ def _draw_law(axes: Any, data: JointData, velocity_range: tuple[float, float], c
     if band is not None:
         axes.fill_between(grid, torque - band, torque + band, color=colour, alpha=0.25, linewidth=0)
     axes.plot(grid, torque, color=colour, linewidth=1.8)
-
-
-def _comparable(difference: Difference) -> bool:
-    """Return whether a change is worth a percentage: not from zero, or nearly."""
-    return abs(difference.difference) <= LARGEST_CHANGE * abs(difference.a) and difference.a != 0

@@ -18,6 +18,7 @@ from stribeck.report.page import Section, render, render_page
 from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.sides import sides
 from stribeck.report.timeline import timeline
+from stribeck.report.torque_meaning import torque_meaning
 from stribeck.report.verdict_table import terms, verdict_table
 from stribeck.result import Evidence, Result
 from stribeck.samples import Samples
@@ -69,6 +70,7 @@ def write_report(
             *further,
             sides(result, evidence, law),
             corrections(result),
+            torque_meaning(evidence.torque_source),
             power(shown),
             timeline(evidence.phases, _start(evidence.close_up)),
             provenance(result, evidence),

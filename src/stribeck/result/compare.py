@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+
+from scipy.stats import norm
 
 from stribeck.errors import SettingsError
 from stribeck.result import JointResult, ParameterEstimate, Result, read_result
@@ -14,14 +17,21 @@ from stribeck.result.mirror import mirrored_pairs
 DIRECTED = frozenset({"offset", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative"})
 """Parameters that belong to one direction of a joint's axis: mirrored axes may point either way."""
 
+FALSE_ALARMS = 0.05
+"""Chance [1] that any change is called significant in a comparison where nothing has changed."""
+
+LARGEST_PERCENT = 1000.0
+"""More says that the first value is next to nothing [%]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
     """One parameter of one joint, or of two mirrored joints, in both results.
 
     `difference` is b - a with its 95 % interval; `z_score` is the difference in standard errors, None if they are
-    zero, or next to it; `agrees` says whether the interval holds zero. Nothing is said about a joint that only one side
-    identified: it is in `missing`.
+    zero, or next to it; `agrees` says whether the interval holds zero, one in twenty of the intervals of joints that
+    have not changed does not; `significant` heeds how many there are (`holm`). `percent` is the difference over |a|,
+    None where a is next to zero. Nothing is said about a joint that only one side identified: it is in `missing`.
     """
 
     joint: str
@@ -34,6 +44,8 @@ class Difference:
     z_score: float | None
     agrees: bool
     weak: bool
+    percent: float | None
+    significant: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,13 +62,15 @@ class Comparison:
         return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
-def compare(a: Result | str | Path, b: Result | str | Path) -> Comparison:
+def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, str] | None = None) -> Comparison:
     """Compare two results of a robot, joint by joint.
 
     Parameters
     ----------
     a, b
         Results, or the paths of their result.json.
+    names
+        What to call them; their logs' paths if None.
 
     Returns
     -------
@@ -75,8 +89,7 @@ def compare(a: Result | str | Path, b: Result | str | Path) -> Comparison:
     ('shoulder', 'viscous', 0.0, True)
     """
     a, b = (one if isinstance(one, Result) else read_result(one) for one in (a, b))
-    if a.law != b.law:
-        raise SettingsError(f"compare: the results have the laws '{a.law}' and '{b.law}', expected one and the same")
+    require_one_law([a, b])
     both = [joint for joint in a.joints if joint in b.joints]
     if not both:
         raise SettingsError(
@@ -91,7 +104,8 @@ def compare(a: Result | str | Path, b: Result | str | Path) -> Comparison:
         missing |= _not_identified({joint: a.joints[joint]}, "first") or _not_identified(
             {joint: b.joints[joint]}, "second"
         )
-    return Comparison(a=_label(a), b=_label(b), rows=rows, missing=missing)
+    first, second = names or (_label(a), _label(b))
+    return Comparison(a=first, b=second, rows=_tested(rows), missing=missing)
 
 
 def compare_sides(result: Result) -> Comparison:
@@ -112,15 +126,53 @@ def compare_sides(result: Result) -> Comparison:
     for left, right in pairs:
         rows += _rows(f"{left} | {right}", result.joints[left], result.joints[right], DIRECTED)
         missing |= _not_identified({left: result.joints[left], right: result.joints[right]}, "result")
-    return Comparison(a="left", b="right", rows=rows, missing=missing)
+    return Comparison(a="left", b="right", rows=_tested(rows), missing=missing)
+
+
+def require_one_law(results: Sequence[Result]) -> None:
+    """Refuse results of which the laws differ, with a SettingsError."""
+    laws = list(dict.fromkeys(result.law for result in results))
+    if len(laws) > 1:
+        raise SettingsError(
+            f"compare: the results have the laws '{laws[0]}' and '{laws[1]}', expected one and the same"
+        )
+
+
+def holm(p_values: Sequence[float]) -> list[bool]:
+    """Return which of many tests are significant, by Holm's step-down method (Holm 1979).
+
+    The i-th smallest of m p-values is compared with `FALSE_ALARMS / (m - i)`, i from 0, up to the first that is larger:
+    the chance of any false one is `FALSE_ALARMS` at most, however the tests depend on one another.
+    """
+    order = sorted(range(len(p_values)), key=lambda k: p_values[k])
+    significant = [False] * len(p_values)
+    for i, k in enumerate(order):
+        if p_values[k] > FALSE_ALARMS / (len(order) - i):
+            break
+        significant[k] = True
+    return significant
+
+
+def p_value(difference: Difference) -> float:
+    """Return the chance [1] of so large a difference without a change, by the end of its interval that faces zero."""
+    low, high = difference.interval_95
+    half = difference.difference - low if difference.difference > 0 else high - difference.difference
+    if not half:
+        return float(difference.difference == 0)
+    return 2 * float(norm.sf(norm.ppf(0.975) * abs(difference.difference) / half))
+
+
+def _tested(rows: list[Difference]) -> list[Difference]:
+    significant = holm([p_value(row) for row in rows])
+    return [replace(row, significant=one) for row, one in zip(rows, significant, strict=True)]
 
 
 def _rows(label: str, a: JointResult, b: JointResult, left_out: frozenset[str]) -> list[Difference]:
     shared = [name for name in a.parameters if name in b.parameters and name not in left_out]
-    return [_difference(label, name, a.parameters[name], b.parameters[name]) for name in shared]
+    return [difference_of(label, name, a.parameters[name], b.parameters[name]) for name in shared]
 
 
-def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimate) -> Difference:
+def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstimate) -> Difference:
     """Compare two independent estimates.
 
     The interval of the difference adds the squares of the distances from value to interval end that face each other
@@ -146,7 +198,13 @@ def _difference(label: str, name: str, a: ParameterEstimate, b: ParameterEstimat
         z_score=z_score if math.isfinite(z_score) else None,
         agrees=difference - below <= 0 <= difference + above,
         weak="weak" in (a.verdict, b.verdict),
+        percent=_percent(difference, a.value),
     )
+
+
+def _percent(difference: float, of: float) -> float | None:
+    small = abs(difference) <= LARGEST_PERCENT / 100 * abs(of) and of != 0
+    return 100 * difference / abs(of) if small else None
 
 
 def _not_identified(joints: dict[str, JointResult], which: str) -> dict[str, str]:

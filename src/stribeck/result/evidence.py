@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from stribeck.samples import Samples
-from stribeck.typing import Array
+from stribeck.typing import Array, TorqueSource
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,6 +30,8 @@ class Evidence:
         Joints that slide: their units are m, N and N s/m.
     correction
         Samples of free and swinging limbs by model and log as they were given, and as they were corrected.
+    torque_source
+        Where the robot's torques come from, which decides what the friction is of.
     """
 
     samples: Samples
@@ -40,3 +42,4 @@ class Evidence:
     notes: list[str] = field(default_factory=list)
     prismatic: frozenset[str] = frozenset()
     correction: tuple[Samples, Samples] | None = None
+    torque_source: TorqueSource = "link_side_sensor"

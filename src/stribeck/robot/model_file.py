@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
-from stribeck.errors import RobotFileError
+from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.robot.mjcf_file import check_mjcf_file
 from stribeck.robot.model_check import check_finite, check_inertias, require_same_joints, require_same_mass
 from stribeck.robot.rooting import FLOATING, is_floating
@@ -156,8 +156,12 @@ def joint_names(model: pin.Model) -> list[str]:
 
 def require_joint(model: pin.Model, name: str, where: str) -> int:
     """Return the index of a joint, or say which joints there are."""
-    if name not in joint_names(model):
-        raise RobotFileError(f"{where} names joint '{name}', which the model does not have; it has {_listing(model)}")
+    names = joint_names(model)
+    if name not in names:
+        raise RobotFileError(
+            f"{where} names joint '{name}', which the model does not have; it has {_listing(model)}"
+            f"{did_you_mean(name, names)}"
+        )
     return int(model.getJointId(name))
 
 

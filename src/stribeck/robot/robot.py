@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from stribeck.errors import RobotFileError
+from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.files import read_text
+from stribeck.robot.actuators import armature_warning, command_gains, motors_of
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
+from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import LogTable, RobotFile, RobotTable, Settings, describe, parse_toml
+from stribeck.settings import LogTable, MotorTable, RobotFile, RobotTable, Settings, describe, parse_toml
 from stribeck.typing import Array, TorqueSource
 
 ENDLESS = 4 * np.pi
@@ -60,6 +62,11 @@ class Robot:
         In the world, or in the frame of a fixed base [m/s^2], shape (3,).
     torque_source, log_table, settings
         As the robot file says.
+    motors
+        By joint: what its torque is made of, where the log holds currents or torques before the gear.
+    command_gains
+        kp [N m/rad] and kd [N m s/rad] of the law that commands torques, shape (n,) each; zero for joints under
+        position control. None where the log holds torques.
     couplings
         By name, coefficients b_j of torque-controlled joints: friction R(sum_j b_j v_j) acts on joint j as b_j R.
     warnings
@@ -86,6 +93,8 @@ class Robot:
     base_frame: str = BASE_FRAME
     gravity: Array
     torque_source: TorqueSource = "link_side_sensor"
+    motors: dict[str, MotorTable] = field(default_factory=dict)
+    command_gains: tuple[Array, Array] | None = None
     couplings: dict[str, dict[str, float]] = field(default_factory=dict)
     log_table: LogTable = field(default_factory=LogTable)
     settings: Settings = field(default_factory=Settings)
@@ -129,14 +138,15 @@ class Robot:
         Parameters
         ----------
         path
-            The model file.
+            The model file, or `package:NAME` of a package that brings it, as in a robot file.
         base
             Whether the base moves freely.
         contacts
             Of a floating base: name of each foot -> its frame in the model, a surface; or, as in a robot file, a
             mapping `{"frame": ..., "kind": "point"}`.
         torque_source
-            Where the torques of its logs come from: "link_side_sensor", "motor_current" or "command".
+            Where the torques of its logs come from: "link_side_sensor", "motor_side_sensor", "motor_current" or
+            "command".
         position_controlled
             Joints whose torque is not measured and whose motion is taken as given.
         gravity
@@ -154,17 +164,18 @@ class Robot:
         >>> Robot.from_model("arm.urdf", contacts={"hand": {"frame": "hand", "kind": "point"}})
         Robot('arm', floating base, 3 joints, 6 kg, contacts hand)
         """
+        path = model_path(str(path), Path())
         feet = {
             name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
         }
         table = {
-            "model": Path(path).name,
+            "model": path.name,
             "base": base,
             "torque_source": torque_source,
             "position_controlled": list(position_controlled),
             "gravity": list(gravity),
         }
-        return from_robot_file(_validated({"robot": table, "contacts": feet}, Path(path)), Path(path))
+        return from_robot_file(_validated({"robot": table, "contacts": feet}, path), path)
 
     from_urdf = from_model
 
@@ -198,6 +209,13 @@ class Robot:
         """Largest torque of each joint [N m] or [N] by the model, shape (n,); infinite where it says none."""
         found = np.empty(len(self.joint_names))
         found[self.tree.columns] = self.tree.model.effortLimit[self.tree.root_size :]
+        return np.where(found > 0, found, np.inf)
+
+    @cached_property
+    def speed_limits(self) -> Array:
+        """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
+        found = np.empty(len(self.joint_names))
+        found[self.tree.columns] = self.tree.model.velocityLimit[self.tree.root_size :]
         return np.where(found > 0, found, np.inf)
 
     @cached_property
@@ -274,7 +292,11 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         If the model cannot be read, or the file names joints or frames that it does not have.
     """
     table = file.robot
-    model, warnings = load_model(path.parent / table.model, table.base)
+    try:
+        file_of_model = model_path(table.model, path.parent)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: [robot] model = {error}") from error
+    model, warnings = load_model(file_of_model, table.base)
     model = lock_joints(model, table.locked, str(path))
     for name in table.position_controlled:
         require_joint(model, name, f"{path}: [robot] position_controlled")
@@ -295,7 +317,10 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         wanted["[robot] base_frame"] = table.base_frame
     for key, frame in wanted.items():
         if frame not in frames:
-            raise RobotFileError(f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}")
+            raise RobotFileError(
+                f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
+                f"{did_you_mean(frame, frames)}"
+            )
     by_frame: dict[str, str] = {}
     for contact in contacts.values():
         other = by_frame.setdefault(contact.frame, contact.name)
@@ -312,15 +337,12 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         raise RobotFileError(f"{path}: {error}") from error
     if not any(inertia.mass > 0 or np.any(inertia.inertia) for inertia in list(tree.model.inertias)[1:]):
         raise RobotFileError(
-            f"{path.parent / table.model}: no link that moves has a mass; expected the masses and inertias of the links"
+            f"{file_of_model}: no link that moves has a mass; expected the masses and inertias of the links"
         )
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
     order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
-    if table.torque_source == "link_side_sensor" and np.any(tree.model.armature):
-        warnings.append(
-            "the dynamics include an armature although torque_source is 'link_side_sensor': a torque sensor behind the "
-            "gear does not feel the rotor; set [robot] armature to 0 for those joints if the model's is the rotor's"
-        )
+    if np.any(tree.model.armature):
+        warnings += armature_warning(table.torque_source)
     return Robot(
         name=table.name or str(model.name),
         tree=tree,
@@ -330,12 +352,14 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         base_frame=table.base_frame or BASE_FRAME,
         gravity=gravity,
         torque_source=table.torque_source,
+        motors=motors_of(table, names, str(path)),
+        command_gains=command_gains(table, [names[k] for k in order], str(path)),
         couplings=_couplings(table, names, str(path)),
         log_table=file.log,
         settings=file.identify,
         warnings=tuple(warnings),
         path=str(path),
-        model_path=str(path.parent / table.model),
+        model_path=str(file_of_model),
     )
 
 
@@ -349,6 +373,7 @@ def _couplings(table: RobotTable, joints: Sequence[str], path: str) -> dict[str,
         if unknown := [joint for joint in coupling.joints if joint not in measured]:
             raise RobotFileError(
                 f"{where} names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(measured)}"
+                f"{did_you_mean(unknown[0], measured)}"
             )
         if len(coupling.joints) < 2 or not all(coupling.joints.values()):
             raise RobotFileError(f"{where} needs two joints or more, each with a coefficient that is not 0")

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import SettingsError
-from stribeck.robot import Robot, read_robot_file
+from stribeck.robot import Robot
 from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole, sole_under
 
@@ -101,8 +100,7 @@ def compile_body(robot: Robot, soles: Mapping[str, Sole] | None = None, step: fl
 
 def _read(robot: Robot) -> mujoco.MjSpec:
     """Read the model file; meshes are left out, and a URDF's root gets a free joint before it is fused to the world."""
-    path = Path(robot.path).parent / read_robot_file(Path(robot.path)).robot.model
-    spec = mujoco.MjSpec.from_file(str(path))
+    spec = mujoco.MjSpec.from_file(robot.model_path)
     spec.compiler.fusestatic = False
     for geom in list(spec.geoms):
         if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.result.mirror import mirrored_pairs
-from stribeck.robot import Robot, read_robot_file
+from stribeck.robot import Robot
 from stribeck.typing import Array
 from stribeck_simulation.pictures import drawing
 from stribeck_simulation.pictures.drawing import BELOW, EXTENT, GREY
@@ -40,7 +40,6 @@ def render_poses(robot: Robot, configurations: Array, yaw: Array) -> list[Pictur
     yaw
         Where it faces [rad], shape (F,).
     """
-    path = Path(robot.path)
     names = list(robot.tree.model.names)[2:]
     colours = dict.fromkeys(names, GREY)
     for left, right in mirrored_pairs(names):
@@ -49,7 +48,7 @@ def render_poses(robot: Robot, configurations: Array, yaw: Array) -> list[Pictur
     np.savez(
         request,
         allow_pickle=False,
-        model_file=str((path.parent / read_robot_file(path).robot.model).resolve()),
+        model_file=str(Path(robot.model_path).resolve()),
         names=np.array(names),
         colours=np.array(list(colours.values())),
         configurations=configurations,

@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
+import scipy.io
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags import rosbag1, rosbag2
@@ -31,7 +32,13 @@ class StubRobot:
     contacts: dict = field(default_factory=lambda: dict.fromkeys(FEET))
     log_table: LogTable = field(default_factory=LogTable)
     torque_source: str = "link_side_sensor"
+    motors: dict = field(default_factory=dict)
+    command_gains: tuple | None = None
     path: str = "robot.toml"
+
+    @property
+    def torque_controlled(self):
+        return [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
 
 
 def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
@@ -55,7 +62,9 @@ def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
         foot_names=FEET,
         contact=np.stack([np.sin(9 * time) > -0.1, np.sin(9 * time) < 0.1], axis=1),
         foot_wrench=rng.normal(size=(samples, 2, 6)),
+        foot_force=rng.normal(size=(samples, 2)),
         temperature=rng.uniform(20, 60, (samples, len(joints))),
+        external_torque=rng.normal(size=(samples, len(joints))),
     )
 
 
@@ -67,13 +76,14 @@ def arrays_of(log):
 def columns_of(log):
     """The log as columns named `<channel>.<label>`."""
     columns = {"time": log.time}
-    for name in ("position", "velocity", "acceleration", "torque", "temperature"):
+    for name in ("position", "velocity", "acceleration", "torque", "temperature", "external_torque"):
         columns |= {f"{name}.{joint}": getattr(log, name)[:, j] for j, joint in enumerate(log.joint_names)}
     for name in ("base_orientation", "angular_velocity", "linear_acceleration"):
         channel = getattr(log, name)
         columns |= {f"{name}.{'xyzw'[i]}": channel[:, i] for i in range(channel.shape[1])}
     for f, foot in enumerate(log.foot_names):
         columns[f"contact.{foot}"] = log.contact[:, f]
+        columns[f"foot_force.{foot}"] = log.foot_force[:, f]
         columns |= {f"foot_wrench.{foot}.{axis}": log.foot_wrench[:, f, i] for i, axis in enumerate(AXES)}
     return columns
 
@@ -88,6 +98,59 @@ def write_h5(folder, log):
         for name, array in arrays_of(log).items():
             file[name] = array.astype("S") if array.dtype.kind == "U" else array
     return folder / "log.h5"
+
+
+def write_mat(folder, log, compress=True):
+    path = folder / "log.mat"
+    scipy.io.savemat(path, {name: cell_of(array) for name, array in arrays_of(log).items()}, do_compression=compress)
+    return path
+
+
+def cell_of(array):
+    """Text as MATLAB keeps it, in a cell array."""
+    return array.astype(object) if array.dtype.kind == "U" and array.ndim else array
+
+
+def write_mat_73(folder, log):
+    path = folder / "log73.mat"
+    return write_hdf5_of_matlab(path, arrays_of(log))
+
+
+def write_hdf5_of_matlab(path, contents):
+    """A file as MATLAB's `save -v7.3` and matio write it: axes in the opposite order, texts in cells of references."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in contents.items():
+            if isinstance(value, dict):
+                for key, part in value.items():
+                    _store_for_matlab(file, f"{name}/{key}", part)
+            else:
+                _store_for_matlab(file, name, value)
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    return path
+
+
+def _store_for_matlab(file, name, value):
+    if isinstance(value, dict):
+        for key, part in value.items():
+            _store_for_matlab(file, f"{name}/{key}", part)
+        return
+    value = np.asarray(value)
+    if value.dtype.kind == "U":
+        letters = []
+        for text in np.ravel(value):
+            number = len(file.require_group("#refs#"))
+            letters.append(file.create_dataset(f"#refs#/{number}", data=np.array([*map(ord, text)], "u2")[:, None]))
+            letters[-1].attrs["MATLAB_class"] = np.bytes_("char")
+        if value.ndim:
+            file.create_dataset(name, data=[[one.ref for one in letters]], dtype=h5py.ref_dtype)
+        else:
+            file[name] = letters[0]
+        file[name].attrs["MATLAB_class"] = np.bytes_("cell" if value.ndim else "char")
+        return
+    value = value[:, None] if value.ndim == 1 else value
+    file[name] = value.astype("u1" if value.dtype == bool else value.dtype).T
+    file[name].attrs["MATLAB_class"] = np.bytes_("logical" if value.dtype == bool else "double")
 
 
 def write_csv(folder, log):
@@ -215,7 +278,14 @@ def write_bag(folder, log):
     return path
 
 
-WHOLE = {"npz": write_npz, "h5": write_h5, "csv": write_csv, "parquet": write_parquet}
+WHOLE = {
+    "npz": write_npz,
+    "h5": write_h5,
+    "mat": write_mat,
+    "mat of 7.3": write_mat_73,
+    "csv": write_csv,
+    "parquet": write_parquet,
+}
 """Formats that hold every channel."""
 
 ROS = {
@@ -225,7 +295,7 @@ ROS = {
     "rosbag2 of mcap": write_rosbag2_of_mcap,
     "bag": write_bag,
 }
-"""Formats of messages, which have neither acceleration nor temperature."""
+"""Formats of messages, which have neither acceleration nor temperature nor external torque by themselves."""
 
 WRITERS = WHOLE | ROS
 

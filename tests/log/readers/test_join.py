@@ -1,5 +1,6 @@
 """Topics of different rates come out on the clock of the joint states."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -149,3 +150,13 @@ def test_an_imu_that_does_not_measure_orientation_gives_none(tmp_path):
     result = read(tmp_path, sent)
     assert result.base_orientation is None
     np.testing.assert_allclose(result.angular_velocity, log.angular_velocity, atol=1e-12)
+
+
+def test_the_effort_of_another_topic_is_an_external_torque(tmp_path):
+    log = synthetic_log(60)
+    motor = [("/load", *m[1:]) for m in messages(replace(log, torque=log.external_torque)) if m[0] == "/joint_states"]
+    result = read(tmp_path, [*messages(log), *motor], external_torque={"name": "/load", "scale": -2.0})
+    np.testing.assert_allclose(result.torque, log.torque, atol=1e-12)
+    np.testing.assert_allclose(result.external_torque, -2 * log.external_torque, atol=1e-12)
+    with pytest.raises(LogError, match=r"\[log\.external_torque\] name asks for topic '/imu'; the log has '/joint_st"):
+        read(tmp_path, messages(log), external_torque={"name": "/imu"})

@@ -10,7 +10,8 @@ from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_l
 
 from stribeck.errors import LogError, SettingsError
 from stribeck.log.readers import read_log
-from stribeck.log.readers.mapping import UNITS
+from stribeck.log.readers.mapping import CURRENT, UNITS
+from stribeck.log.readers.source import COMMAND
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
@@ -28,14 +29,15 @@ def read(folder, table, robot=None, **arrays):
 
 FACTORS = {"deg": 180 / np.pi, "turn": 0.5 / np.pi, "mm": 1e3, "deg/s": 180 / np.pi, "turn/s": 0.5 / np.pi,
            "rpm": 30 / np.pi, "mm/s": 1e3, "deg/s^2": 180 / np.pi, "mm/s^2": 1e3, "mNm": 1e3, "kNm": 1e-3, "mN": 1e3,
-           "kN": 1e-3, "ms": 1e3, "us": 1e6, "ns": 1e9, "g": 1 / 9.80665}  # fmt: skip
-CASES = [(channel, unit) for channel, units in UNITS.items() for unit in units]
+           "kN": 1e-3, "mA": 1e3, "ms": 1e3, "us": 1e6, "ns": 1e9, "g": 1 / 9.80665}  # fmt: skip
+CASES = [(channel, unit) for channel, units in UNITS.items() if channel not in COMMAND for unit in units]
 
 
 @pytest.mark.parametrize(("channel", "unit"), CASES)
 def test_every_unit_gives_si(channel, unit, tmp_path):
     wanted = LOG.channels()[channel]
-    log = read(tmp_path, {channel: {"unit": unit}}, **NAMED, **{channel: FACTORS.get(unit, 1) * wanted})
+    robot = StubRobot(torque_source="motor_current" if unit in CURRENT else "link_side_sensor")
+    log = read(tmp_path, {channel: {"unit": unit}}, robot, **NAMED, **{channel: FACTORS.get(unit, 1) * wanted})
     np.testing.assert_allclose(log.channels()[channel], wanted, rtol=1e-12, atol=1e-15)
 
 
@@ -197,12 +199,15 @@ def test_torque_of_position_controlled_joints_may_be_nan(tmp_path):
 
 def test_optional_channels_that_do_not_cover_the_robot(tmp_path):
     columns = columns_of(LOG)
-    del columns["velocity.knee"], columns["temperature.knee"]
+    for channel in ("velocity", "temperature", "external_torque"):
+        del columns[f"{channel}.knee"]
     pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
     log = read_log(tmp_path / "log.parquet", StubRobot())
     assert log.velocity is None
     assert np.isnan(log.temperature[:, 1]).all()
     np.testing.assert_array_equal(log.temperature[:, [0, 2]], LOG.temperature[:, [0, 2]])
+    np.testing.assert_array_equal(log.external_torque, LOG.external_torque * [1, 0, 1])
+    assert "No external torque of 'knee': zero is taken." in log.notes
 
 
 def test_missing_flags_take_the_value_before(tmp_path):

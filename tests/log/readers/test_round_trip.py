@@ -40,6 +40,7 @@ def test_messages_survive(writer, tmp_path):
         np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=1e-12, err_msg=name)
     assert read.acceleration is None
     assert read.temperature is None
+    assert read.external_torque is None
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
+from stribeck.log.readers.aliases import alias_note, find_aliases
 from stribeck.log.readers.source import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, Channel, Loaded, Source, listed
 from stribeck.log.storage import allocate, check_size
 from stribeck.settings import LogTable
@@ -42,7 +43,9 @@ def source_of_arrays(
     path: str, arrays: Mapping[str, StoredArray], words: Mapping[str, tuple[str, ...]], table: LogTable
 ) -> Source:
     """Return the source of a file with these arrays and these texts (`joint_names`, `foot_names`, `torque_source`)."""
-    used = {name: _names_of(name, arrays, table, path) for name in CHANNELS}
+    offers = {key: array.columns for key, array in arrays.items() if key in CHANNELS or _is_plain(array)}
+    aliases = find_aliases(table, offers)
+    used = {name: _names_of(name, arrays, table, aliases.get(name, name), path) for name in CHANNELS}
     parts = {name: [arrays[key] for key in keys] for name, keys in used.items() if keys}
     for name, stored in parts.items():
         for key, array in zip(used[name], stored, strict=True):
@@ -55,17 +58,21 @@ def source_of_arrays(
     return Source(
         path=path,
         channels=channels,
-        load=partial(_load, parts, path),
+        load=partial(_load, parts, path, alias_note(aliases)),
         others=tuple(key for key in arrays if key not in taken),
         torque_source=next(iter(words.get("torque_source", ())), None),
     )
 
 
-def _names_of(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, path: str) -> list[str]:
-    """Return the arrays that hold a channel: as `[log]` names them, or the one of the channel's own name."""
+def _is_plain(array: StoredArray) -> bool:
+    return array.dtype.kind in "fiu" and 1 <= len(array.shape) <= 2
+
+
+def _names_of(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, usual: str, path: str) -> list[str]:
+    """Return the arrays that hold a channel: as `[log]` names them, or the one of the channel's own or usual name."""
     asked = getattr(table, channel).name
     if asked is None:
-        return [channel] if channel in arrays else []
+        return [usual] if usual in arrays else []
     names = [asked] if isinstance(asked, str) else list(asked)
     missing = [name for name in names if name not in arrays]
     if missing:
@@ -96,13 +103,16 @@ def _labels(
         return words["joint_names"]
     if channel in FOOT_CHANNELS and "foot_names" in words:
         feet = words["foot_names"]
-        return feet if channel == "contact" else tuple(f"{foot}.{axis}" for foot in feet for axis in WRENCH)
+        return feet if channel != "foot_wrench" else tuple(f"{foot}.{axis}" for foot in feet for axis in WRENCH)
     return None
 
 
-def _load(parts: Mapping[str, Sequence[StoredArray]], path: str, wanted: Mapping[str, Sequence[int]]) -> Loaded:
+def _load(
+    parts: Mapping[str, Sequence[StoredArray]], path: str, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]
+) -> Loaded:
     check_size(path, sum(part.size for name in wanted for part in parts[name]))
-    return Loaded({name: _load_channel(name, parts[name], list(columns), path) for name, columns in wanted.items()})
+    arrays = {name: _load_channel(name, parts[name], list(columns), path) for name, columns in wanted.items()}
+    return Loaded(arrays, tuple(notes))
 
 
 def _load_channel(name: str, parts: Sequence[StoredArray], columns: list[int], path: str) -> NDArray[np.generic]:

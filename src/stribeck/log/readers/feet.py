@@ -41,7 +41,10 @@ def foot_columns(
         wanted = widened(feet, len(WRENCH) if name == "foot_wrench" else 1)
         absent = [label for label in wanted if label not in places[name]]
         if absent:
-            raise LogError(f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot")
+            raise LogError(
+                f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot, or one "
+                "as 'foot_force' where only the vertical force is measured"
+            )
         columns[name] = [places[name][label] for label in wanted]
     return feet, columns
 

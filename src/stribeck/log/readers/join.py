@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,13 +12,29 @@ import numpy as np
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.source import VECTOR_CHANNELS, WRENCH, Arrays, Channel, Loaded, Source, listed
+from stribeck.log.readers.source import (
+    COMMAND,
+    JOINT_CHANNELS,
+    VECTOR_CHANNELS,
+    WRENCH,
+    Arrays,
+    Channel,
+    Loaded,
+    Source,
+    listed,
+)
 from stribeck.log.readers.topics import NANO, Stream
+from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 
 Part = tuple[Stream, int]
 """A stream, and the column of it that holds a joint, a foot or a component."""
+
+STAMPS = {
+    "recorder": "has messages without a stamp: the recorder's time is taken.",
+    "tick": "has messages without a stamp, which count milliseconds: they are laid on the recorder's time.",
+}
 
 SLOWEST = 10.0
 """Rows for each message that a joint's signal may be interpolated to: beyond it, hardly a row was measured."""
@@ -26,8 +43,10 @@ LONGEST = 3.0
 """Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
 
 
-def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable) -> Source:
+def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable, types: Sequence[str]) -> Source:
     """Return the source of some streams; they are interpolated when it is known which of them are wanted.
+
+    `types` are those that hold joints, for the message that there are none.
 
     Raises
     ------
@@ -37,7 +56,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type sensor_msgs/JointState, and expected is a topic of them; found "
+            f"{path}: holds no messages of type {listed(types)}, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     notes = [
@@ -48,8 +67,15 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     ]
     streams = [stream for stream in streams if not _too_slow(stream)]
     parts: dict[str, dict[str, Part]] = {}
-    for channel in ("position", "velocity", "torque"):
-        chosen = _asked(joints, channel, table.position.name, table, path)
+    if commands := {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}:
+        joints = [_of_command(stream) if stream.topic in commands else stream for stream in joints]
+    if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
+        efforts = [stream for stream in joints if "torque" in stream.values]
+        outside = _asked(efforts, "external_torque", None, table, path)
+        joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
+    for channel in JOINT_CHANNELS:
+        lead = table.desired_position if channel in COMMAND else table.position
+        chosen = _asked(joints, channel, lead.name, table, path)
         parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
@@ -59,8 +85,17 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         chosen = _asked([s for s in streams if s.kind == kind], channel, None, table, path)
         named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
         parts[channel] = _by_label(named, channel, path, notes)
+    forces = _asked([s for s in streams if s.kind == "force"], "foot_force", None, table, path)
+    scaled = table.foot_force.name is not None or table.foot_force.scale != 1.0
+    parts["foot_force"] = _by_label([(s, s.labels) for s in forces], "foot_force", path, notes) if scaled else {}
+    if forces and not scaled:
+        notes.append(
+            f"The foot forces of '{forces[0].topic}' are counts of sensors without a calibration and not used; with "
+            "[log.foot_force] scale, in N a count, they are."
+        )
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
+    motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
     return Source(
         path=path,
         channels={"time": Channel(1)}
@@ -68,6 +103,8 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes),
         others=(*idle, *others),
         time_unit="ns",
+        torque_source="motor_current" if motors else None,
+        motor_orders=ORDERS[motors[0].message] if motors else {},
     )
 
 
@@ -78,7 +115,7 @@ def _asked(
     asked = getattr(table, channel).name or leader
     if asked is None:
         return streams
-    topics = {asked} if isinstance(asked, str) else set(asked)
+    topics = _topics(asked)
     missing = sorted(topics - {stream.topic for stream in streams})
     if missing:
         raise LogError(
@@ -88,10 +125,20 @@ def _asked(
     return [stream for stream in streams if stream.topic in topics]
 
 
+def _of_command(stream: Stream) -> Stream:
+    """Return a stream of desired joint states under the names of these channels."""
+    return replace(stream, values={name: stream.values[of] for name, of in COMMAND.items() if of in stream.values})
+
+
+def _topics(name: str | list[str] | None) -> set[str]:
+    """Return the topics that a setting names."""
+    return {name} if isinstance(name, str) else set(name or ())
+
+
 def _by_label(
     streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str, notes: list[str]
 ) -> dict[str, Part]:
-    """Return where each label is found; a label of two topics is taken from `joint_states` or refused."""
+    """Return where each label is found; a label of two topics is taken from the usual one or refused."""
     offers: dict[str, list[Part]] = {}
     for stream, labels in streams:
         for column, label in enumerate(labels):
@@ -100,7 +147,7 @@ def _by_label(
     lost: dict[tuple[str, int], list[str]] = {}
     for label, found in offers.items():
         topics = list(dict.fromkeys(stream.topic for stream, _ in found))
-        usual = [topic for topic in topics if topic.rsplit("/", 1)[-1] == "joint_states"]
+        usual = [topic for topic in topics if _is_usual(topic)]
         if len(topics) > 1 and len(usual) != 1:
             raise LogError(
                 f"{path}: topics {listed(topics)} all hold {channel} of '{label}'; say which to take as "
@@ -119,6 +166,12 @@ def _by_label(
     return parts
 
 
+def _is_usual(topic: str) -> bool:
+    """Return whether a topic is the one to take of several: Unitree's robots send `lf/lowstate` too, at a low rate."""
+    parts = topic.split("/")
+    return parts[-1] == "joint_states" or (parts[-1] == "lowstate" and "lf" not in parts)
+
+
 def _rate(stream: Stream) -> float:
     """Return the rate of a stream's messages [Hz]; 0 for a single one."""
     steps = np.diff(np.sort(stream.stamps))
@@ -128,7 +181,7 @@ def _rate(stream: Stream) -> float:
 
 def _too_slow(stream: Stream) -> bool:
     """Return whether what this stream measures, beside the joints, moves faster than it is sent; flags are held."""
-    return stream.kind in ("imu", "wrench") and _rate(stream) < RATES[0]
+    return stream.kind in ("imu", "wrench", "force") and _rate(stream) < RATES[0]
 
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
@@ -165,42 +218,53 @@ def _load(
         topics = listed([stream.topic for stream in streams])
         raise LogError(f"{path}: topics {topics} have no time in common; expected streams of one recording")
     stamps = clock.stamps[rows[0] : rows[-1] + 1]
-    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len(streams) - 1]]
+    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
+    stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
+    notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
+    held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
-        if stream.recorder_time:
-            notes.append(f"'{stream.topic}' has messages without a stamp: the recorder's time is taken.")
-        if stream is not clock:
-            _refuse_slow(stream, clock, path)
-            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table)
+        if stream is clock:
+            continue
+        if np.array_equal(stream.stamps, clock.stamps):  # other parts of the same messages
+            on_clock[id(stream)] = {name: values[rows[0] : rows[-1] + 1] for name, values in stream.values.items()}
+        else:
+            if id(stream) not in held:
+                _refuse_slow(stream, clock, path)
+            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table, held=id(stream) in held)
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
         arrays[name] = np.stack(
-            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns], axis=1
+            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
+            axis=1,
         )
     return Loaded(arrays, tuple(notes))
 
 
 def _on_clock(
-    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable
+    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
-    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done."""
+    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done.
+
+    Flags and commands are `held` until the next one.
+    """
+    held = held or stream.kind == "flag"
     order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
     time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     longest = max(table.max_gap or BRIDGED, LONGEST * period)
-    pauses = bridges(query, time, longest) if stream.kind != "flag" else np.zeros(len(query), dtype=bool)
+    pauses = np.zeros(len(query), dtype=bool) if held else bridges(query, time, longest)
     result = {}
     for name, values in stream.values.items():
         ordered = values[order]
-        if name == "contact":
+        if held:
             result[name] = np.asarray(previous(query, time, ordered), dtype=np.float64)
         else:
             result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
             result[name][pauses] = np.nan
-    how = "held at its last value" if stream.kind == "flag" else "interpolated"
+    how = "held at its last value" if held else "interpolated"
     rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
     return result, f"'{stream.topic}' is {how}{rate} to that clock."

@@ -19,19 +19,25 @@ ANGLE = {"rad": 1.0, "deg": TURN / 360, "turn": TURN, "m": 1.0, "mm": 1e-3}
 SPEED = {"rad/s": 1.0, "deg/s": TURN / 360, "rpm": TURN / 60, "turn/s": TURN, "m/s": 1.0, "mm/s": 1e-3}
 RATE_OF_SPEED = {"rad/s^2": 1.0, "deg/s^2": TURN / 360, "m/s^2": 1.0, "mm/s^2": 1e-3}
 EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
+CURRENT = {"A": 1.0, "mA": 1e-3}
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 UNITS: dict[str, dict[str, float]] = {
     "time": TIME,
     "position": ANGLE,
     "velocity": SPEED,
     "acceleration": RATE_OF_SPEED,
-    "torque": EFFORT,
+    "torque": EFFORT | CURRENT,
+    "desired_position": ANGLE,
+    "desired_velocity": SPEED,
+    "desired_torque": EFFORT,
+    "external_torque": EFFORT,
     "temperature": {"degC": 1.0},
     "base_orientation": {},
     "angular_velocity": {unit: SPEED[unit] for unit in ("rad/s", "deg/s", "rpm")},
     "linear_acceleration": {"m/s^2": 1.0, "g": 9.80665},  # standard gravity
     "contact": {},
     "foot_wrench": EFFORT,
+    "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
 """Units that each channel may be logged in, as factors to SI."""
 

@@ -9,15 +9,20 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.errors import LogError, errors_about
+from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
+from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.hdf5 import open_hdf5
+from stribeck.log.readers.lcm import MAGIC, open_lcm
+from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
+from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import Selection, select
-from stribeck.log.readers.source import Arrays, Source, foreign, listed
+from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
+from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
 from stribeck.outputs import check_name
 from stribeck.settings import LogTable
@@ -30,12 +35,14 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".npz": open_npz,
     ".h5": open_hdf5,
     ".hdf5": open_hdf5,
+    ".mat": open_matlab,
     ".csv": open_csv,
     ".parquet": open_parquet,
     ".mcap": open_mcap,
     ".bag": open_rosbag,
+    ".lcm": open_lcm,
 }
-"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml."""
+"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` cuts out what comes of it
@@ -45,7 +52,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or a rosbag2 folder.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap`, `.bag` or `.lcm` file, or the folder of a rosbag2 or of a
+        LeRobot dataset.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
@@ -74,7 +82,12 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     table = robot.log_table if robot else LogTable()
     where = (robot.path if robot else "") or "robot file"
     check_table(table, where)
-    source = _opener(path)(path, table)
+    if robot:
+        check_current(robot)
+    opener = _opener(path)
+    if table.columns and opener is not open_csv:
+        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
+    source, motor_notes = name_motors(opener(path, table), table, robot.joint_names if robot else ())
     selection = select(source, table, robot)
     with errors_about(str(path)), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
@@ -83,23 +96,40 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
-    notes = [*selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
+    notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
+    time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
+    if robot and robot.command_gains:
+        time, channels, command_notes = _command(time, channels, robot, source.path)
+        delay_notes += command_notes
+    in_amperes = through_motors(channels["torque"], robot) if robot else ()
     contact, contact_notes = _flags(channels.pop("contact", None), source.path)
     torque_source, torque_notes = _torque_source(source, robot)
     shape = (-1, len(selection.foot_names), 6)
-    wrench = channels.pop("foot_wrench").reshape(shape)[rows] if "foot_wrench" in channels else None
+    wrench = channels.pop("foot_wrench").reshape(shape) if "foot_wrench" in channels else None
     return RobotLog(
-        time=time[rows],
+        time=time,
         joint_names=selection.joint_names,
         foot_names=selection.foot_names,
-        contact=None if contact is None else contact[rows],
+        contact=contact,
         foot_wrench=wrench,
-        **{name: values[rows] for name, values in channels.items()},
+        **channels,
         torque_source=torque_source,
+        in_amperes=in_amperes,
         notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
         path=str(path),
     )
+
+
+def open_log(path: Path, table: LogTable) -> Source:
+    """Open a log by its suffix: what it offers, before anything is read.
+
+    Raises
+    ------
+    LogError
+        If it is missing, damaged or of an unknown format.
+    """
+    return _opener(path)(path, table)
 
 
 def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
@@ -116,10 +146,18 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return open_rosbag
-        raise LogError(f"{path}: is a folder without metadata.yaml; expected a log file, or a rosbag2 folder")
+        if (path / INFO).is_file():
+            return open_lerobot
+        raise LogError(
+            f"{path}: is a folder without metadata.yaml or {INFO}; expected a log file, a rosbag2 folder or a LeRobot "
+            "dataset"
+        )
+    if size and path.suffix.lower() not in FORMATS and _begins_with(path, MAGIC):
+        return open_lcm
     if path.suffix.lower() not in FORMATS:
         raise LogError(
-            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)} or a rosbag2 folder"
+            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
+            "LeRobot dataset"
         )
     if size == 0:
         raise LogError(f"{path}: is empty; expected a log")
@@ -129,6 +167,11 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
         raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
     return FORMATS[path.suffix.lower()]
+
+
+def _begins_with(path: Path, magic: bytes) -> bool:
+    with foreign(str(path), "a log"), path.open("rb") as file:
+        return file.read(len(magic)) == magic
 
 
 def _time(source: Source, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
@@ -163,12 +206,23 @@ def _channels(source: Source, selection: Selection, loaded: Arrays, samples: int
     return channels
 
 
+def _command(
+    time: Array, channels: dict[str, Array], robot: Robot, path: str
+) -> tuple[Array, dict[str, Array], list[str]]:
+    """Put the commanded torque in the place of the command, `[log.torque] delay` taken out of it."""
+    torque, note = commanded_torque(channels, robot, path)
+    of_torque = {"torque": torque}
+    rows, notes = advance(of_torque, time, robot.log_table, path)
+    kept = {name: values for name, values in channels.items() if name not in COMMAND} | of_torque
+    return time[rows], {name: values[rows] for name, values in kept.items()}, [note, *notes]
+
+
 def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:
     """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
     if "temperature" in channels:
         channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
     joints_by_rows: dict[int, list[str]] = {}
-    for joint in robot.position_controlled if robot else ():
+    for joint in robot.position_controlled if robot and "torque" in channels else ():
         torque = channels["torque"][:, selection.joint_names.index(joint)]
         unknown = ~np.isfinite(torque)
         if unknown.any():
@@ -193,7 +247,8 @@ def _flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, 
     strange = contact[(contact != 0) & (contact != 1)]
     if strange.size:
         raise LogError(
-            f"{path}: 'contact' holds {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench')"
+            f"{path}: 'contact' holds {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench' or "
+            "'foot_force')"
         )
     return contact > 0.5, notes
 

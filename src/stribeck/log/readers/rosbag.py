@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from mcap.reader import make_reader
+from mcap.records import Schema
 from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from stribeck.log.readers.intact import check_mcap, check_sqlite
 from stribeck.log.readers.join import join
+from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ
 from stribeck.log.readers.source import Source, foreign
-from stribeck.log.readers.topics import KINDS, collect
+from stribeck.log.readers.topics import collect
 from stribeck.settings import LogTable
 
 CHECKS: dict[str, Callable[[Path], None]] = {".mcap": check_mcap, ".db3": check_sqlite}
@@ -33,11 +37,11 @@ def open_rosbag(path: Path, table: LogTable) -> Source:
             CHECKS[file.suffix](file)
     with (
         foreign(str(path), what),
-        AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader,
+        AnyReader([path], default_typestore=_store()) as reader,
     ):
-        streams = collect(_messages(reader), str(path))
-        others = sorted({connection.topic for connection in reader.connections if connection.msgtype not in KINDS})
-    return join(str(path), streams, others, table)
+        streams = collect(_messages(reader), str(path), READ)
+        others = sorted({connection.topic for connection in reader.connections if connection.msgtype not in READ})
+    return join(str(path), streams, others, table, JOINT_TYPES)
 
 
 def _bag_files(path: Path) -> list[Path]:
@@ -50,11 +54,23 @@ def _bag_files(path: Path) -> list[Path]:
 
 def _messages(reader: AnyReader) -> Iterator[tuple[str, str, int, Any]]:
     """Give topic, type, recorder's stamp [ns] and content of the messages that are read."""
-    connections = [connection for connection in reader.connections if connection.msgtype in KINDS]
+    connections = [connection for connection in reader.connections if connection.msgtype in READ]
     if not connections:  # to AnyReader, an empty choice means everything
         return
+    there = reader.typestore.fielddefs
+    if not {connection.msgtype for connection in connections} <= there.keys():  # some bags define only some types
+        reader.typestore.register({name: kind for name, kind in _store().fielddefs.items() if name not in there})
     for connection, recorded, data in reader.messages(connections=connections):
         yield connection.topic, connection.msgtype, recorded, reader.deserialize(data, connection.msgtype)
+
+
+@cache
+def _store() -> Typestore:
+    """Return the types of ROS 2, and the published definitions of others that are read."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, definition in DEFINITIONS.items():
+        store.register(get_types_from_msg(definition, name))
+    return store
 
 
 def open_mcap(path: Path, table: LogTable) -> Source:
@@ -68,24 +84,32 @@ def open_mcap(path: Path, table: LogTable) -> Source:
     others: dict[str, None] = {}
     with foreign(str(path), "MCAP"):
         check_mcap(path)
-        streams = collect(_mcap_messages(path, others), str(path))
-    return join(str(path), streams, tuple(others), table)
+        streams = collect(_mcap_messages(path, others), str(path), READ)
+    return join(str(path), streams, tuple(others), table, JOINT_TYPES)
 
 
 def _mcap_messages(path: Path, others: dict[str, None]) -> Iterator[tuple[str, str, int, Any]]:
     """Give topic, type, recorder's stamp [ns] and content of the messages that are read; note the other topics."""
-    decoders: dict[str, Callable[[bytes, str], Any]] = {
-        "cdr": get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr,
-        "ros1": get_typestore(Stores.ROS1_NOETIC).deserialize_ros1,
-    }
+    stores: dict[int, Typestore] = {}
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
-            kind = _kind(schema.name) if schema else ""
-            if kind in KINDS and channel.message_encoding in decoders:
-                content = decoders[channel.message_encoding](message.data, kind)
-                yield channel.topic, kind, message.log_time, content
-            else:
+            name = _kind(schema.name) if schema else ""
+            if schema is None or name not in READ or channel.message_encoding not in ("cdr", "ros1"):
                 others[channel.topic] = None
+                continue
+            if channel.id not in stores:
+                stores[channel.id] = _store_of(schema, name, channel.message_encoding)
+            store = stores[channel.id]
+            decode = store.deserialize_cdr if channel.message_encoding == "cdr" else store.deserialize_ros1
+            yield channel.topic, name, message.log_time, decode(message.data, name)
+
+
+def _store_of(schema: Schema, name: str, encoding: str) -> Typestore:
+    """Return a store with the type of an MCAP channel: ROS's own, or as the file itself or its makers define it."""
+    own = get_typestore(Stores.ROS2_HUMBLE if encoding == "cdr" else Stores.ROS1_NOETIC)
+    if name not in own.types and schema.encoding in ("ros1msg", "ros2msg") and schema.data:
+        own.register(get_types_from_msg(schema.data.decode(), name))
+    return own if name in own.types else _store()
 
 
 def _kind(name: str) -> str:

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING
 
 from stribeck.errors import LogError
 from stribeck.log.readers.feet import foot_columns, places_of, widened
-from stribeck.log.readers.source import FOOT_CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH, Channel, Source, listed
+from stribeck.log.readers.source import (
+    COMMAND,
+    FOOT_CHANNELS,
+    JOINT_CHANNELS,
+    VECTOR_CHANNELS,
+    WRENCH,
+    Channel,
+    Source,
+    listed,
+)
 from stribeck.settings import LogTable
 
 if TYPE_CHECKING:
@@ -49,14 +58,16 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
     """
     if "position" not in source.channels:
         raise LogError(
-            f"{source.path}: holds no joint positions; expected {_expected('position')}, or its name as [log.position] "
-            f"name (found {listed(_holdings(source))})"
+            f"{source.path}: holds no joint positions; expected {_expected('position', source)}, or its name as "
+            f"[log.position] name (found {listed(_holdings(source))})"
         )
     notes: list[str] = []
+    commanded = robot is not None and robot.command_gains is not None
+    unused = ("torque",) if commanded else tuple(COMMAND)
     labels = {
         name: _labels(name, channel, source, table, robot, notes)
         for name, channel in source.channels.items()
-        if not (robot and name in FOOT_CHANNELS and not robot.contacts)  # an arm has no use for feet
+        if name not in unused and not (robot and name in FOOT_CHANNELS and not robot.contacts)  # an arm has no feet
     }
     at = {
         name: places_of([table.joint_names.get(label, label) for label in labels[name]], name, source.path)
@@ -69,13 +80,26 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
         chosen = _joint_columns(name, places, joints, source, robot, notes)
         if chosen is not None:
             columns[name] = chosen
-    if "torque" not in columns:
+    if commanded and "desired_position" not in columns:
+        raise LogError(
+            f"{source.path}: [robot] kp and kd make torques of a command, and the log holds no desired positions; "
+            f"expected {_expected('desired_position', source)}, or its name as [log.desired_position] name (found "
+            f"{listed(_holdings(source))})"
+        )
+    if "torque" not in columns and not commanded:
         columns |= _no_torque(source, joints, robot)
     for name in VECTOR_CHANNELS:
         if name in labels:
             columns[name] = _vector_columns(name, labels[name], source.path)
     feet, of_feet = foot_columns(labels, source, table, robot, notes)
-    notes += [f"'{name}' is ignored: the robot has no contacts." for name in source.channels if name not in labels]
+    notes += [
+        f"'{name}' is ignored: "
+        + ("the robot has no contacts." if name in FOOT_CHANNELS else "torques are the command's.")
+        for name in source.channels
+        if name not in labels and name not in COMMAND
+    ]
+    if idle := [name for name in COMMAND if name in source.channels and not commanded]:
+        notes.append(f"{listed(idle)} is ignored: the robot file has no kp and kd to make torques of it.")
     notes += _ignored(source, at, joints)
     return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
@@ -86,17 +110,18 @@ def _labels(
     """Return a name for every column of a channel: the log's own, the agreed order's, or the robot's."""
     if name == "time":
         return ("time",)
-    if name in VECTOR_CHANNELS:
-        return channel.labels or VECTOR_CHANNELS[name][: channel.columns]
     feet = name in FOOT_CHANNELS
     width = len(WRENCH) if name == "foot_wrench" else 1
     setting = "foot_order" if feet else "joint_order"
     agreed = tuple(getattr(table, setting))
     own = () if robot is None else tuple(robot.contacts) if feet else robot.joint_names
+    labels = _without_numbers(name, channel.labels, {*own, *(table.foot_names if feet else table.joint_names)}, source)
+    if name in VECTOR_CHANNELS:
+        return labels or VECTOR_CHANNELS[name][: channel.columns]
     asked = getattr(table, name).name
     strange = isinstance(asked, list) and not {table.joint_names.get(one, one) for one in asked} & set(own)
-    if channel.labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
-        names = channel.labels
+    if labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
+        names = labels
     elif agreed:
         names = widened(agreed, width)
     elif len(own) * width == channel.columns:
@@ -119,20 +144,44 @@ def _labels(
     return names
 
 
+def _without_numbers(
+    name: str, labels: tuple[str, ...] | None, known: set[str], source: Source
+) -> tuple[str, ...] | None:
+    """Return a channel's labels, or None where they are numbers that only count its columns.
+
+    Raises
+    ------
+    LogError
+        If they count and leave one out.
+    """
+    if not labels or known & set(labels) or not all(label.isdecimal() for label in labels):
+        return labels
+    first = min(1, int(labels[0]))
+    if [int(label) for label in labels] != list(range(first, first + len(labels))):
+        raise LogError(
+            f"{source.path}: the columns of '{name}' have the numbers {listed(labels, 20)}; expected "
+            f"{first}, {first + 1}, ... {first + len(labels) - 1}, each once, in the order of the joints or feet"
+        )
+    return None
+
+
 def _joint_columns(
     channel: str, places: dict[str, int], joints: Sequence[str], source: Source, robot: Robot | None, notes: list[str]
 ) -> list[int] | None:
     """Return a column a joint, or None where an optional channel does not cover the robot."""
     missing = [joint for joint in joints if joint not in places]
-    needed = channel == "position" or channel == "torque"
-    if channel == "torque" and robot is not None:
+    needed = channel in ("position", "torque", "desired_position")
+    if channel in ("torque", *COMMAND) and robot is not None:
         missing_torque = [joint for joint in missing if joint not in robot.position_controlled]
         filled = [joint for joint in missing if joint in robot.position_controlled]
-        if filled and not missing_torque:
+        if filled and not missing_torque and channel == "torque":
             notes.append(f"No torque of the position-controlled joints {listed(filled)}: zero is put in its place.")
         missing = missing_torque
     if missing and needed:
         raise LogError(_missing_joint(channel, missing, places, source, robot))
+    if channel == "external_torque" and len(missing) < len(joints):
+        notes += [f"No external torque of {listed(missing)}: zero is taken."] * bool(missing)
+        missing = []
     if missing and channel != "temperature":
         notes.append(f"'{channel}' is left out: the log has none of {listed(missing)}.")
         return None
@@ -157,14 +206,18 @@ def _no_torque(source: Source, joints: Sequence[str], robot: Robot | None) -> di
     """Return a torque channel of zeros where every joint is position-controlled; otherwise torque is needed."""
     if robot is not None and set(joints) <= set(robot.position_controlled):
         return {"torque": [-1] * len(joints)}
+    command = ", or [robot] kp and kd, which make torques of its desired positions"
     raise LogError(
-        f"{source.path}: holds no joint torques; expected {_expected('torque')}, or its name as [log.torque] name "
-        f"(found {listed(_holdings(source))})"
+        f"{source.path}: holds no joint torques; expected {_expected('torque', source)}, or its name as [log.torque] "
+        f"name{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"
     )
 
 
-def _expected(channel: str) -> str:
-    return f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+def _expected(channel: str, source: Source) -> str:
+    return (
+        source.expected.get(channel)
+        or f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+    )
 
 
 def _holdings(source: Source) -> list[str]:

@@ -16,7 +16,7 @@ import errno
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,11 @@ from stribeck.log.storage import too_large
 QUATERNION = ("x", "y", "z", "w")
 VECTOR = ("x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature")
+COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
+"""Channels of a command, and what each of them is of."""
+JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
 VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
-FOOT_CHANNELS = ("contact", "foot_wrench")
+FOOT_CHANNELS = ("contact", "foot_wrench", "foot_force")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
 
 UNREADABLE = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
@@ -74,6 +76,10 @@ class Source:
         Unit of `time` where the file itself says so; settings do not change it.
     torque_source
         Where the torque comes from, where the file itself says so.
+    motor_orders
+        {robot: its joints by number}, where the file numbers its joints `motor_0`, `motor_1`, ... and is one of these.
+    expected
+        {channel: where this format would have it}, for the message that it is not there.
     """
 
     path: str
@@ -82,6 +88,8 @@ class Source:
     others: tuple[str, ...] = ()
     time_unit: str | None = None
     torque_source: str | None = None
+    motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    expected: Mapping[str, str] = field(default_factory=dict)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from stribeck.log.readers.topics import NANO
 from stribeck.log.robot_log import RobotLog
 
-WITHOUT_PLACE = ("acceleration", "temperature")
+WITHOUT_PLACE = ("acceleration", "temperature", "external_torque", "foot_force")
 NOT_MEASURED = np.array([-1.0, *[0.0] * 8])
 """Covariance of a part of an IMU message that holds nothing."""
 

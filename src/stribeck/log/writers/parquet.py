@@ -15,7 +15,11 @@ from stribeck.log.storage import BLOCK_ROWS
 
 def write_parquet(log: RobotLog, path: Path) -> list[str]:
     """Write every channel; there is none without a place."""
-    labels = dict.fromkeys(JOINT_CHANNELS, log.joint_names) | VECTOR_CHANNELS | {"contact": log.foot_names}
+    labels = (
+        dict.fromkeys(JOINT_CHANNELS, log.joint_names)
+        | VECTOR_CHANNELS
+        | {"contact": log.foot_names, "foot_force": log.foot_names}
+    )
     labels["foot_wrench"] = tuple(f"{foot}.{axis}" for foot in log.foot_names for axis in WRENCH)
     columns = {}
     for channel, values in log.channels().items():

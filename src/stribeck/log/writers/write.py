@@ -33,12 +33,13 @@ def write_log(log: RobotLog, path: str | Path) -> list[str]:
     Returns
     -------
     left_out
-        Channels that the format has no place for: in messages, accelerations and temperatures.
+        Channels that the format has no place for: in messages, accelerations, temperatures and external
+        torques.
 
     Raises
     ------
     LogError
-        If there is no writer for the suffix, or a message would need what the log lacks.
+        If there is no writer for the suffix, a message would need what the log lacks, or torques are currents.
     SettingsError
         If the file cannot be written.
 
@@ -52,5 +53,10 @@ def write_log(log: RobotLog, path: str | Path) -> list[str]:
     target = Path(path)
     if target.suffix not in WRITERS:
         raise LogError(f"{target}: the suffix is '{target.suffix}'; logs are written as {', '.join(WRITERS)}")
+    if log.in_amperes:
+        raise LogError(
+            f"{log.path or 'log'}: torques of {', '.join(log.in_amperes)} are currents in amperes, and logs are "
+            "written in N m; expected their [robot.motors.<joint>] torque_constant"
+        )
     with whole_or_not_at_all(target) as temporary:
         return WRITERS[target.suffix](log, temporary)

@@ -1,0 +1,78 @@
+"""Which arrays or columns of a log hold what, where they do not have the names that are read without a setting."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from stribeck.log.readers.source import JOINT_CHANNELS, Source
+
+WORDS: dict[str, set[str]] = {
+    "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock"},
+    "position": {"position", "positions", "pos", "q", "qpos", "angle", "angles", "theta", "jpos"},
+    "torque": {"torque", "torques", "tau", "effort", "efforts", "moment", "moments"},
+    "velocity": {"velocity", "velocities", "vel", "dq", "qd", "qvel", "speed", "omega", "jvel"},
+    "base_orientation": {"orientation", "quat", "quaternion", "attitude"},
+    "contact": {"contact", "contacts"},
+}
+"""Words of names that a channel may have."""
+MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
+"""Words of what was measured, which is taken before others of its kind."""
+OTHERS = {"des", "desired", "ref", "reference", "target", "goal", "error", "fric", "friction", "model", "limit", "filt"}
+"""Words of what was not."""
+COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl"}
+"""Words of what was asked for: a torque of them is taken where there is no other."""
+
+
+def words(name: str) -> list[str]:
+    """Return the words of a name in small letters, without its numbers."""
+    return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
+
+
+def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], bool]:
+    """Return `[log.<channel>] name` of channels that a log holds under other names, and whether torques are commands.
+
+    Of several that a channel may be, the one with the fewest words that say otherwise is taken.
+    """
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name in source.others:
+        groups.setdefault(tuple(words(name)), []).append(name)
+    found: dict[str, dict[str, Any]] = {}
+    commanded = False
+    for channel, kinds in WORDS.items():
+        if channel in source.channels:
+            continue
+        ranks = {key: _rank(key, kinds, channel) for key in groups}
+        ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
+        if not ranked:
+            continue
+        names = groups[ranked[0][1]]
+        commanded |= channel == "torque" and bool(COMMANDS & set(words(names[0])))
+        found[channel] = {"name": names[0] if len(names) == 1 else names}
+    labelled = _labelled(source, [channel for channel in JOINT_CHANNELS if channel not in source.channels])
+    return {**found, **labelled}, commanded
+
+
+def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int] | None:
+    """Return how far the words of a name are from a channel's, None if they are of something else."""
+    own = kinds & set(key)
+    wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
+    rest = set(key) - kinds - MEASURED - COMMANDS - {"base", "imu", "body", "foot", "feet", "robot", "log", "data"}
+    if not own or wrong or rest:
+        return None
+    return len(COMMANDS & set(key)), -len(MEASURED & set(key))
+
+
+def _labelled(source: Source, channels: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return the columns of channels whose names hold the joint's: `knee_pos`, `q_knee`."""
+    found: dict[str, dict[str, Any]] = {}
+    for channel in channels:
+        kinds = WORDS.get(channel, set())
+        own = [
+            name for name in source.others if kinds & set(words(name)) and not (OTHERS | COMMANDS) & set(words(name))
+        ]
+        rests = [tuple(word for word in words(name) if word not in kinds) for name in own]
+        if len(own) > 1 and len(set(rests)) > 1:
+            found[channel] = {"name": own}
+    return found

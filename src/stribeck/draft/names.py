@@ -1,0 +1,77 @@
+"""Which joint or foot of a log is which of the model, by their names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+CLOSE = 0.55
+"""Likeness [1] from which two names may be of one joint."""
+CLEARER = 0.05
+"""By which it is above that of every other pair of either [1]."""
+EMPTY = {"joint", "j", "jnt", "link", "motor", "mot", "act", "actuator", "op", "pos", "position", "q", "tau", "torque"}
+"""Words that say nothing of which joint it is."""
+MEANINGS = {
+    **dict.fromkeys(("l", "left"), ("left",)),
+    **dict.fromkeys(("r", "right"), ("right",)),
+    **dict.fromkeys(("f", "front", "fore"), ("front",)),
+    **dict.fromkeys(("h", "hind", "rear", "back"), ("rear",)),
+    **dict.fromkeys(("lf", "fl"), ("left", "front")),
+    **dict.fromkeys(("rf", "fr"), ("right", "front")),
+    **dict.fromkeys(("lh", "hl", "rl", "bl"), ("left", "rear")),
+    **dict.fromkeys(("rh", "hr", "rr", "br"), ("right", "rear")),
+    **dict.fromkeys(("haa", "abad", "abduction"), ("hip", "roll")),
+    **dict.fromkeys(("hfe", "thigh"), ("hip", "pitch")),
+    **dict.fromkeys(("kfe", "calf", "shank"), ("knee",)),
+}
+"""What words of joints and legs mean."""
+SIDES = ({"left", "right"}, {"front", "rear"})
+
+
+@dataclass(frozen=True)
+class Matches:
+    """Names of a log -> names of the model, and those of either that have none."""
+
+    pairs: dict[str, str]
+    left_of_log: tuple[str, ...]
+    left_of_model: tuple[str, ...]
+
+
+def words(name: str) -> list[str]:
+    """Return the words and numbers of a name, sides and legs by what they mean."""
+    found = [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name)]
+    meant = [word for part in found for word in MEANINGS.get(part, (part,))]
+    return [word for word in meant if word not in EMPTY] or meant
+
+
+def likeness(one: str, other: str) -> float:
+    """Return how much two names are of the same thing, from 0 to 1; never if they are of two sides or numbers."""
+    a, b = words(one), words(other)
+    numbers = [{int(word) for word in each if word.isdigit()} for each in (a, b)]
+    if any(set(a) & side != set(b) & side for side in SIDES) or (all(numbers) and numbers[0] != numbers[1]):
+        return 0.0
+    shared = len(set(a) & set(b)) / len(set(a) | set(b))
+    return 0.5 * shared + 0.5 * SequenceMatcher(None, " ".join(sorted(a)), " ".join(sorted(b))).ratio()
+
+
+def match(of_log: Sequence[str], of_model: Sequence[str]) -> Matches:
+    """Return which name of a log is which of the model: the same ones, then those that are clearly like each other."""
+    pairs = {name: name for name in of_log if name in of_model}
+    log = [name for name in of_log if name not in pairs]
+    model = [name for name in of_model if name not in pairs]
+    if log and model:
+        like = np.array([[likeness(one, other) for other in model] for one in log])
+        for row, column in zip(*linear_sum_assignment(-like), strict=True):
+            others = np.append(np.delete(like[row], column), np.delete(like[:, column], row))
+            if like[row, column] >= max(CLOSE, CLEARER + float(others.max(initial=0.0))):
+                pairs[log[row]] = model[column]
+    return Matches(
+        pairs,
+        tuple(name for name in log if name not in pairs),
+        tuple(name for name in model if name not in pairs.values()),
+    )

@@ -1,0 +1,259 @@
+"""Order and signs of a log's columns, by what explains its torques: inverse dynamics and friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.audit import gather
+from stribeck.audit.positions import OUTSIDE
+from stribeck.audit.regression import unexplained
+from stribeck.errors import LogError, SettingsError
+from stribeck.log import RobotLog
+from stribeck.preparation import prepare
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.typing import Array
+
+ENOUGH_RATE = 200.0
+"""[Hz] that motions are compared at."""
+ENOUGH_ROWS = 2000
+"""Samples [1] that are compared."""
+POOR = 0.2
+"""Share of a torque's variance that model and friction may leave before signs and order are looked at."""
+BETTER = 30.0
+"""Product of the factors by which a change leaves less of the torques' variances, from which it is made."""
+EXACT = 1e-3
+"""A smaller share that is left says nothing more."""
+FEET_COUNT = 4
+"""Joints [1] that standing feet count as."""
+MOST_TOGETHER = 7
+"""Joints [1] of which any number is turned round together; of more, two."""
+SLIP_ROWS = 400
+"""Samples [1] that standing feet are looked at in."""
+MOST_TRIED = 1500
+"""Changes that are tried at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Which of a log's columns each joint has, and the signs of its position and its torque, shape (n,) each."""
+
+    order: tuple[int, ...]
+    position: Array
+    torque: Array
+
+    def of(self, log: RobotLog) -> RobotLog:
+        """Return the log with these columns and signs."""
+        order = list(self.order)
+        moved = {
+            name: getattr(log, name)[:, order] * self.position
+            for name in ("position", "velocity", "acceleration")
+            if getattr(log, name) is not None
+        }
+        return replace(log, torque=log.torque[:, order] * self.torque, **moved)
+
+
+Judge = Callable[[RobotLog, Robot], "Agreement"]
+
+
+def as_given(joints: int) -> Columns:
+    """Return columns in their order, with their signs."""
+    return Columns(tuple(range(joints)), np.ones(joints), np.ones(joints))
+
+
+def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> tuple[Columns, Agreement]:
+    """Return the order and signs that agree best with the model, and how well they do.
+
+    Steps are made from the given ones while each makes the log far more likely: a joint that counts the other way, or
+    two of them, or its torque or position alone, all torques at once, and, of joints whose names say nothing, two that
+    are exchanged or all of them in another order that logs are known to have.
+
+    Parameters
+    ----------
+    log
+        With the robot's joints.
+    unsure
+        Columns whose joint is not known by its name.
+    """
+    log = _part(log)
+    best = as_given(len(robot.joint_names))
+    if feet_stand(log, robot):
+        best = _descend(best, log, robot, unsure, kinematic_agreement)
+    best = _descend(best, log, robot, unsure, agreement)
+    return best, agreement(best.of(log), robot)
+
+
+def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int], judge: Judge) -> Columns:
+    """Return the columns after all steps that make the log far more likely."""
+    now = judge(best.of(log), robot)
+    tried = 0
+    while tried < MOST_TRIED and (bad := now.poor(robot)):
+        for changes in (_changes(best, robot, bad, unsure), _turned(best, bad)):
+            scored = [(judge(change.of(log), robot), change) for change in changes]
+            tried += len(scored)
+            after, change = min(scored, key=lambda one: one[0].cost, default=(now, best))
+            if now.cost - after.cost > np.log(BETTER):
+                best, now = change, after
+                break
+        else:
+            break
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How well a log agrees with a model.
+
+    Attributes
+    ----------
+    left
+        Share of each torque's variance that model and friction leave, shape (k,); NaN where the log says too little.
+    outside
+        Whether each joint leaves its range, shape (n,).
+    slip
+        By how much the distances of standing feet change, over how much the feet move in the base [1]; 0 without feet.
+    """
+
+    left: Array
+    outside: NDArray[np.bool_]
+    slip: float
+
+    @property
+    def cost(self) -> float:
+        """Logarithm of the product of the shares, larger where joints leave their range."""
+        shares = np.append(np.nan_to_num(self.left, nan=1.0), [self.slip] * FEET_COUNT)
+        return float(np.log(np.clip(shares, EXACT, 1.0)).sum() + 1.1 * np.log(BETTER) * self.outside.sum())
+
+    def poor(self, robot: Robot) -> list[int]:
+        """Return columns of joints that may be wrong: those that agree poorly, and all of their limbs."""
+        columns = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > POOR)}
+        columns |= set(np.flatnonzero(self.outside).tolist())
+        if self.slip > POOR:
+            columns |= set(np.flatnonzero(robot.standing(tuple(robot.contacts))).tolist())
+        return _with_their_limbs(robot, columns)
+
+
+def agreement(log: RobotLog, robot: Robot) -> Agreement:
+    """Return how well a log agrees with the model: torques, ranges and standing feet."""
+    settings = Settings(support=robot.settings.support)
+    try:
+        prepared = prepare(log, robot, settings)
+        evidence = gather(prepared, robot, settings)
+    except (LogError, SettingsError):
+        return Agreement(np.ones(len(robot.torque_controlled)), _outside(log, robot), 1.0)
+    shares = [unexplained(evidence, k, 1.0) for k in range(len(evidence.joints))]
+    return Agreement(np.array(shares), _outside(log, robot), _slip(prepared.log, robot))
+
+
+def kinematic_agreement(log: RobotLog, robot: Robot) -> Agreement:
+    """Return how well a log's positions alone agree with the model: ranges and standing feet."""
+    return Agreement(np.zeros(len(robot.torque_controlled)), _outside(log, robot), _slip(log, robot))
+
+
+def feet_stand(log: RobotLog, robot: Robot) -> bool:
+    """Return whether flags say that feet stand together, so that positions can be judged by them."""
+    return log.contact is not None and bool(np.any(log.contact.sum(axis=1) > 1)) and robot.base == "floating"
+
+
+def _outside(log: RobotLog, robot: Robot) -> NDArray[np.bool_]:
+    low, high = robot.position_limits
+    return np.asarray((log.position.min(axis=0) < low - OUTSIDE) | (log.position.max(axis=0) > high + OUTSIDE))
+
+
+def _slip(log: RobotLog, robot: Robot) -> float:
+    """Return how much feet that stand move against one another, over how much they move in the base [1]."""
+    if not feet_stand(log, robot):
+        return 0.0
+    assert log.contact is not None
+    rows = np.arange(0, len(log.time), max(1, len(log.time) // SLIP_ROWS))
+    contact, position = log.contact[rows], log.position[rows]
+    places = [robot.foot_pose(foot, position)[1] for foot in log.foot_names]
+    moved = apart = 0.0
+    for one, other in combinations(range(len(places)), 2):
+        both = contact[:, one] & contact[:, other]
+        between = np.linalg.norm(places[one] - places[other], axis=1)
+        steps = both[1:] & both[:-1]  # within one phase
+        apart += float(np.sum(np.diff(between)[steps] ** 2))
+        moved += sum(float(np.sum(np.diff(place, axis=0)[steps] ** 2)) for place in (places[one], places[other]))
+    return float(np.sqrt(apart / moved)) if moved else 0.0
+
+
+def _part(log: RobotLog) -> RobotLog:
+    """Return as much of a log as is compared, from its middle."""
+    step = max(1, int(1 / float(np.median(np.diff(log.time))) / ENOUGH_RATE))
+    rows = len(log.time) // step
+    first = max(0, rows - ENOUGH_ROWS) // 2 * step
+    return log.take(slice(first, first + min(rows, ENOUGH_ROWS) * step, step))
+
+
+def _with_their_limbs(robot: Robot, columns: Iterable[int]) -> list[int]:
+    """Return columns of joints and of all between them and the base, or beyond them."""
+    paths = {robot.tree.column(path[0]): {robot.tree.column(j) for j in path} for path in _paths(robot)}
+    found = set(columns)
+    found |= {above for column in found for above in paths[column]}
+    found |= {column for column, path in paths.items() if path & set(columns)}
+    return sorted(found)
+
+
+def _paths(robot: Robot) -> Iterator[list[int]]:
+    first = 2 if robot.tree.floating else 1
+    for joint in range(first, robot.tree.model.njoints):
+        yield robot.tree.path_to_root(joint)
+
+
+def _changes(now: Columns, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[Columns]:
+    yield replace(now, torque=-now.torque)
+    for column in bad:
+        sign = np.where(np.arange(len(now.order)) == column, -1.0, 1.0)
+        yield replace(now, position=now.position * sign, torque=now.torque * sign)
+        yield replace(now, torque=now.torque * sign)
+        yield replace(now, position=now.position * sign)
+    if len(unsure) > 1:
+        if now.order == tuple(range(len(now.order))) and len(unsure) == len(now.order):
+            yield from (replace(now, order=tuple(order)) for order in other_orders(robot))
+        some = [column for column in unsure if column in bad]
+        for k, one in enumerate(some):
+            for other in some[k + 1 :]:
+                order = list(now.order)
+                order[one], order[other] = order[other], order[one]
+                yield replace(now, order=tuple(order))
+
+
+def _turned(now: Columns, bad: Sequence[int]) -> Iterator[Columns]:
+    """Yield the columns with several joints that count the other way: about parallel axes one alone may seem worse."""
+    most = len(bad) if len(bad) <= MOST_TOGETHER else 2
+    for count in range(2, most + 1):
+        for some in combinations(bad, count):
+            sign = np.where(np.isin(np.arange(len(now.order)), some), -1.0, 1.0)
+            yield replace(now, position=now.position * sign, torque=now.torque * sign)
+
+
+def other_orders(robot: Robot) -> list[list[int]]:
+    """Return for each joint its column in orders that logs have beside the model's: sides and ends exchanged, by depth.
+
+    By depth are those of simulators that number joints breadth first: all hips, then all knees.
+    """
+    from stribeck.draft.names import words
+
+    names = robot.joint_names
+    depth = {robot.tree.column(path[0]): len(path) for path in _paths(robot)}
+    by_depth = sorted(range(len(names)), key=lambda column: (depth[column], column))
+    meant = [tuple(words(name)) for name in names]
+
+    def exchanged(*pairs: tuple[str, str]) -> list[int]:
+        other = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
+        places = {each: k for k, each in enumerate(meant)}
+        return [places.get(tuple(other.get(word, word) for word in each), k) for k, each in enumerate(meant)]
+
+    def under(order: Sequence[int]) -> list[int]:
+        place = {column: k for k, column in enumerate(by_depth)}
+        return [place[column] for column in order]
+
+    plain = [exchanged(), exchanged(("left", "right")), exchanged(("front", "rear"))]
+    plain.append(exchanged(("left", "right"), ("front", "rear")))
+    return [list(order) for order in sorted({tuple(order) for each in plain for order in (each, under(each))})]

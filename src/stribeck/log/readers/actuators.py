@@ -1,0 +1,87 @@
+"""Torques of joints from what a log holds in their place: torques before the gear, motor currents, commands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stribeck.errors import LogError, SettingsError
+from stribeck.log.readers.mapping import CURRENT
+from stribeck.typing import Array
+
+if TYPE_CHECKING:
+    from stribeck.robot import Robot
+
+
+def check_current(robot: Robot) -> None:
+    """Refuse amperes where they are no torque's source, and a torque constant where there are none.
+
+    Raises
+    ------
+    SettingsError
+        Naming the file, the key, and what would be valid.
+    """
+    unit = robot.log_table.torque.unit
+    if unit in CURRENT and robot.torque_source != "motor_current":
+        raise SettingsError(
+            f"{robot.path}: [log.torque] unit is '{unit}', and [robot] torque_source is '{robot.torque_source}'; "
+            "amperes are torques of torque_source = 'motor_current' alone"
+        )
+    known = [name for name, motor in robot.motors.items() if motor.torque_constant is not None]
+    if known and unit not in CURRENT:
+        raise SettingsError(
+            f"{robot.path}: [robot.motors.{known[0]}] has a torque_constant, and [log.torque] unit is "
+            f"'{unit or 'Nm'}'; expected unit = 'A', or no torque_constant"
+        )
+
+
+def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
+    """Bring torques before the gear or currents, shape (T, n), to the joints, in place.
+
+    Returns
+    -------
+    in_amperes
+        Joints whose torque is still a current, as their torque constant is not known.
+    """
+    currents = robot.log_table.torque.unit in CURRENT
+    unknown = []
+    for column in robot.torque_controlled if currents or robot.motors else ():
+        name = robot.joint_names[column]
+        motor = robot.motors.get(name)
+        if motor is not None:
+            torque[:, column] *= motor.ratio * (motor.torque_constant or 1.0)
+        if currents and (motor is None or motor.torque_constant is None):
+            unknown.append(name)
+    return tuple(unknown)
+
+
+def commanded_torque(channels: dict[str, Array], robot: Robot, path: str) -> tuple[Array, str]:
+    """Return the torque that the drives are asked for, shape (T, n), and a note: kp (q_d - q) + kd (v_d - v) + tau_ff.
+
+    What the log does not hold of the desired velocity and torque is zero.
+
+    Raises
+    ------
+    LogError
+        If the joints' velocity is needed and not there.
+    """
+    assert robot.command_gains is not None
+    kp, kd = robot.command_gains
+    if kd.any() and "velocity" not in channels:
+        raise LogError(
+            f"{path}: [robot] kd needs the velocity that the drives act on, and the log holds none of every joint; "
+            "expected a channel velocity, or kd = 0.0"
+        )
+    torque = kp * (channels["desired_position"] - channels["position"])
+    terms = ["kp (desired_position - position)"]
+    if kd.any():
+        torque += kd * (channels.get("desired_velocity", 0.0) - channels["velocity"])
+        terms.append("kd (desired_velocity - velocity)" if "desired_velocity" in channels else "- kd velocity")
+    if "desired_torque" in channels:
+        torque += channels["desired_torque"]
+        terms.append("desired_torque")
+    idle = [name in robot.position_controlled for name in robot.joint_names]
+    torque[:, idle] = 0.0  # whatever their columns hold
+    note = f"Torques are the command's, {' + '.join(terms)}".replace("+ - ", "- ")
+    return np.ascontiguousarray(torque), f"{note}: the log's own torques are not needed."

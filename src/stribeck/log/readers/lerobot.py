@@ -1,0 +1,190 @@
+"""LeRobot datasets (version 2 and 3): a folder of Parquet files with lists, and of JSON that names their places."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from stribeck.errors import LogError
+from stribeck.log.readers.columns import Table, source_of_columns
+from stribeck.log.readers.source import Loaded, Source, foreign, listed
+from stribeck.log.readers.table import parquet_table
+from stribeck.log.storage import check_size
+from stribeck.settings import LogTable
+from stribeck.typing import Array
+
+INFO = Path("meta", "info.json")
+STATE = "observation.state"
+STAMPS = ("timestamp", "frame_index", "episode_index")
+FEATURES = {
+    STATE: "position",
+    "observation.velocity": "velocity",
+    "observation.effort": "torque",
+    "observation.torque": "torque",
+    "observation.temperature": "temperature",
+}
+"""Features and their channels."""
+ENDINGS = {
+    "pos": "position",
+    "vel": "velocity",
+    "acc": "acceleration",
+    "eff": "torque",
+    "effort": "torque",
+    "torque": "torque",
+    "temp": "temperature",
+    "temperature": "temperature",
+}
+"""What the name of a place in the state may end with, as `elbow.pos` does, and its channel."""
+BETWEEN_EPISODES = 1.0
+"""Time put between episodes, whose stamps all begin at zero [s]."""
+UNITS = (
+    "A LeRobot dataset does not say its units: positions are taken as radians; of an arm that records degrees set "
+    '[log.position] unit = "deg", of one that records shares of its calibrated ranges scale and offset.'
+)
+
+
+def open_lerobot(path: Path, table: LogTable) -> Source:
+    """Open a dataset: `observation.state` and what other features are of joints; its episodes follow each other.
+
+    Raises
+    ------
+    LogError
+        If its files do not fit together.
+    """
+    features = _features(path)
+    files = [file for file in sorted(path.glob("data/**/*.parquet")) if file.is_file()]
+    if not files:
+        raise LogError(f"{path}: holds no data/chunk-000/*.parquet; expected the dataset's data beside its meta folder")
+    tables = [parquet_table(file) for file in files]
+    for other in tables[1:]:
+        if other.names != tables[0].names:
+            raise LogError(
+                f"{other.path}: has columns {listed(other.names)}; expected those of {files[0].name}, "
+                f"{listed(tables[0].names)}"
+            )
+    for one in tables:
+        check_size(one.path, 8 * one.rows * len(one.names))
+    time, episodes = _time(tables, table)
+    names = _named(tables[0].names, features)
+    stored = dict(zip(names, tables[0].names, strict=True))
+    twice = [name for name in stored if names.count(name) > 1]
+    if twice:
+        raise LogError(f"{path / INFO}: names more than one place {listed(twice)}; expected one a joint and channel")
+    whole = Table(
+        path=str(path),
+        names=list(stored) + ["time"] * (time is not None),
+        rows=sum(one.rows for one in tables),
+        batches=partial(_batches, tables, stored, time),
+        on_disk=False,
+    )
+    source = source_of_columns(whole, table)
+    notes = [f"{episodes} episodes follow each other, with a pause between them."][: max(0, episodes - 1)]
+    if table.position.unit is None:
+        notes.append(UNITS)
+    return replace(
+        source,
+        load=partial(_load, source, notes),
+        others=tuple(name for name in source.others if name not in STAMPS),
+        expected={
+            "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', which it has if the "
+            "arm's driver reports efforts"
+        },
+    )
+
+
+def _features(path: Path) -> Mapping[str, Any]:
+    """Return what the dataset says of its features."""
+    where = path / INFO
+    with foreign(str(where), "LeRobot's info.json"):
+        info = json.loads(where.read_text(encoding="utf-8"))
+    features = info.get("features") if isinstance(info, dict) else None
+    if not isinstance(features, dict) or not all(isinstance(one, dict) for one in features.values()):
+        raise LogError(f"{where}: holds no table 'features'; expected that of a LeRobot dataset of version 2 or 3")
+    if STATE not in features:
+        raise LogError(f"{where}: has features {listed(list(features))}; expected '{STATE}' among them")
+    return features
+
+
+def _named(columns: Sequence[str], features: Mapping[str, Any]) -> list[str]:
+    """Return the columns' names as those of tables: `<channel>.<joint>`, or `<feature>.<joint>` for other features."""
+    names = []
+    of_state = _names_of(features[STATE])
+    for column in columns:
+        feature, _, place = column.removesuffix("]").rpartition("[")
+        if not feature or not place.isdecimal():
+            names.append(column)
+            continue
+        width = sum(other.startswith(f"{feature}[") for other in columns)
+        own = next((known for known in (_names_of(features.get(feature, {})), of_state) if len(known) == width), ())
+        name = own[int(place)] if own else ""
+        stem, dot, ending = name.rpartition(".")
+        channel = FEATURES.get(feature, feature)
+        if dot and ending in ENDINGS:
+            name, channel = stem, ENDINGS[ending] if feature == STATE else channel
+        names.append(f"{channel}.{name}" if name else f"{channel}[{place}]")
+    return names
+
+
+def _names_of(feature: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of a feature's places, which may be a list, lists in a list, or lists in a table."""
+
+    def flat(value: object) -> Iterator[str]:
+        if isinstance(value, str):
+            yield value
+        elif isinstance(value, (list, dict)):
+            for part in value.values() if isinstance(value, dict) else value:
+                yield from flat(part)
+
+    return tuple(flat(feature.get("names")))
+
+
+def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
+    """Return time [s] of all rows, with a pause between episodes, and how many episodes there are."""
+    wanted = ["timestamp", "episode_index"]
+    if not set(wanted) <= set(tables[0].names):
+        return None, 1
+    batches = [batch for one in tables for batch in one.batches(wanted, wanted)]
+    if not batches:
+        return np.zeros(0), 0
+    with foreign(tables[0].path, "a LeRobot dataset"):
+        stamps, episode = (
+            np.concatenate([np.asarray(batch.column(k), dtype=np.float64).reshape(-1) for batch in batches])
+            for k in range(2)
+        )
+    first = np.flatnonzero(np.diff(episode, prepend=np.nan) != 0)
+    pause = max(BETWEEN_EPISODES, 2 * (table.max_gap or 0.0))
+    ends = np.concatenate([stamps[first[1:] - 1], stamps[-1:]]) - stamps[first] + pause
+    shift = np.concatenate([[0.0], np.cumsum(ends)[:-1]]) - stamps[first] + stamps[first[0]]
+    return stamps + np.repeat(shift, np.diff(first, append=len(stamps))), len(first)
+
+
+def _batches(
+    tables: Sequence[Table],
+    stored: Mapping[str, str],
+    time: Array | None,
+    columns: list[str],
+    free: Collection[str],
+) -> Iterator[pa.RecordBatch]:
+    """Give the columns of all files, by the names that `stored` has given them."""
+    row = 0
+    there = [name for name in columns if name in stored]
+    for one in tables:
+        of_file = [stored[name] for name in there]
+        for batch in one.batches(of_file or [one.names[0]], {stored.get(name, name) for name in free}):
+            arrays = {name: batch.column(stored[name]) for name in there}
+            if time is not None:
+                arrays["time"] = pa.array(time[row : row + batch.num_rows])
+            row += batch.num_rows
+            yield pa.record_batch([arrays[name] for name in columns], names=columns)
+
+
+def _load(source: Source, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]) -> Loaded:
+    loaded = source.load(wanted)
+    return Loaded(loaded.arrays, (*loaded.notes, *notes))

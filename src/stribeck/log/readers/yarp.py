@@ -1,0 +1,138 @@
+"""Logs of YARP's robot logger and telemetry dumper (robometry), which are MATLAB structs of signals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from stribeck.errors import LogError
+from stribeck.log.readers.join import join
+from stribeck.log.readers.source import VECTOR_CHANNELS, Source
+from stribeck.log.readers.topics import NANO, Stream
+from stribeck.settings import LogTable
+from stribeck.typing import Array
+
+POSITIONS = ".joints_state.positions.data"
+JOINTS = {
+    "joints_state.positions": "position",
+    "joints_state.velocities": "velocity",
+    "joints_state.accelerations": "acceleration",
+    "joints_state.torques": "torque",
+    "motors_state.temperatures": "temperature",
+}
+"""Signals of all joints and their channels; those of the motors' own encoders are before the gears."""
+SENSORS = {
+    "orientations": ("imu", "base_orientation", 3),
+    "gyros": ("imu", "angular_velocity", 3),
+    "accelerometers": ("imu", "linear_acceleration", 3),
+    "cartesian_wrenches": ("wrench", "foot_wrench", 6),
+    "FTs": ("wrench", "foot_wrench", 6),
+}
+"""Groups of sensors: what they are, their channel and how many numbers they give."""
+
+LATEST = 9e9
+"""After which nanoseconds no longer fit 64 bits [s]; the year 2255."""
+MOST_TURNED = 4 * np.pi
+"""Beyond which no joint of a robot turns [rad]: positions that are larger are in degrees."""
+
+Arrays = Mapping[str, Callable[[], NDArray[np.float64]]]
+Texts = Mapping[str, tuple[str, ...]]
+
+
+def is_telemetry(names: Iterable[str]) -> bool:
+    """Return whether a file with these variables is of YARP's loggers."""
+    return any(name.endswith(POSITIONS) for name in names)
+
+
+def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> Source:
+    """Return the source of a log: joints, and the sensors that `[log]` names.
+
+    A signal is a struct of `data`, features x 1 x samples, `timestamps` [s] and, since version 0.4, `elements_names`;
+    the robot's `description_list` names the joints else. The file does not say where a sensor sits nor which way it
+    turns, so that none is taken unasked, but for the Cartesian wrench whose name contains a contact's.
+
+    Raises
+    ------
+    LogError
+        If a signal's parts do not fit together.
+    """
+    root = next(name for name in arrays if name.endswith(POSITIONS)).removesuffix(POSITIONS)
+    signals = [name.removeprefix(f"{root}.").removesuffix(".data") for name in arrays if name.endswith(".data")]
+    streams = _joint_streams(path, root, [name for name in JOINTS if name in signals], arrays, texts, table)
+    others = []
+    for name in signals:
+        group, _, sensor = name.partition(".")
+        if group in SENSORS and sensor and (group == "cartesian_wrenches" or _asked(f"/{group}/{sensor}", table)):
+            kind, channel, width = SENSORS[group]
+            stamps, values = _signal(path, f"{root}.{name}", arrays, width)
+            if channel == "base_orientation":
+                values = Rotation.from_euler("xyz", values).as_quat()  # roll, pitch and yaw [rad] about fixed axes
+            streams.append(Stream(f"/{group}/{sensor}", group, kind, (), stamps, {channel: values}))
+        elif name not in JOINTS:
+            others.append(f"/{name.replace('.', '/')}")
+    return join(path, streams, others, table, ())
+
+
+def _asked(topic: str, table: LogTable) -> bool:
+    """Return whether `[log]` names a sensor, for any channel or as a foot."""
+    names = [getattr(table, channel).name for channel in (*VECTOR_CHANNELS, "foot_wrench")]
+    return topic in table.foot_names or any(topic == one or (isinstance(one, list) and topic in one) for one in names)
+
+
+def _joint_streams(
+    path: str, root: str, signals: Iterable[str], arrays: Arrays, texts: Texts, table: LogTable
+) -> list[Stream]:
+    """Return a stream of each set of signals that share their stamps and joints."""
+    degrees = _is_in_degrees(path, root, arrays, texts, table)
+    groups: dict[tuple[bytes, tuple[str, ...]], dict[str, Array]] = {}
+    for signal in signals:
+        name = f"{root}.{signal}"
+        labels = texts.get(f"{name}.elements_names") or texts.get(f"{root}.description_list")
+        if not labels:
+            raise LogError(
+                f"{path}: '{name}' has no names of joints; expected 'elements_names' in it, or "
+                f"'{root}.description_list'"
+            )
+        stamps, values = _signal(path, name, arrays, len(labels))
+        if degrees and signal.startswith("joints_state") and JOINTS[signal] != "torque":
+            values = np.deg2rad(values)
+        groups.setdefault((stamps.tobytes(), labels), {})[JOINTS[signal]] = values
+    return [
+        Stream("/joints_state", "joints_state", "joints", labels, np.frombuffer(stamps, dtype=np.int64), values)
+        for (stamps, labels), values in groups.items()
+    ]
+
+
+def _is_in_degrees(path: str, root: str, arrays: Arrays, texts: Texts, table: LogTable) -> bool:
+    """Return whether positions are in degrees, as the dumper's units say, which it says of radians as well."""
+    unit = texts.get(f"{root}.joints_state.positions.units_of_measure", ("rad",))[0]
+    if unit != "deg" or table.position.unit:
+        return False
+    if np.nanmax(np.abs(arrays[root + POSITIONS]()), initial=0.0) > MOST_TURNED:
+        return True
+    raise LogError(
+        f"{path}: '{root}.joints_state.positions' is said to be in deg and small enough for radians, of which the "
+        "telemetry dumper says the same; expected [log.position] unit, and those of velocity and acceleration"
+    )
+
+
+def _signal(path: str, name: str, arrays: Arrays, width: int) -> tuple[NDArray[np.int64], Array]:
+    """Return stamps [ns], shape (T,), and values, shape (T, width)."""
+    if f"{name}.timestamps" not in arrays:
+        raise LogError(f"{path}: '{name}' has no 'timestamps'; expected one a sample")
+    data, seconds = arrays[f"{name}.data"](), arrays[f"{name}.timestamps"]().reshape(-1)
+    samples = len(seconds)
+    if data.size != samples * width:
+        raise LogError(
+            f"{path}: '{name}' has data of shape {data.shape}; expected {width} values at each of its "
+            f"{samples} timestamps"
+        )
+    if not np.all(np.abs(seconds) < LATEST):
+        raise LogError(
+            f"{path}: '{name}.timestamps' holds {seconds[~(np.abs(seconds) < LATEST)][0]:g}; expected seconds"
+        )
+    values = data.reshape(width, samples).T if data.shape[-1:] == (samples,) else data.reshape(samples, width)
+    return np.round(seconds * NANO).astype(np.int64), np.ascontiguousarray(values)

@@ -1,0 +1,1 @@
+"""Which motion would make friction known, and the trajectory of it (docs/plan.md)."""

@@ -1,0 +1,85 @@
+"""Currents without a torque constant: gravity says what an ampere makes, or nothing is said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.arm import TRUTH, arm_log, write_arm
+
+from stribeck import Robot, identify, inspect_log
+from stribeck.audit import currents
+from stribeck.errors import LogError
+from stribeck.log import RobotLog
+from stribeck.preparation import prepare
+from stribeck.settings import FilterSettings, Settings
+
+GAINS = np.array([5.0, 8.0, 40.0])
+"""Torque constants times gear ratios [N m/A]; gravity hardly loads the slide, which its file leaves out."""
+CURRENTS = 'torque_source = "motor_current"\nposition_controlled = ["slide"]\n'
+EXACT = Settings(method="curve-fit", filter=FilterSettings(kind="log"), fit_armature=False)
+
+
+def in_amperes(robot: Robot, log: RobotLog) -> RobotLog:
+    """Give the log of an arm as currents, with a noise of 10 mA."""
+    current = log.torque / GAINS + 0.01 * np.random.default_rng(1).normal(size=log.torque.shape)
+    joints = tuple(robot.joint_names[k] for k in robot.torque_controlled)
+    return replace(log, torque=current, in_amperes=joints, torque_source="motor_current")
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    robot = Robot.from_file(write_arm(tmp_path_factory.mktemp("arm"), CURRENTS))
+    return robot, arm_log(robot, duration=16.0, rate=250.0)
+
+
+def test_gravity_says_how_much_torque_an_ampere_makes(arm):
+    robot, log = arm
+    found = identify(in_amperes(robot, log), robot, EXACT)
+    (finding,) = [each for each in found.findings if each.check == "torque-constant"]
+    assert finding.joints == ("shoulder", "elbow")
+    assert "shoulder 4.999 +- 0.009 N m/A, elbow 7.963 +- 0.1 N m/A" in finding.text
+    true = identify(log, robot, EXACT)
+    for joint in ("shoulder", "elbow"):
+        coulomb, known = (result.joints[joint].parameters["coulomb"] for result in (found, true))
+        assert coulomb.interval_95[0] < TRUTH["coulomb"] < coulomb.interval_95[1]
+        assert coulomb.standard_error > known.standard_error
+        gain = found.joints[joint].parameters["offset"].value / TRUTH["offset"]
+        assert gain == pytest.approx(1.0, abs=0.05)
+    assert inspect_log(in_amperes(robot, log), robot, EXACT).audit[0].check == "torque-constant"
+
+
+def test_the_interval_of_the_gain_holds_the_truth(arm):
+    robot, _ = arm
+    off = []
+    for seed in range(3):
+        log = arm_log(robot, duration=30.0, rate=250.0, seed=seed)
+        prepared = [prepare(replace(in_amperes(robot, log), in_amperes=("shoulder",)), robot, robot.settings)]
+        converted, _, errors = currents.torques_of_currents(prepared, robot, robot.settings)
+        factor = converted[0].log.torque[0, 0] / prepared[0].log.torque[0, 0]
+        off.append((factor / GAINS[0] - 1) / errors["shoulder"])
+    assert max(map(abs, off)) < 3
+
+
+def test_without_a_load_of_gravity_nothing_is_made_up(arm, tmp_path):
+    _, log = arm
+    robot = Robot.from_file(write_arm(tmp_path, CURRENTS + "gravity = [0.0, 0.0, 0.0]\n"))
+    with pytest.raises(LogError) as caught:
+        identify(in_amperes(robot, log), robot, EXACT)
+    words = "gravity does not say how much torque an ampere makes in shoulder (gravity varies by 0 N m)"
+    assert words in str(caught.value)
+    assert "expected [robot.motors.shoulder] torque_constant and ratio" in str(caught.value)
+
+
+def test_currents_that_run_against_gravity_are_named(arm):
+    robot, log = arm
+    turned = in_amperes(robot, log)
+    turned = replace(turned, torque=turned.torque * np.array([-1.0, 1.0, 1.0]))
+    with pytest.raises(LogError, match=r"shoulder \(it runs against gravity: .*; found were elbow 7.96"):
+        inspect_log(turned, robot, EXACT)
+
+
+def test_a_joint_at_rest_says_nothing(arm):
+    robot, _ = arm
+    still = arm_log(robot, duration=8.0, rate=250.0, still="elbow")
+    with pytest.raises(LogError, match=r"elbow \(it hardly moves\)"):
+        identify(in_amperes(robot, still), robot, EXACT)

@@ -1,0 +1,189 @@
+"""Torques that a log holds as something else: before the gear, in amperes, or as a command."""
+
+from dataclasses import replace
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+from rosbags.typesys import Stores, get_typestore
+from tests.arm import TRUTH, arm_log, save_npz, write_arm
+from tests.log.readers.formats import columns_of, messages_of, synthetic_log, write_messages
+
+from stribeck import Robot, identify, inspect_log, read_log, write_log
+from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.friction import get_law
+from stribeck.settings import FilterSettings, Settings
+
+JOINTS = ("shoulder", "elbow", "slide")
+CONSTANT, RATIO = np.array([0.1, 0.05, 2.0]), np.array([50.0, 100.0, 20.0])
+KP, KD = np.array([80.0, 60.0, 200.0]), np.array([2.0, 1.0, 5.0])
+COMMANDED = 'torque_source = "command"\nkp = { shoulder = 80.0, elbow = 60.0, slide = 200.0 }\n'
+GAINS = COMMANDED + "kd = { shoulder = 2.0, elbow = 1.0, slide = 5.0 }\n"
+EXACT = Settings(method="curve-fit", filter=FilterSettings(kind="log"), fit_armature=False)
+
+
+def motors(constant=True):
+    lines = [
+        f"[robot.motors.{joint}]\nratio = {ratio}" + f"\ntorque_constant = {k}" * constant
+        for joint, k, ratio in zip(JOINTS, CONSTANT, RATIO, strict=True)
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def robot(folder, text):
+    return Robot.from_file(write_arm(folder, text))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    return arm_log(robot(tmp_path_factory.mktemp("arm"), ""), duration=12.0, rate=500.0)
+
+
+def test_currents_become_torques_of_the_joints(log, tmp_path):
+    arm = robot(tmp_path, 'torque_source = "motor_current"\n' + motors() + '[log.torque]\nname = "i"\nunit = "mA"\n')
+    path = save_npz(log, tmp_path / "log.npz", torque=None, i=1e3 * log.torque / (CONSTANT * RATIO))
+    found = read_log(path, arm)
+    np.testing.assert_allclose(found.torque, log.torque, rtol=1e-12)
+    assert found.in_amperes == ()
+
+
+def test_torques_before_the_gear_become_torques_of_the_joints(log, tmp_path):
+    arm = robot(tmp_path, 'torque_source = "motor_side_sensor"\n' + motors(constant=False))
+    found = read_log(save_npz(log, tmp_path / "log.npz", torque=log.torque / RATIO), arm)
+    np.testing.assert_allclose(found.torque, log.torque, rtol=1e-12)
+    assert found.torque_source == "motor_side_sensor"
+
+
+def commanded(log, velocity=True):
+    """What a log holds whose drives follow kp, kd and a torque that is fed forward."""
+    forward = 0.3 * log.torque
+    desired_velocity = log.velocity + 0.01 * np.cos(7 * log.time)[:, None]
+    rest = log.torque - forward - KD * ((desired_velocity if velocity else 0.0) - log.velocity)
+    found = {"desired_position": log.position + rest / KP, "desired_torque": forward, "torque": None}
+    return found | ({"desired_velocity": desired_velocity} if velocity else {})
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_commands_become_torques(velocity, log, tmp_path):
+    found = read_log(save_npz(log, tmp_path / "log.npz", **commanded(log, velocity)), robot(tmp_path, GAINS))
+    np.testing.assert_allclose(found.torque, log.torque, atol=1e-10)
+    term = "kd (desired_velocity - velocity)" if velocity else "- kd velocity"
+    assert any("Torques are the command's" in note and term in note for note in found.notes)
+
+
+def test_the_friction_is_the_truth_whatever_holds_the_torque(log, tmp_path):
+    plain = identify(log, robot(tmp_path, ""), EXACT)
+    for number, (text, changed) in enumerate(
+        [
+            (GAINS, commanded(log)),
+            ('torque_source = "motor_side_sensor"\n' + motors(constant=False), {"torque": log.torque / RATIO}),
+        ]
+    ):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        found = identify(save_npz(log, folder / "log.npz", **changed), robot(folder, text), EXACT)
+        for joint in JOINTS:
+            value, wanted = (r.joints[joint].parameters["coulomb"].value for r in (found, plain))
+            assert value == pytest.approx(wanted, rel=1e-6)
+            assert value == pytest.approx(1.2, rel=0.02)
+
+
+def test_the_delay_of_a_command_is_found_and_taken_out(log, tmp_path):
+    law = get_law("stribeck")
+    friction = law.torque(log.velocity, np.array([TRUTH[parameter.name] for parameter in law.parameters]))
+    log = replace(log, torque=log.torque - 0.9 * friction)  # so that each joint's delay shows
+    shift = 4  # the command acts 8 ms after it was logged: the motion is late against it
+    forward = {"desired_torque": np.roll(log.torque, -shift, axis=0), "desired_position": log.position}
+    forward |= {"desired_velocity": log.velocity, "torque": None}
+    path = save_npz(log, tmp_path / "log.npz", **forward)
+    found = inspect_log(path, robot(tmp_path, GAINS), EXACT)
+    assert all(joint.delay == pytest.approx(-8e-3, abs=2e-3) for joint in found.joints.values())
+    (finding,) = [each for each in found.audit if each.check == "torque-delay"]
+    assert "delay = -0.00" in finding.cure
+    mended = read_log(path, robot(tmp_path, GAINS + "[log.torque]\ndelay = -0.008\n"))
+    kept = np.searchsorted(log.time, mended.time)
+    np.testing.assert_allclose(mended.torque[shift:], log.torque[kept][shift:], atol=1e-6)
+
+
+def test_a_table_holds_commands(tmp_path):
+    log = synthetic_log()
+    columns = columns_of(log) | {f"target.{name}": log.position[:, k] + 0.1 for k, name in enumerate(log.joint_names)}
+    columns = {name: column for name, column in columns.items() if not name.startswith("torque")}
+    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
+    text = 'torque_source = "command"\nkp = 10.0\nkd = 0.0\n[log.desired_position]\nname = "target"\n'
+    text += "[log.joint_names]\nhip = 'shoulder'\nknee = 'elbow'\nwheel = 'slide'\n"
+    found = read_log(tmp_path / "log.parquet", robot(tmp_path, text))
+    np.testing.assert_allclose(found.torque, 1.0)
+
+
+def test_a_topic_of_commands_is_held_until_the_next(tmp_path):
+    log = synthetic_log()
+    messages = []
+    for number, message in enumerate(m for m in messages_of(log, get_typestore(Stores.ROS2_HUMBLE)) if m[0][1] == "j"):
+        messages.append(message)
+        if number % 20 == 0:
+            target = messages_of(log.take(slice(number, number + 1)), get_typestore(Stores.ROS2_HUMBLE))
+            messages.append(("/command", *next(iter(target))[1:]))
+    path = write_messages(tmp_path / "log.mcap", messages)
+    text = 'torque_source = "command"\nkp = 10.0\nkd = 0.0\n[log.desired_position]\nname = "/command"\n'
+    text += "[log.joint_names]\nhip = 'shoulder'\nknee = 'elbow'\nwheel = 'slide'\n"
+    found = read_log(path, robot(tmp_path, text))
+    rows = np.arange(len(found.time))
+    wanted = 10 * (log.position[rows - rows % 20] - log.position[rows]) + log.torque[rows - rows % 20]
+    np.testing.assert_allclose(found.torque, wanted, atol=1e-9)
+    assert any("'/command' is held" in note for note in found.notes)
+
+
+REFUSED = {
+    "kd alone": ('torque_source = "command"\nkd = 1.0\n', "kp is missing"),
+    "kp of some": ('torque_source = "command"\nkp = { elbow = 1.0 }\nkd = 0.0\n', "no value for joint 'shoulder'"),
+    "kp of a stranger": ('torque_source = "command"\nkp = { knee = 1.0 }\nkd = 0.0\n', "names joint 'knee'"),
+    "kp of a sensor": ("kp = 1.0\nkd = 1.0\n", "for torque_source 'command'"),
+    "motor of a stranger": (
+        'torque_source = "motor_current"\n[robot.motors.knee]\nratio = 2.0\n',
+        "no joint whose torque is measured",
+    ),
+    "motor behind the gear": ("[robot.motors.elbow]\nratio = 2.0\n", "'motor_current' or 'motor_side_sensor'"),
+    "constant of a sensor": (
+        'torque_source = "motor_side_sensor"\n[robot.motors.elbow]\ntorque_constant = 2.0\n',
+        "expected ratio alone",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_robot_files_that_make_no_sense(case, tmp_path):
+    text, words = REFUSED[case]
+    with pytest.raises(RobotFileError) as caught:
+        robot(tmp_path, text)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path))
+
+
+def test_logs_that_do_not_hold_the_command(log, tmp_path):
+    arm = robot(tmp_path, GAINS)
+    whole = commanded(log)
+    with pytest.raises(LogError, match="holds no desired positions; expected an array 'desired_position'"):
+        read_log(save_npz(log, tmp_path / "a.npz", **whole | {"desired_position": None}), arm)
+    with pytest.raises(LogError, match="kd needs the velocity that the drives act on"):
+        read_log(save_npz(log, tmp_path / "b.npz", **whole, velocity=None), arm)
+    with pytest.raises(LogError, match=r"or \[robot\] kp and kd, which make torques of its desired positions"):
+        read_log(save_npz(log, tmp_path / "c.npz", **whole), robot(tmp_path, 'torque_source = "command"\n'))
+
+
+def test_units_that_do_not_fit_the_source(log, tmp_path):
+    path = save_npz(log, tmp_path / "log.npz")
+    with pytest.raises(SettingsError, match=r"amperes are torques of torque_source = 'motor_current' alone"):
+        read_log(path, robot(tmp_path, '[log.torque]\nunit = "A"\n'))
+    with pytest.raises(SettingsError, match=r"has a torque_constant, and \[log.torque\] unit is 'Nm'"):
+        read_log(path, robot(tmp_path, 'torque_source = "motor_current"\n' + motors()))
+
+
+def test_currents_are_not_written_as_torques(log, tmp_path):
+    arm = robot(tmp_path, 'torque_source = "motor_current"\n[log.torque]\nunit = "A"\n')
+    found = read_log(save_npz(log, tmp_path / "log.npz"), arm)
+    assert found.in_amperes == JOINTS
+    with pytest.raises(LogError, match="are currents in amperes"):
+        write_log(found, tmp_path / "out.npz")
+    assert not (tmp_path / "out.npz").exists()

@@ -1,0 +1,215 @@
+"""Tables whose columns have no names, numbers for names, usual names, or hold a list in every row."""
+
+import csv
+
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
+
+from stribeck.errors import LogError, SettingsError
+from stribeck.log.readers import read_log
+from stribeck.settings import LogTable
+
+LOG = synthetic_log(30)
+CHANNELS = ("position", "velocity", "torque")
+
+
+def robot_with(**table):
+    return StubRobot(log_table=LogTable.model_validate(table))
+
+
+def write_rows(path, names, rows, delimiter=","):
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, delimiter=delimiter)
+        writer.writerows(([names] if names else []) + list(rows))
+    return path
+
+
+def write_columns(folder, **columns):
+    """Write a Parquet table; a matrix is a column of lists."""
+    columns = {name: list(values) if getattr(values, "ndim", 1) == 2 else values for name, values in columns.items()}
+    pyarrow.parquet.write_table(pa.table(columns), folder / "log.parquet", row_group_size=8)
+    return folder / "log.parquet"
+
+
+def numbered(pattern, values, first=0):
+    return {pattern.format(first + k): column for k, column in enumerate(values.T)}
+
+
+def check_motion(log, channels=CHANNELS, columns=(0, 1, 2)):
+    assert log.joint_names == JOINTS
+    for name in channels:
+        np.testing.assert_array_equal(getattr(log, name), getattr(LOG, name)[:, columns], err_msg=name)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_a_csv_without_a_line_of_names(delimiter, tmp_path):
+    columns = columns_of(LOG)
+    path = write_rows(tmp_path / "log.csv", [], zip(*columns.values(), strict=True), delimiter)
+    log = read_log(path, robot_with(columns=list(columns)))
+    for name, channel in LOG.channels().items():
+        np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+def test_columns_that_nobody_wants_may_share_a_name(tmp_path):
+    rows = np.column_stack([LOG.time, LOG.position, LOG.time, LOG.torque, LOG.time])
+    names = ["time", "q_0", "q_1", "q_2", "", "tau_0", "tau_1", "tau_2", ""]
+    check_motion(
+        read_log(write_rows(tmp_path / "log.csv", [], rows), robot_with(columns=names)), ("position", "torque")
+    )
+
+
+@pytest.mark.parametrize("pattern", ["{}_{{}}", "{}{{}}", "{}.{{}}", "{}[{{}}]", "{}_[{{}}]"])
+@pytest.mark.parametrize("first", [0, 1])
+def test_numbered_columns_are_the_joints_in_order(pattern, first, tmp_path):
+    columns = {"time": LOG.time}
+    for name in CHANNELS:
+        columns |= dict(reversed(numbered(pattern.format(name), getattr(LOG, name), first).items()))
+    log = read_log(write_columns(tmp_path, **columns), StubRobot())
+    check_motion(log)
+    assert "The columns of 'position' have no known names: taken in the order of the robot file" in log.notes[0]
+
+
+def test_twelve_numbered_joints_count_as_numbers_do(tmp_path):
+    joints = tuple(f"j{k}" for k in range(12))
+    log = synthetic_log(30, joints=joints)
+    columns = {"time": log.time} | numbered("q_{}", log.position) | numbered("tau_{}", log.torque)
+    columns = dict(sorted(columns.items()))  # q_0, q_1, q_10, q_11, q_2, ...
+    read = read_log(write_columns(tmp_path, **columns), StubRobot(joint_names=joints))
+    np.testing.assert_array_equal(read.position, log.position)
+
+
+def test_joint_order_names_numbered_columns(tmp_path):
+    columns = {"time": LOG.time} | numbered("joint_pos_{}", LOG.position) | numbered("tau[{}]", LOG.torque)
+    log = read_log(write_columns(tmp_path, **columns), robot_with(joint_order=["wheel", "hip", "knee"]))
+    check_motion(log, ("position", "torque"), [1, 2, 0])
+
+
+def test_a_prefix_that_begins_another_takes_its_own_numbers_alone(tmp_path):
+    columns = {"time": LOG.time} | numbered("p_{}", LOG.position) | numbered("pd_{}", LOG.velocity)
+    columns |= numbered("tau_{}", LOG.torque)
+    table = {"position": {"name": "p"}, "velocity": {"name": "pd"}}
+    check_motion(read_log(write_columns(tmp_path, **columns), robot_with(**table)))
+
+
+def test_joints_whose_names_are_numbers_keep_them(tmp_path):
+    columns = {"time": LOG.time} | numbered("position.{}", LOG.position, 1) | numbered("torque.{}", LOG.torque, 1)
+    path = write_columns(tmp_path, **columns)
+    log = read_log(path, StubRobot(joint_names=("3", "1", "2")))
+    np.testing.assert_array_equal(log.position, LOG.position[:, [2, 0, 1]])
+    check_motion(
+        read_log(path, robot_with(joint_names={"1": "hip", "2": "knee", "3": "wheel"})), ("position", "torque")
+    )
+
+
+def test_vectors_and_feet_may_be_numbered(tmp_path):
+    columns = columns_of(LOG)
+    renamed = {name: values for name, values in columns.items() if not name.startswith(("base", "foot", "contact"))}
+    renamed |= numbered("base_orientation_{}", LOG.base_orientation) | numbered("contact_{}", LOG.contact)
+    renamed |= numbered("foot_wrench[{}]", LOG.foot_wrench.reshape(30, -1)) | numbered("foot_force{}", LOG.foot_force)
+    log = read_log(write_columns(tmp_path, **renamed), StubRobot())
+    for name, channel in LOG.channels().items():
+        np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+def test_a_numbered_optional_channel_that_is_not_of_the_joints_is_left_alone(tmp_path):
+    columns = {"time": LOG.time} | numbered("q_{}", LOG.position) | numbered("tau_{}", LOG.torque)
+    log = read_log(write_columns(tmp_path, **columns, temperature_0=LOG.time, dq_0=LOG.time), StubRobot())
+    assert log.temperature is None
+    assert log.velocity is None
+    assert any("'temperature_0', 'dq_0'" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("names", [("t", "q", "qd", "tau"), ("timestamp", "joint_pos", "joint_vel", "effort")])
+def test_usual_names_are_read_and_noted(names, tmp_path):
+    arrays = dict(zip(names, (LOG.time, LOG.position, LOG.velocity, LOG.torque), strict=True))
+    note = f"Read by their usual names: '{names[0]}' as time, '{names[1]}' as position, '{names[2]}' as velocity, "
+    write_columns(tmp_path, **arrays)
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.update(arrays)
+    for path in (write_arrays(tmp_path, **arrays), tmp_path / "log.h5", tmp_path / "log.parquet"):
+        log = read_log(path, StubRobot())
+        check_motion(log)
+        assert f"{note}'{names[3]}' as torque." in log.notes
+
+
+def test_of_two_usual_names_none_is_taken(tmp_path):
+    path = write_arrays(tmp_path, t=LOG.time, q=LOG.position, tau=LOG.torque, effort=LOG.torque)
+    with pytest.raises(LogError, match=r"holds no joint torques.*\[log.torque\] name.*'tau', 'effort'"):
+        read_log(path, StubRobot())
+
+
+def test_a_usual_name_counts_only_without_the_channels_own_and_beside_as_many_positions(tmp_path):
+    path = write_arrays(tmp_path, time=LOG.time, position=LOG.position, torque=LOG.torque, q=0 * LOG.position,
+                        dq=LOG.velocity[:, :2])  # fmt: skip
+    log = read_log(path, StubRobot())
+    check_motion(log, ("position", "torque"))
+    assert log.velocity is None
+    assert not any("usual" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+def test_a_parquet_column_of_lists(fixed, tmp_path):
+    kind = pa.list_(pa.float64(), 3) if fixed else pa.list_(pa.float64())
+    columns = {name: pa.array(list(getattr(LOG, name)), kind) for name in CHANNELS}
+    columns["foot_wrench"] = pa.array(list(LOG.foot_wrench.reshape(30, -1)))
+    columns["base_orientation"] = pa.array(list(LOG.base_orientation))
+    pyarrow.parquet.write_table(pa.table({"time": LOG.time} | columns), tmp_path / "log.parquet", row_group_size=8)
+    log = read_log(tmp_path / "log.parquet", StubRobot())
+    check_motion(log)
+    np.testing.assert_array_equal(log.foot_wrench, LOG.foot_wrench)
+    np.testing.assert_array_equal(log.base_orientation, LOG.base_orientation)
+
+
+def test_a_missing_list_is_a_row_of_missing_values(tmp_path):
+    lists = [None if row == 4 else list(values) for row, values in enumerate(LOG.position)]
+    path = write_columns(tmp_path, time=LOG.time, q=lists, tau=LOG.torque)
+    expected = np.where(np.arange(30)[:, None] == 4, np.nan, LOG.position)
+    np.testing.assert_array_equal(read_log(path, StubRobot()).position, expected)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";"])
+@pytest.mark.parametrize("text", [lambda row: str(row.tolist()), str, lambda row: str(row.tolist()).replace(" ", "\n")])
+def test_cells_of_lists_in_a_csv(text, delimiter, tmp_path):
+    rows = [[t, text(q), text(tau)] for t, q, tau in zip(LOG.time, LOG.position, LOG.torque, strict=True)]
+    path = write_rows(tmp_path / "log.csv", ["t", "q", "tau"], rows, delimiter)
+    log = read_log(path, StubRobot())
+    np.testing.assert_allclose(log.position, LOG.position, atol=1e-8)  # NumPy prints eight digits
+    np.testing.assert_allclose(log.torque, LOG.torque, atol=1e-7)
+
+
+def test_columns_are_for_csv_alone(tmp_path):
+    with pytest.raises(SettingsError, match=r"robot.toml: \[log\] columns is set; only CSV files"):
+        read_log(write_arrays(tmp_path, time=LOG.time), robot_with(columns=["time"]))
+
+
+ROWS = [[0.0, 1.0, 2.0, 3.0], [0.002, 1.0, 2.0, 3.0]]
+REFUSED = [
+    ("names nowhere", [], ROWS, {}, r"holds numbers \('0.0', '1.0', '2.0' and 1 more\); expected a line"),
+    ("names twice", ["time", "a", "b", "c"], ROWS, {"columns": ["time", "a", "b", "c"]}, "names the columns .* and so"),
+    ("too few names", [], ROWS, {"columns": ["time", "q_0"]}, r"has 4 values, and \[log\] columns has 2 names"),
+    ("a wanted name twice", [], ROWS, {"columns": ["time", "q_0", "q_0", "q_1"]}, "'q_0' more than once"),
+    ("a joint too many", ["t", "q_0", "q_1", "q_2", "q_3"], [[0, 1, 2, 3, 4]] * 2, {}, "4 columns without names"),
+    ("a number left out", ["t", "q_0", "q_1", "q_3"], ROWS, {}, "have the numbers '0', '1', '3'; expected 0, 1, ... 2"),
+    ("numbers from two", ["t", "q_2", "q_3", "q_4"], ROWS, {}, "expected 1, 2, ... 3, each once"),
+    ("a number twice", ["t", "q_0", "q0", "q_1"], ROWS, {}, "have the numbers '0', '0', '1'"),
+    ("lists of two lengths", ["t", "q", "tau"], [[0, "[1, 2, 3]", "[1, 2, 3]"], [1, "[1, 2]", "[1, 2, 3]"]], {},
+     "column 'q' holds 2 values in row 2 and 3 before; expected as many in every row"),
+    ("a list of words", ["t", "q", "tau"], [[0, "[1, 2, 3]", "[1, 2, 3]"], [1, "[1, two, 3]", "[1, 2, 3]"]], {},
+     r"column 'q' holds '\[1, two, 3\]' in row 2; expected a list of numbers like \[1.0, 2.0\]"),
+    ("a shortened list", ["t", "q", "tau"], [[0, "[1 ... 3]", "[1, 2, 3]"]] * 2, {}, r"'\[1 ... 3\]' in row 1"),
+    ("a list without an end", ["t", "q", "tau"], [[0, "[1, 2, 3", "[1, 2, 3]"]] * 2, {}, "expected a list of numbers"),
+    ("lists of too few joints", ["t", "q", "tau"], [[0, "[1, 2]", "[1, 2]"]] * 2, {}, "2 columns without names"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("names", "rows", "table", "words"), [c[1:] for c in REFUSED], ids=[c[0] for c in REFUSED])
+def test_what_cannot_be_meant_is_refused_in_one_sentence(names, rows, table, words, tmp_path):
+    path = write_rows(tmp_path / "log.csv", names, rows)
+    with pytest.raises(LogError, match=words) as caught:
+        read_log(path, robot_with(**table))
+    assert str(caught.value).startswith(f"{path}: ")
+    assert len(str(caught.value).splitlines()) == 1

@@ -1,0 +1,189 @@
+"""LeRobot datasets, written as versions 2.1 and 3 lay them out."""
+
+import json
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+from tests.log.readers.formats import JOINTS, StubRobot, synthetic_log
+from tests.log.readers.test_damaged import check_message
+
+from stribeck.errors import LogError
+from stribeck.log.readers import read_log
+from stribeck.log.sampling import regularise
+from stribeck.settings import LogTable
+
+FPS = 50
+LOG = synthetic_log(60, rate=FPS)
+EPISODES = (slice(0, 25), slice(25, 60))
+FILES = {"v2.1": "data/chunk-000/episode_{:06d}.parquet", "v3.0": "data/chunk-000/file-{:03d}.parquet"}
+STATE = {
+    **{f"{joint}.pos": LOG.position[:, j] for j, joint in enumerate(JOINTS)},
+    **{f"{joint}.effort": LOG.torque[:, j] for j, joint in enumerate(JOINTS)},
+}
+"""As a robot's observation names its places."""
+
+
+def feature(names, width):
+    return {"dtype": "float32", "shape": [width], "names": names}
+
+
+def features_of(**lists):
+    """Features of several places a row: {name: (array, names)}, beside those that every dataset has."""
+    found = {name.replace("__", "."): feature(names, array.shape[1]) for name, (array, names) in lists.items()}
+    for name, kind in (("timestamp", "float32"), ("frame_index", "int64"), ("episode_index", "int64")):
+        found[name] = {"dtype": kind, "shape": [1], "names": None}
+    return found
+
+
+def dataset(folder, version="v3.0", change=lambda _: None, **lists):
+    """Write a dataset of two episodes; `lists` are features as `features_of` has them, `.` written as `__`."""
+    lists = lists or {"observation__state": (np.stack(list(STATE.values()), 1), list(STATE))}
+    path = folder / "dataset"
+    (path / "meta").mkdir(parents=True)
+    info = {"codebase_version": version, "fps": FPS, "robot_type": "so101_follower", "features": features_of(**lists)}
+    info["features"]["observation.images.top"] = {"dtype": "video", "shape": [480, 640, 3], "names": ["h", "w", "c"]}
+    (path / "meta/info.json").write_text(json.dumps(info))
+    for number, rows in enumerate(EPISODES):
+        samples = rows.stop - rows.start
+        columns = {
+            name.replace("__", "."): pa.FixedSizeListArray.from_arrays(
+                pa.array(np.ravel(array[rows]).astype(np.float32)), array.shape[1]
+            )
+            if version == "v3.0"
+            else pa.array(array[rows].astype(np.float32).tolist(), pa.list_(pa.float32()))
+            for name, (array, _) in lists.items()
+        }
+        columns["timestamp"] = pa.array((np.arange(samples) / FPS).astype(np.float32))
+        columns["frame_index"] = pa.array(np.arange(samples))
+        columns["episode_index"] = pa.array(np.full(samples, number))
+        change(columns)
+        file = path / FILES[version].format(number)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        pyarrow.parquet.write_table(pa.table(columns), file)
+    return path
+
+
+@pytest.mark.parametrize("version", FILES)
+def test_positions_and_efforts_of_the_state_are_read_by_name(version, tmp_path):
+    read = read_log(dataset(tmp_path, version), StubRobot(joint_names=JOINTS[::-1]))
+    np.testing.assert_allclose(read.position, LOG.position[:, ::-1], atol=1e-6)
+    np.testing.assert_allclose(read.torque, LOG.torque[:, ::-1], atol=1e-6)
+    assert read.velocity is None
+    assert any("2 episodes follow each other" in note for note in read.notes)
+    assert any("does not say its units" in note for note in read.notes)
+
+
+def test_episodes_are_segments(tmp_path):
+    table = LogTable(max_gap=3.0)
+    _, sampling = regularise(read_log(dataset(tmp_path), StubRobot(log_table=table)), table)
+    assert [segment.stop - segment.start for segment in sampling.segments] == [25, 35]
+
+
+@pytest.mark.parametrize("names", [list(JOINTS), [list(JOINTS)], {"motors": list(JOINTS)}, None], ids=str)
+def test_features_of_a_kind_each_and_names_in_any_form(names, tmp_path):
+    path = dataset(
+        tmp_path,
+        observation__state=(LOG.position, names),
+        observation__velocity=(LOG.velocity, None),
+        observation__effort=(LOG.torque, names),
+        action=(LOG.position, names),
+    )
+    read = read_log(path, StubRobot())
+    np.testing.assert_allclose(read.position, LOG.position, atol=1e-6)
+    np.testing.assert_allclose(read.velocity, LOG.velocity, atol=1e-6)
+    np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-6)
+    assert any("'action" in note for note in read.notes)
+
+
+def test_currents_are_torques_where_the_robot_file_says_so(tmp_path):
+    names = [f"{joint}.pos" for joint in JOINTS]
+    path = dataset(
+        tmp_path,
+        observation__state=(np.rad2deg(LOG.position), names),
+        observation__current=(LOG.torque / 1.5, list(JOINTS)),
+    )
+    table = {"torque": {"name": "observation.current", "scale": 1.5}, "position": {"unit": "deg"}}
+    read = read_log(path, StubRobot(log_table=LogTable.model_validate(table)))
+    assert not any("does not say its units" in note for note in read.notes)
+    np.testing.assert_allclose(read.position, LOG.position, atol=1e-5)
+    np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-5)
+
+
+def rewritten(**changes):
+    def maker(folder):
+        path = dataset(folder)
+        info = json.loads((path / "meta/info.json").read_text())
+        (path / "meta/info.json").write_text(json.dumps(info | changes))
+        return path
+
+    return maker
+
+
+def of_positions_alone(folder):
+    return dataset(folder, observation__state=(LOG.position, [f"{joint}.pos" for joint in JOINTS]))
+
+
+def with_damaged_json(folder):
+    path = dataset(folder)
+    (path / "meta/info.json").write_text('{"features": {')
+    return path
+
+
+def without_data(folder):
+    path = dataset(folder)
+    for file in path.glob("data/*/*"):
+        file.unlink()
+    return path
+
+
+def cut(folder):
+    path = dataset(folder)
+    file = path / FILES["v3.0"].format(1)
+    file.write_bytes(file.read_bytes()[:-40])
+    return path
+
+
+def of_files_that_differ(folder):
+    path = dataset(folder)
+    file = path / FILES["v3.0"].format(1)
+    pyarrow.parquet.write_table(pyarrow.parquet.read_table(file).drop_columns("frame_index"), file)
+    return path
+
+
+def uneven(columns):
+    rows = columns["observation.state"].to_pylist()
+    columns["observation.state"] = pa.array([*rows[:7], rows[7][:5], *rows[8:]])
+
+
+def untimed(columns):
+    del columns["timestamp"]
+
+
+TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos", "knee.pos", "a", "b", "c"]))
+
+
+@pytest.mark.parametrize(
+    ("maker", "words"),
+    [
+        (of_positions_alone, ["holds no joint torques", "'observation.effort'", "if the arm's driver reports"]),
+        (with_damaged_json, ["info.json: cannot be read as LeRobot's info.json"]),
+        (rewritten(features=[]), ["info.json: holds no table 'features'", "expected that of a LeRobot dataset"]),
+        (rewritten(features={"action": {}}), ["has features 'action'", "expected 'observation.state'"]),
+        (rewritten(features=TWICE), ["info.json: names more than one place 'position.hip'", "expected one a joint"]),
+        (without_data, ["holds no data/chunk-000/*.parquet", "expected the dataset's data"]),
+        (cut, ["file-001.parquet: cannot be read as Parquet"]),
+        (of_files_that_differ, ["file-001.parquet: has columns", "expected those of file-000.parquet"]),
+        (
+            lambda folder: dataset(folder, "v2.1", uneven),
+            ["holds 5 values in row 8 and 6 before", "as many in every row"],
+        ),
+        (lambda folder: dataset(folder, change=untimed), ["holds no time", "[log] rate"]),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
+    path = maker(tmp_path)
+    with pytest.raises(LogError) as caught:
+        read_log(path, StubRobot())
+    check_message(caught.value, path, words)

@@ -1,0 +1,257 @@
+"""What is particular to MATLAB's files: orientation, structs, cells, and the layout of YARP's loggers."""
+
+import numpy as np
+import pytest
+import scipy.io
+from scipy.spatial.transform import Rotation
+from tests.log.readers.formats import (
+    FEET,
+    JOINTS,
+    StubRobot,
+    arrays_of,
+    cell_of,
+    synthetic_log,
+    write_hdf5_of_matlab,
+    write_mat,
+)
+from tests.log.readers.test_damaged import check_message
+
+from stribeck.errors import LogError
+from stribeck.log.readers import read_log
+from stribeck.settings import LogTable
+
+LOG = synthetic_log(40)
+
+
+def version_5(folder, contents):
+    def cells(value):
+        if isinstance(value, dict):
+            return {key: cells(part) for key, part in value.items()}
+        return cell_of(value) if isinstance(value, np.ndarray) else value
+
+    scipy.io.savemat(folder / "log.mat", cells(contents), do_compression=True)
+    return folder / "log.mat"
+
+
+def version_7_3(folder, contents):
+    return write_hdf5_of_matlab(folder / "log.mat", contents)
+
+
+WRITERS = pytest.mark.parametrize("write", [version_5, version_7_3], ids=["version 5", "version 7.3"])
+
+
+@WRITERS
+def test_samples_lie_along_the_axis_that_is_as_long_as_time(write, tmp_path):
+    contents = arrays_of(LOG)
+    contents |= {"time": LOG.time[None], "position": LOG.position.T, "foot_wrench": np.moveaxis(LOG.foot_wrench, 0, 1)}
+    read = read_log(write(tmp_path, contents), StubRobot())
+    np.testing.assert_array_equal(read.position, LOG.position)
+    np.testing.assert_array_equal(read.torque, LOG.torque)
+    np.testing.assert_array_equal(read.foot_wrench, LOG.foot_wrench)
+
+
+@WRITERS
+def test_one_joint(write, tmp_path):
+    log = synthetic_log(40, joints=("wheel",))
+    read = read_log(write(tmp_path, arrays_of(log)), StubRobot(joint_names=("wheel",)))
+    np.testing.assert_array_equal(read.position, log.position)
+
+
+@WRITERS
+def test_structs_are_reached_by_name(write, tmp_path):
+    contents = {"t": LOG.time, "robot": {"q": LOG.position, "dynamics": {"tau": 1e3 * LOG.torque}}}
+    table = {
+        "time": {"name": "t"},
+        "position": {"name": "robot.q"},
+        "torque": {"name": "robot.dynamics.tau", "unit": "mNm"},
+    }
+    read = read_log(write(tmp_path, contents), StubRobot(log_table=LogTable.model_validate(table)))
+    np.testing.assert_array_equal(read.position, LOG.position)
+    np.testing.assert_allclose(read.torque, LOG.torque, rtol=1e-12)
+
+
+def signal(time, values, names=None):
+    """A signal as robometry writes it: features x 1 x samples."""
+    data = values.T[:, None, :]
+    found = {"data": data, "dimensions": np.array(data.shape, dtype=float), "timestamps": time}
+    return found | ({"elements_names": np.array(names)} if names is not None else {})
+
+
+def telemetry(log=LOG, start=1_600_000_000.0, **joints):
+    """A log of YARP's robot logger; `joints` replaces signals, or leaves those out that are None."""
+    time = start + log.time
+    names = list(log.joint_names)
+    state = {
+        "positions": signal(time, log.position, names),
+        "velocities": signal(time, log.velocity, names),
+        "accelerations": signal(time, log.acceleration, names),
+        "torques": signal(time, log.torque),
+    } | joints
+    rpy = Rotation.from_quat(log.base_orientation).as_euler("xyz")
+    device = {
+        "description_list": np.array(names),
+        "yarp_robot_name": np.array("iCubGenova11"),
+        "joints_state": {name: one for name, one in state.items() if one is not None},
+        "motors_state": {"positions": signal(time, 100 * log.position, names)},
+        "orientations": {"root_imu": signal(time, rpy, list("rpy")), "head_imu": signal(time, 0 * rpy, list("rpy"))},
+        "gyros": {"root_imu": signal(time, log.angular_velocity, list("xyz"))},
+        "FTs": {"l_leg_ft": signal(time, log.foot_wrench[:, 0])},
+        "cartesian_wrenches": {
+            f"{foot}_wrench": signal(time, log.foot_wrench[:, number]) for number, foot in enumerate(FEET)
+        },
+    }
+    return {"robot_logger_device": device}
+
+
+@WRITERS
+def test_a_log_of_yarp_is_read_without_a_setting(write, tmp_path):
+    read = read_log(write(tmp_path, telemetry()), StubRobot(joint_names=JOINTS[::-1]))
+    for channel in ("position", "velocity", "acceleration", "torque"):
+        np.testing.assert_array_equal(getattr(read, channel), getattr(LOG, channel)[:, ::-1])
+    np.testing.assert_allclose(read.time, LOG.time, atol=2e-7)
+    np.testing.assert_array_equal(read.foot_wrench, LOG.foot_wrench)
+    assert read.base_orientation is None
+    assert any("'/orientations/root_imu'" in note and "'/motors_state/positions'" in note for note in read.notes)
+
+
+@WRITERS
+def test_sensors_that_are_named_are_read(write, tmp_path):
+    table = {
+        "base_orientation": {"name": "/orientations/root_imu"},
+        "angular_velocity": {"name": "/gyros/root_imu"},
+        "foot_wrench": {"name": "/FTs/l_leg_ft"},
+        "foot_names": {"/FTs/l_leg_ft": "left_foot"},
+    }
+    read = read_log(write(tmp_path, telemetry()), StubRobot(log_table=LogTable.model_validate(table)))
+    np.testing.assert_allclose(read.base_orientation, LOG.base_orientation, atol=1e-12)
+    np.testing.assert_array_equal(read.angular_velocity, LOG.angular_velocity)
+    np.testing.assert_array_equal(read.foot_wrench[:, 0], LOG.foot_wrench[:, 0])
+
+
+def in_degrees(positions):
+    time = LOG.time + 1
+    units = {"units_of_measure": np.array(["deg"] * 3)}
+    return telemetry(
+        start=1.0,
+        positions=signal(time, np.rad2deg(positions)) | units,
+        velocities=signal(time, np.rad2deg(LOG.velocity)) | units,
+    )
+
+
+def test_the_dumpers_degrees(tmp_path):
+    read = read_log(version_7_3(tmp_path, in_degrees(LOG.position)), StubRobot())
+    np.testing.assert_allclose(read.position, LOG.position, rtol=1e-12)
+    np.testing.assert_allclose(read.velocity, LOG.velocity, rtol=1e-12)
+    np.testing.assert_array_equal(read.torque, LOG.torque)
+
+
+def test_the_least_that_yarp_logs_is_told(tmp_path):
+    """Torques at other stamps than the rest are interpolated, and a note says so."""
+    late = signal(1_600_000_000.0 + LOG.time + 0.001, LOG.torque)
+    read = read_log(version_7_3(tmp_path, telemetry(torques=late)), StubRobot())
+    assert any("interpolated from 500 Hz" in note for note in read.notes)
+    assert len(read.time) == 39
+
+
+def changed(change, write=version_7_3):
+    def maker(folder):
+        contents = telemetry()
+        change(contents["robot_logger_device"])
+        return write(folder, contents)
+
+    return maker
+
+
+def uneven(device):
+    device["joints_state"]["torques"]["data"] = device["joints_state"]["torques"]["data"][:, :, :-1]
+
+
+def nameless(device):
+    del device["description_list"]
+
+
+def unstamped(device):
+    del device["joints_state"]["velocities"]["timestamps"]
+
+
+def timeless(device):
+    device["joints_state"]["positions"]["timestamps"] = np.full(40, np.nan)
+
+
+def without_torques(device):
+    del device["joints_state"]["torques"]
+
+
+def of_complex_numbers(folder):
+    scipy.io.savemat(folder / "log.mat", {"time": LOG.time, "position": LOG.position * 1j, "torque": LOG.torque})
+    return folder / "log.mat"
+
+
+def of_text(folder):
+    scipy.io.savemat(folder / "log.mat", {"note": "nothing to see"})
+    return folder / "log.mat"
+
+
+def with_a_short_torque(folder):
+    return version_5(folder, arrays_of(LOG) | {"torque": LOG.torque[:-1]})
+
+
+def sparse(folder):
+    scipy.io.savemat(folder / "log.mat", {"time": LOG.time, "position": scipy.sparse.csc_array(LOG.position)})
+    return folder / "log.mat"
+
+
+def of_another_version(folder):
+    """Version 4, which begins with a number."""
+    scipy.io.savemat(folder / "log.mat", {"time": LOG.time, "position": LOG.position}, format="4")
+    return folder / "log.mat"
+
+
+def bomb(folder):
+    scipy.io.savemat(folder / "log.mat", {"s": {"q": np.zeros((1 << 25, 1), dtype=np.uint8)}}, do_compression=True)
+    return folder / "log.mat"
+
+
+def cut_within_a_variable(folder):
+    path = write_mat(folder, LOG, compress=False)
+    path.write_bytes(path.read_bytes()[:-100])
+    return path
+
+
+@pytest.mark.parametrize(
+    ("maker", "words"),
+    [
+        (
+            changed(uneven),
+            ["'robot_logger_device.joints_state.torques' has data of shape (3, 39)", "expected 3 values"],
+        ),
+        (changed(uneven, version_5), ["has data of shape (3, 39)", "40 timestamps"]),
+        (changed(nameless), ["joints_state.torques' has no names of joints", "expected 'elements_names'"]),
+        (changed(unstamped), ["joints_state.velocities' has no 'timestamps'", "expected one a sample"]),
+        (changed(timeless), ["joints_state.positions.timestamps' holds nan", "expected seconds"]),
+        (changed(without_torques), ["holds no joint torques", "[log.torque] name"]),
+        (
+            lambda folder: version_7_3(folder, in_degrees(0.1 * LOG.position)),
+            ["said to be in deg", "[log.position] unit"],
+        ),
+        (of_complex_numbers, ["'position' holds values of type complex128", "expected numbers"]),
+        (of_text, ["holds no arrays", "expected at least"]),
+        (with_a_short_torque, ["'torque' has 39 rows, 'time' has 40"]),
+        (sparse, ["no joint positions", "[log.position] name"]),
+        (of_another_version, ["no joint torques"]),
+        (cut_within_a_variable, ["cannot be read as MATLAB"]),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
+    path = maker(tmp_path)
+    with pytest.raises(LogError) as caught:
+        read_log(path, StubRobot())
+    check_message(caught.value, path, words)
+
+
+def test_a_file_that_unpacks_to_far_more_than_it_is(tmp_path, monkeypatch):
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1 << 22)
+    path = bomb(tmp_path)
+    with pytest.raises(LogError, match=r"declares [\d.e+]+ bytes of samples and has \d+; expected a log") as caught:
+        read_log(path)
+    check_message(caught.value, path, [])

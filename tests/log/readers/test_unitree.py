@@ -1,0 +1,260 @@
+"""Logs of Unitree's robots, whose messages number the motors and count milliseconds."""
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+from rosbags import rosbag2
+from tests.log.readers.blank import STORE, blank
+from tests.log.readers.formats import START, StubRobot, messages_of, synthetic_log
+from tests.log.readers.test_damaged import check_message
+
+from stribeck.errors import LogError
+from stribeck.log.readers import read_log
+from stribeck.log.readers.unitree import ORDERS
+from stribeck.log.sampling import regularise
+from stribeck.settings import LogTable
+
+GO, HG = "unitree_go/msg/LowState", "unitree_hg/msg/LowState"
+GO2 = tuple(f"{leg}_{joint}_joint" for leg in ("FL", "FR", "RL", "RR") for joint in ("hip", "thigh", "calf"))
+"""As the model orders them, which is not as the messages do."""
+_ARM = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_roll", "wrist_pitch", "wrist_yaw")
+_WAIST = ("waist_yaw", "waist_roll", "waist_pitch")
+
+
+def _body(leg, trunk, arm):
+    sides = [[f"{side}_{joint}" for joint in joints] for joints in (leg, arm) for side in ("left", "right")]
+    return tuple(f"{name}_joint" for name in [*sides[0], *sides[1], *trunk, *sides[2], *sides[3]])
+
+
+HIPS_OF_G1 = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
+G1 = _body(HIPS_OF_G1, _WAIST, _ARM)
+G1_23 = _body(HIPS_OF_G1, _WAIST[:1], _ARM[:5])
+H1_2 = _body(("hip_yaw", "hip_pitch", "hip_roll", "knee", "ankle_pitch", "ankle_roll"), ("torso",), _ARM)
+H1 = _body(("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle"), ("torso",), _ARM[:4])
+
+
+def low_states(kind, log, motors, topic="/lowstate", late=0, counter=1, every=1):
+    """Messages of a log whose joints are the motors of these numbers; recorded late by up to so many ns."""
+    rng = np.random.default_rng(3)
+    for row in range(0, len(log.time), every):
+        message = blank(kind)
+        stamp = START + round(1e9 * log.time[row])
+        message.tick = (4_294_967_200 + round(1e3 * log.time[row])) % 2**32 * counter  # which begins anew on the way
+        for joint, motor in enumerate(motors):
+            state = message.motor_state[motor]
+            state.q, state.dq = log.position[row, joint], log.velocity[row, joint]
+            state.tau_est = log.torque[row, joint]
+            state.temperature = 40 if kind == GO else np.array([40, 70], dtype=np.int16)
+        x, y, z, w = log.base_orientation[row]
+        message.imu_state.quaternion = np.array([w, x, y, z], dtype=np.float32)
+        message.imu_state.gyroscope = log.angular_velocity[row].astype(np.float32)
+        message.imu_state.accelerometer = log.linear_acceleration[row].astype(np.float32)
+        yield topic, kind, stamp + int(rng.integers(0, late + 1)), message
+
+
+def write_mcap(path, messages, define=True):
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        channels = {}
+        for topic, kind, stamp, message in messages:
+            if topic not in channels:
+                text = STORE.generate_msgdef(kind, ros_version=2)[0] if define else ""
+                schema = writer.register_schema(kind, "ros2msg" if define else "", text.encode())
+                channels[topic] = writer.register_channel(topic, "cdr", schema)
+            writer.add_message(channels[topic], stamp, bytes(STORE.serialize_cdr(message, kind)), stamp)
+        writer.finish()
+    return path
+
+
+def write_rosbag2(path, messages, version):
+    """Version 8 has no definitions of the types, version 9 has."""
+    with rosbag2.Writer(path, version=version) as writer:
+        connections = {}
+        for topic, kind, stamp, message in messages:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=STORE)
+            writer.write(connections[topic], stamp, STORE.serialize_cdr(message, kind))
+    return path
+
+
+LOG = synthetic_log(25, joints=GO2)
+MOTORS = [
+    {"FR": 0, "FL": 3, "RR": 6, "RL": 9}[name[:2]] + ("hip", "thigh", "calf").index(name.split("_")[1]) for name in GO2
+]
+
+
+def check_same(read, log):
+    np.testing.assert_allclose(read.position, log.position, atol=1e-6)
+    np.testing.assert_allclose(read.velocity, log.velocity, atol=1e-5)
+    np.testing.assert_allclose(read.torque, log.torque, atol=1e-5)
+    np.testing.assert_allclose(read.base_orientation, log.base_orientation, atol=1e-6)
+    np.testing.assert_allclose(read.angular_velocity, log.angular_velocity, atol=1e-6)
+    np.testing.assert_allclose(read.linear_acceleration, log.linear_acceleration, atol=1e-6)
+
+
+@pytest.mark.parametrize("define", [True, False], ids=["defined", "not defined"])
+@pytest.mark.parametrize("inside", ["mcap", "rosbag2"])
+def test_a_quadruped_is_read_without_a_setting(inside, define, tmp_path):
+    messages = low_states(GO, LOG, MOTORS)
+    if inside == "mcap":
+        path = write_mcap(tmp_path / "log.mcap", messages, define)
+    else:
+        path = write_rosbag2(tmp_path / "bag", messages, 9 if define else 8)
+    read = read_log(path, StubRobot(joint_names=GO2, torque_source="motor_current"))
+    check_same(read, LOG)
+    assert read.joint_names == GO2
+    assert np.all(read.temperature == 40)
+    assert read.torque_source == "motor_current"
+    notes = " ".join(read.notes)
+    assert "the order of Go1, Go2, A1, B2, in which motor_0 is FR_hip_joint" in notes
+    assert "count milliseconds" in notes
+    assert "foot forces" in notes
+
+
+@pytest.mark.parametrize(
+    ("kind", "joints", "name"),
+    [
+        (HG, G1, "G1"),
+        (HG, G1_23, "G1"),
+        (HG, G1[:12], "G1"),
+        (HG, H1_2, "H1-2"),
+        (HG, H1_2[:13], "H1-2"),
+        (GO, H1, "H1"),
+    ],
+    ids=["G1 of 29", "G1 of 23", "legs of G1", "H1-2", "legs of H1-2", "H1"],
+)
+def test_humanoids_are_known_by_their_joints(kind, joints, name, tmp_path):
+    order = [joint.replace("waist_yaw", "torso") if "torso_joint" in joints else joint for joint in ORDERS[kind][name]]
+    motors = [order.index(joint.removesuffix("_joint")) for joint in joints]
+    log = synthetic_log(5, joints=joints)
+    read = read_log(write_mcap(tmp_path / "log.mcap", low_states(kind, log, motors)), StubRobot(joint_names=joints))
+    check_same(read, log)
+    assert np.all(read.temperature == 40)  # the housing's, not the winding's
+    assert any(f"the order of {name}, in which" in note for note in read.notes)
+
+
+def test_foot_forces_are_read_once_they_have_a_scale(tmp_path):
+    messages = list(low_states(GO, LOG, MOTORS))
+    counts = np.arange(25)[:, None] + [0, 100, 200, 300]
+    for (*_, message), row in zip(messages, counts, strict=True):
+        message.foot_force = row.astype(np.int16)
+    path = write_mcap(tmp_path / "log.mcap", messages)
+    robot = {"joint_names": GO2, "contacts": {"RL": None, "FR": None}}
+    assert read_log(path, StubRobot(**robot)).foot_force is None
+    read = read_log(path, StubRobot(**robot, log_table=LogTable.model_validate({"foot_force": {"scale": 1.5}})))
+    assert read.foot_names == ("RL", "FR")
+    np.testing.assert_array_equal(read.foot_force, 1.5 * counts[:, [3, 0]])
+
+
+def test_other_spellings_of_joints(tmp_path):
+    joints = tuple(
+        name.replace("_joint", "").upper().replace("LEFT_", "L_LEG_").replace("RIGHT_", "R_LEG_") for name in G1
+    )
+    log = synthetic_log(5, joints=joints)
+    path = write_mcap(tmp_path / "log.mcap", low_states(HG, log, range(29)))
+    check_same(read_log(path, StubRobot(joint_names=joints)), log)
+
+
+def test_joint_order_has_the_last_word(tmp_path):
+    log = synthetic_log(16, joints=("hip", "knee", "wheel"))
+    path = write_mcap(tmp_path / "log.mcap", low_states(HG, log, [2, 0, 1]))
+    read = read_log(path, StubRobot(log_table=LogTable(joint_order=["knee", "wheel", "hip"])))
+    check_same(read, log)
+
+
+def test_without_a_robot_motors_keep_their_numbers(tmp_path):
+    read = read_log(write_mcap(tmp_path / "log.mcap", low_states(GO, LOG, MOTORS)))
+    assert read.joint_names == tuple(f"motor_{number}" for number in range(20))
+    np.testing.assert_allclose(read.position[:, MOTORS], LOG.position, atol=1e-6)
+
+
+def test_messages_are_placed_by_their_counter_where_the_network_is_late(tmp_path):
+    path = write_mcap(tmp_path / "log.mcap", low_states(GO, LOG, MOTORS, late=1_500_000))
+    read = read_log(path, StubRobot(joint_names=GO2))
+    np.testing.assert_allclose(np.diff(read.time), 0.002, atol=1e-9)
+    robot = StubRobot(joint_names=GO2)
+    stopped = write_mcap(tmp_path / "stopped.mcap", low_states(GO, LOG, MOTORS, late=1_500_000, counter=0))
+    read = read_log(stopped, robot)
+    assert np.ptp(np.diff(read.time)) > 1e-3
+    assert any("the recorder's time is taken" in note for note in read.notes)
+
+
+def test_a_rate_whose_period_is_no_whole_millisecond_is_evened(tmp_path):
+    log = synthetic_log(60, rate=400.0, joints=GO2)
+    robot = StubRobot(joint_names=GO2)
+    read = read_log(write_mcap(tmp_path / "log.mcap", low_states(GO, log, MOTORS)), robot)
+    even, _ = regularise(read, LogTable())
+    np.testing.assert_allclose(np.diff(even.time), 0.0025, atol=1e-5)
+
+
+def test_the_fast_topic_and_its_imu_are_taken_of_several(tmp_path):
+    messages = [
+        *low_states(GO, LOG, MOTORS),
+        *low_states(GO, LOG, MOTORS, topic="/lf/lowstate", every=10),
+        *(m for m in messages_of(synthetic_log(25, seed=5), STORE) if m[0] == "/imu"),  # of a lidar
+    ]
+    read = read_log(write_mcap(tmp_path / "log.mcap", messages), StubRobot(joint_names=GO2))
+    check_same(read, LOG)
+
+
+def in_parallel_mode(folder):
+    messages = list(low_states(HG, synthetic_log(16, joints=G1), range(29)))
+    messages[5][3].mode_pr = 1
+    return write_mcap(folder / "log.mcap", messages)
+
+
+def of_another_definition(folder):
+    """Messages that are shorter than the file says."""
+    path = folder / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(HG, "ros2msg", STORE.generate_msgdef(HG, ros_version=2)[0].encode())
+        channel = writer.register_channel("/lowstate", "cdr", schema)
+        for row in range(20):
+            writer.add_message(channel, row, bytes([0, 1, 0, 0]) + bytes(500), row)
+        writer.finish()
+    return path
+
+
+def with_a_damaged_definition(folder):
+    path = folder / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(HG, "ros2msg", b"float32[ q\n")
+        channel = writer.register_channel("/lowstate", "cdr", schema)
+        writer.add_message(channel, 0, bytes(100), 0)
+        writer.finish()
+    return path
+
+
+def of_two_robots(folder):
+    log = synthetic_log(16, joints=G1)
+    messages = [*low_states(HG, log, range(29), "/a/lowstate"), *low_states(HG, log, range(29), "/b/lowstate")]
+    return write_mcap(folder / "log.mcap", messages)
+
+
+def sound(folder):
+    return write_mcap(folder / "log.mcap", low_states(HG, synthetic_log(16, joints=G1), range(29)))
+
+
+@pytest.mark.parametrize(
+    ("maker", "robot", "words"),
+    [
+        (in_parallel_mode, {}, ["'/lowstate' has mode_pr 1", "expected mode_pr 0"]),
+        (of_another_definition, {}, ["cannot be read as MCAP"]),
+        (with_a_damaged_definition, {}, ["cannot be read as MCAP"]),
+        (of_two_robots, {}, ["'/a/lowstate', '/b/lowstate'", "[log.position] name"]),
+        (sound, {"joint_names": _ARM}, ["no position of joint", "motor_0"]),
+        (sound, {"joint_names": tuple(f"left_{name}" for name in _ARM)}, ["the order of 'G1', 'H1-2'", "joint_order"]),
+        (sound, {"joint_names": (*G1, "left_hand_thumb_0_joint")}, ["no position of joint 'left_hand_thumb", "locked"]),
+        (sound, {"log_table": LogTable(joint_order=[f"j{k}" for k in range(36)])}, ["has 36 joints", "motors, 35"]),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(maker, robot, words, tmp_path):
+    path = maker(tmp_path)
+    with pytest.raises(LogError) as caught:
+        read_log(path, StubRobot(**{"joint_names": G1} | robot))
+    check_message(caught.value, path, words)

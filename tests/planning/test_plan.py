@@ -1,0 +1,161 @@
+"""What a plan says of joints that are weak or do not move, and what it refuses."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.arm import arm_log, save_npz, write_arm
+
+from stribeck import Robot, Settings, identify, plan
+from stribeck.cli.app import app
+from stribeck.errors import SettingsError
+from stribeck.identification.judgement.curve import WIDEST, relative_width
+from stribeck.planning.advice import present_length
+from stribeck.planning.assumed import AssumedFriction, guess
+from stribeck.planning.information import covariances, dynamics_of, expected_curve
+from stribeck.planning.motions import PERIOD, Reach, motions_of
+from stribeck.planning.plan import gravity
+from stribeck.planning.present import PresentMotion, read_noise, unit_information
+from stribeck.result import JointResult, Result, read_result
+
+NOISE = 20.0
+"""Of the torques [N m]: so much that the slide, which has little friction, is weak."""
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a robot file and what a noisy log says, in which the elbow does not move."""
+    folder = tmp_path_factory.mktemp("arm")
+    robot = Robot.from_file(write_arm(folder))
+    log = arm_log(robot, duration=12, still="elbow")
+    noise = np.random.default_rng(0).standard_normal(log.torque.shape) * [0.1, 0.1, NOISE]
+    save_npz(replace(log, torque=log.torque + noise), folder / "log.npz")
+    settings = Settings(method="curve-fit", law="coulomb-viscous")
+    result = identify(folder / "log.npz", robot, settings, table=folder / "friction_torque.parquet")
+    (folder / "result.json").write_text(result.to_json())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(out: Path) -> Result:
+    return read_result(out / "result.json")
+
+
+def assumed_of(joint: JointResult) -> AssumedFriction:
+    return AssumedFriction(joint, guessed=False, prismatic=False, priors=Settings().priors, rest=0.005)
+
+
+def wider(joint: JointResult, width: float, shares: dict[str, float] | None = None) -> JointResult:
+    """Return a joint whose curve has another relative width, made of these parts."""
+    factor = width / relative_width(joint.curve)
+    curve = tuple(
+        replace(
+            point,
+            standard_error=point.standard_error * factor,
+            interval_95=(0.0, point.value + factor * point.half_width),
+        )
+        for point in joint.curve
+    )
+    parameters = {name: replace(own, variance_shares=shares) for name, own in joint.parameters.items()}
+    return replace(joint, curve=curve, parameters=parameters)
+
+
+def test_weak_and_still_joints_are_planned_for(out: Path, result: Result) -> None:
+    verdicts = {name: joint.verdict for name, joint in result.joints.items()}
+    assert verdicts == {"shoulder": "identified", "elbow": "not excited", "slide": "weak"}
+    found = plan(out / "result.json", out / "robot.toml")
+    assert list(found.joints) == ["elbow", "slide"]
+    assert "no length of the present motion helps, as it moves only" in found.joints["elbow"].advice
+    assert found.joints["elbow"].guessed
+    assert "would do in" in found.joints["slide"].advice
+    for joint in found.joints.values():
+        needed = [np.inf if one.needed is None else one.needed for one in joint.candidates]
+        assert needed == sorted(needed)
+        assert needed[0] < 120
+    assert json.loads(found.to_json())["joints"]["slide"]["unit"] == "m/s"
+    assert found.notes == ["of elbow nothing is known: friction as of the other joints in the middle is assumed"]
+
+
+def test_a_longer_motion_is_as_much_longer_as_the_interval_is_too_wide(result: Result) -> None:
+    """Four times as long halves it; what does not fall with the length leaves less room, and in the end none."""
+    shoulder = result.joints["shoulder"]
+    assert present_length(assumed_of(wider(shoulder, 2 * WIDEST)), 10.0) == pytest.approx(40)
+    some = wider(shoulder, 2 * WIDEST, {"noise": 0.8, "repeated errors": 0.2})
+    assert present_length(assumed_of(some), 10.0) == pytest.approx(10 * 0.8 / (0.25 - 0.2))
+    most = wider(shoulder, 2 * WIDEST, {"noise": 0.7, "repeated errors": 0.3})
+    assert present_length(assumed_of(most), 10.0) is None
+
+
+def test_the_noise_is_that_which_explains_the_intervals(result: Result) -> None:
+    generator = np.random.default_rng(1)
+    velocity = np.repeat(generator.uniform(-2, 2, 50), 100)
+    everything = np.ones(len(velocity), dtype=bool)
+    motion = PresentMotion(velocity=velocity, friction_torque=velocity, usable=everything, period=0.005)
+    assumed = assumed_of(result.joints["shoulder"])
+    covariance = np.linalg.inv(unit_information(motion, assumed) / 1e-3 + np.diag(assumed.precision))
+    curve = expected_curve(assumed, covariance, assumed.joint.curve[-1].velocity, 25.0)
+    assert read_noise(motion, assumed_of(replace(assumed.joint, curve=curve))) == pytest.approx(1e-3)
+
+
+def test_covariances_are_those_of_least_squares_with_bodies_known_and_larger_otherwise(
+    out: Path, result: Result
+) -> None:
+    robot = Robot.from_file(out / "robot.toml")
+    assumed = assumed_of(result.joints["shoulder"])
+    motion = motions_of(assumed.joint, prismatic=False, reach=Reach(low=-1.0, high=1.0, speed=2.0))[1]
+    dynamics = dynamics_of(robot, gravity(robot, "z"), Settings().priors)
+    state = motion.state(0, np.zeros(3))
+    known = replace(dynamics, directions=1e-9 * dynamics.directions)
+    sure, open_ = (covariances(each, state, {0: assumed}, {0: 1e-3}, PERIOD)[0] for each in (known, dynamics))
+    columns = np.column_stack([motion.velocity, np.sign(motion.velocity), np.ones(len(motion.velocity))])
+    least_squares = np.linalg.inv(columns.T @ columns * PERIOD / 1e-3)
+    assert np.sqrt(np.diag(sure)) == pytest.approx(np.sqrt(np.diag(least_squares)), rel=0.05)
+    assert np.all(np.diag(open_) >= np.diag(sure))
+    assert open_[2, 2] > 10 * sure[2, 2]  # gravity makes up for an offset
+
+
+def test_a_guess_is_the_median_of_the_others(result: Result) -> None:
+    others = [result.joints["shoulder"]]
+    found = guess(result.joints["elbow"], others)
+    assert found.parameters["coulomb"].value == others[0].parameters["coulomb"].value
+    assert found.parameters["offset"].value == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"joints": ["knee"]}, "plan: joint 'knee' is not in the result; it has shoulder, elbow, slide"),
+        ({"held": "up"}, "plan: held is 'up'; expected an axis of the base, one of x, -x, y, -y, z, -z"),
+    ],
+)
+def test_wrong_arguments_end_with_one_sentence(out: Path, arguments: dict[str, object], said: str) -> None:
+    with pytest.raises(SettingsError) as caught:
+        plan(out / "result.json", out / "robot.toml", **arguments)
+    assert str(caught.value) == said
+
+
+def test_a_result_without_its_table_is_refused(out: Path, tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_bytes((out / "result.json").read_bytes())
+    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: no such file; expected the"):
+        plan(tmp_path / "result.json", out / "robot.toml")
+    (tmp_path / "friction_torque.parquet").write_text("nothing")
+    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: cannot be read as Parquet"):
+        plan(tmp_path / "result.json", out / "robot.toml")
+
+
+def test_the_command_writes_the_plan_once(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["plan", str(out), "-r", str(out / "robot.toml"), "-o", str(tmp_path / "new")]
+    app(words, standalone_mode=False)
+    shown = capsys.readouterr().out
+    assert "slide: weak: the present motion would do in" in shown
+    assert json.loads((tmp_path / "new/plan.json").read_text())["schema"] == 1
+    with pytest.raises(SettingsError, match=r"plan\.json: is there already; name another output, or add --overwrite"):
+        app(words, standalone_mode=False)
+    app([*words, "--overwrite"], standalone_mode=False)
+
+
+def test_a_held_robot_feels_gravity_along_the_axis_that_points_down() -> None:
+    robot = Robot.from_model(Path(__file__).parents[2] / "src/stribeck_simulation/robots/models/quadruped.urdf")
+    assert gravity(robot, "-x") == pytest.approx([9.81, 0, 0])

@@ -1,0 +1,136 @@
+"""Models that packages bring are found by name, downloaded by their package alone, and what fails is one sentence."""
+
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from tests.arm import URDF
+from tests.models import EXAMPLES
+
+from stribeck import Robot
+from stribeck.cli import main
+from stribeck.errors import RobotFileError
+from stribeck.robot import model_path
+
+
+def test_a_model_of_example_robot_data_is_found_by_its_file_s_name() -> None:
+    assert model_path("package:talos_reduced", Path("x")) == EXAMPLES / "talos_data/robots/talos_reduced.urdf"
+    assert model_path("package:cassie_v2", Path("x")).suffix == ".sdf"
+    folder = EXAMPLES / "anymal_c_simple_description"
+    assert model_path("package:anymal_c_simple_description/anymal", Path("x")).is_relative_to(folder)
+
+
+def test_a_path_is_relative_to_its_robot_file() -> None:
+    assert model_path("arm.urdf", Path("there")) == Path("there/arm.urdf")
+
+
+def test_robots_are_made_of_packages_by_file_and_by_hand(tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text("[robot]\nmodel = 'package:ur5_robot'\nbase = 'fixed'\n")
+    by_file, by_hand = Robot.from_file(file), Robot.from_model("package:ur5_robot", base="fixed")
+    assert by_file.joint_names == by_hand.joint_names
+    assert by_file.model_path == by_hand.model_path == str(EXAMPLES / "ur_description/urdf/ur5_robot.urdf")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("talos_reducd", "nearest are .*'package:talos_reduced'"),
+        ("go3_description", "nearest are .*'package:go2_description'"),
+        (
+            "anymal",
+            "2 of this name; expected 'anymal_b_simple_description/anymal', 'anymal_c_simple_description/anymal'",
+        ),
+        ("ur5e_description", "xacro alone; expected 'package:ur5e_mj_description'"),
+        ("??", "no installed package has a model of this name; 'package:talos_reduced' is one"),
+    ],
+)
+def test_what_packages_do_not_have_is_refused(
+    name: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if name == "ur5e_description":
+        monkeypatch.setitem(sys.modules, f"robot_descriptions.{name}", SimpleNamespace(XACRO_PATH="ur.xacro"))
+    file = tmp_path / "robot.toml"
+    file.write_text(f"[robot]\nmodel = 'package:{name}'\n")
+    with pytest.raises(RobotFileError, match=words) as caught:
+        Robot.from_file(file)
+    assert str(caught.value).startswith(f"{file}: [robot] model = package:{name}: ")
+
+
+@pytest.mark.parametrize(
+    ("absent", "words"),
+    [
+        (("robot_descriptions",), "robot_descriptions is not installed"),
+        (("example-robot-data",), "nobody is not installed"),
+        (("robot_descriptions", "example-robot-data"), "need robot_descriptions or nobody: pip install"),
+    ],
+)
+def test_packages_that_are_not_installed_are_named(
+    absent: tuple[str, ...], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "robot_descriptions" in absent:
+        monkeypatch.setitem(sys.modules, "robot_descriptions", None)
+    if "example-robot-data" in absent:
+        monkeypatch.setattr("stribeck.robot.packages.EXAMPLES", "nobody")
+    with pytest.raises(RobotFileError, match=words):
+        Robot.from_model("package:nobody")
+
+
+@pytest.fixture
+def downloads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Let robot_descriptions keep what it downloads here, and its module not be imported yet."""
+    pytest.importorskip("robot_descriptions")
+    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delitem(sys.modules, "robot_descriptions.go2_description", raising=False)
+    return tmp_path
+
+
+def test_robot_descriptions_downloads_what_it_describes(
+    downloads: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = downloads / "source"
+    model = source / "robots/go2_description/urdf/go2_description.urdf"
+    model.parent.mkdir(parents=True)
+    model.write_text(URDF)
+    git = ["git", "-C", str(source), "-c", "user.name=x", "-c", "user.email=x"]
+    for command in (["init", "-q"], ["add", "."], ["commit", "-qm", "x"]):
+        subprocess.run([*git, *command], check=True)
+    head = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
+    monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", head)
+    monkeypatch.setenv("GIT_CONFIG_COUNT", "1")
+    monkeypatch.setenv("GIT_CONFIG_KEY_0", f"url.{source}.insteadOf")
+    monkeypatch.setenv("GIT_CONFIG_VALUE_0", "https://github.com/unitreerobotics/unitree_ros.git")
+    robot = Robot.from_model("package:go2_description", base="fixed")
+    assert robot.joint_names == ("shoulder", "elbow", "slide")
+    assert Path(robot.model_path).is_relative_to(downloads / "cache")
+    assert capsys.readouterr().out == ""
+
+
+def test_a_failed_download_is_one_sentence(
+    downloads: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "file")
+    file = downloads / "robot.toml"
+    file.write_text("[robot]\nmodel = 'package:go2_description'\n")
+    monkeypatch.setattr(sys, "argv", ["stribeck", "inspect", "log.npz", "--robot", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    sentence = capsys.readouterr().err.strip().splitlines()[-1]
+    assert sentence.startswith(f"stribeck: {file}: [robot] model = package:go2_description: robot_descriptions cannot")
+    assert "not allowed" in sentence
+
+
+def test_a_model_of_a_package_is_not_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text("[robot]\nmodel = 'package:ur5_robot'\nbase = 'fixed'\n")
+    target = EXAMPLES / "ur_description/urdf/ur5_robot.urdf"
+    before = target.read_bytes()
+    command = ["stribeck", "inspect", "log.npz", "--robot", str(file), "-o", str(target), "--overwrite"]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert target.read_bytes() == before

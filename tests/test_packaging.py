@@ -1,0 +1,107 @@
+"""What is given away: the wheel, the source archive, the citation and the container hold what they should, no more."""
+
+import importlib.util
+import re
+import shlex
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path, PurePosixPath
+
+import pytest
+import typer
+import yaml
+
+from stribeck import __version__
+from stribeck.cli.app import app
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+SUFFIXES = {".py", ".typed", ".j2", ".js", ".css", ".toml", ".urdf", ".xml"}
+"""Of what the packages need: code, templates of reports, and the robots that are simulated."""
+WHEEL_BYTES, SDIST_BYTES = 1_000_000, 1_000_000
+"""At most; they were 0.78 and 0.56 MB when this was written."""
+PACKAGED = {
+    path.relative_to(ROOT / "src").as_posix()
+    for path in (ROOT / "src").rglob("*")
+    if path.is_file() and "__pycache__" not in path.parts and not path.parts[-2].endswith(".egg-info")
+}
+
+needs_hatchling = pytest.mark.skipif(
+    importlib.util.find_spec("hatchling") is None, reason="hatchling is not installed: nothing is built"
+)
+
+
+def test_packages_hold_code_templates_and_robots_alone() -> None:
+    assert {PurePosixPath(name).suffix for name in PACKAGED} <= SUFFIXES | {""}
+    assert {name for name in PACKAGED if not PurePosixPath(name).suffix} == {"stribeck/report/uplot/LICENSE"}
+
+
+@needs_hatchling
+def test_the_wheel_holds_the_packages_and_nothing_else(tmp_path: Path) -> None:
+    from hatchling.builders.wheel import WheelBuilder
+
+    (wheel,) = map(Path, WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        information = f"stribeck-{__version__}.dist-info"
+        metadata = archive.read(f"{information}/METADATA").decode()
+        scripts = archive.read(f"{information}/entry_points.txt").decode()
+    assert {name for name in names if not name.startswith(information)} == PACKAGED
+    assert f"{information}/licenses/LICENSE" in names
+    assert "License-Expression: Apache-2.0" in metadata
+    assert "stribeck = stribeck.cli:main" in scripts
+    assert wheel.stat().st_size < WHEEL_BYTES
+
+
+@needs_hatchling
+def test_the_source_archive_holds_what_the_wheel_is_built_from(tmp_path: Path) -> None:
+    from hatchling.builders.sdist import SdistBuilder
+
+    (sdist,) = map(Path, SdistBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
+    with tarfile.open(sdist) as archive:
+        names = {PurePosixPath(*PurePosixPath(name).parts[1:]).as_posix() for name in archive.getnames()}
+    beside = {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "PKG-INFO", ".gitignore"}
+    assert names == beside | {f"src/{name}" for name in PACKAGED}
+    assert sdist.stat().st_size < SDIST_BYTES
+
+
+@needs_hatchling
+def test_classifiers_are_those_of_the_index_and_agree_with_the_rest() -> None:
+    from trove_classifiers import classifiers
+
+    assert set(PROJECT["classifiers"]) <= classifiers
+    assert not [name for name in PROJECT["classifiers"] if name.startswith("License")]  # `license` says it
+    oldest = PROJECT["requires-python"].removeprefix(">=")
+    versions = [name.rpartition(" ")[2] for name in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", name)]
+    assert min(versions, key=lambda version: int(version.partition(".")[2])) == oldest
+
+
+def test_the_citation_agrees_with_the_package() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors"} <= set(citation)  # what its schema 1.2.0 requires
+    assert citation["cff-version"] == "1.2.0"
+    assert citation["type"] == "software"
+    assert citation["title"] == PROJECT["name"]
+    assert str(citation["version"]) == PROJECT["version"] == __version__
+    assert citation["license"] == PROJECT["license"]
+    assert citation["keywords"] == PROJECT["keywords"]
+    assert [author["name"] for author in citation["authors"]] == [author["name"] for author in PROJECT["authors"]]
+
+
+def test_the_container_runs_the_demonstration_as_a_user() -> None:
+    text = (ROOT / "Dockerfile").read_text().replace("\\\n", " ")
+    steps = [line.split(maxsplit=1) for line in text.splitlines() if line and not line.startswith("#")]
+    ignored = (ROOT / ".dockerignore").read_text().splitlines()
+    copied = [name for step, words in steps if step == "COPY" for name in shlex.split(words)[:-1]]
+    for name in copied:
+        assert (ROOT / name).exists(), name
+        assert f"!{name}" in ignored, name
+    assert {"pyproject.toml", "src", "LICENSE", Path(PROJECT["readme"]).name} <= set(copied)  # what the build reads
+    last = dict(steps)  # of each kind the last step, which is what counts
+    assert last["USER"] not in ("root", "0")
+    assert last["ENTRYPOINT"] == '["stribeck"]'
+    (command,) = yaml.safe_load(last["CMD"])
+    assert command in typer.main.get_group(app).commands
+    base = last["FROM"].removeprefix("python:").removesuffix("-slim")
+    assert f"Programming Language :: Python :: {base}" in PROJECT["classifiers"]
