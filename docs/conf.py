@@ -35,6 +35,7 @@ NAVIGATION = {
             "tour",
             "logs",
             "robot-file",
+            "robots",
             "test-bed",
             "result",
             "verdicts",

@@ -53,6 +53,7 @@ from stribeck.motion.filters import TAKES
 from stribeck.result import (
     BodyCorrection,
     Corrections,
+    HeldOutError,
     JointResult,
     LogSummary,
     ParameterEstimate,
@@ -260,6 +261,7 @@ def test_every_field_of_a_result_is_explained() -> None:
         TorqueR2,
         Corrections,
         BodyCorrection,
+        HeldOutError,
     ):
         parts = {"evidence", "log", "validation", "torque_r2"}
         assert {field.name for field in dataclasses.fields(carrier)} - parts <= named

@@ -40,13 +40,14 @@ ABOVE: dict[str, set[str]] = {
         "motion",
         "robot",
     },
-    "planning": GROUND | {"planning", "equations", "identification", "dynamics", "friction", "result", "robot"},
+    "planning": GROUND
+    | {"planning", "preparation", "equations", "identification", "dynamics", "friction", "result", "robot"},
     "export": GROUND | {"export", "friction", "result", "robot"},
     "report": GROUND | {"report", "friction", "result"},
 }
 """Room -> what it may import. Methods, the spine and the command line stand above all of them."""
 
-UPPER = {"methods", "pipeline", "compose", "inspection", "cli", "draft"}
+UPPER = {"methods", "pipeline", "compose", "held_out", "inspection", "cli", "draft"}
 ENTRANCE = {"stribeck.cli.app", "stribeck.__main__"}
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import numpy as np
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
@@ -36,7 +37,7 @@ PUBLIC = ERRORS | {
     "write_log",
     "write_report",
 }
-METHODS = ("Result.to_dataframe", "JointResult.friction", "Robot.from_file", "Robot.from_model")
+METHODS = ("Result.to_dataframe", "JointResult.friction", "Robot.from_file", "Robot.from_model", "RobotLog.from_frame")
 WITHOUT_EXAMPLE = {"__version__"}
 
 
@@ -93,6 +94,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     names = {name: getattr(stribeck, name) for name in PUBLIC}
     return names | {
         "folder": folder,
+        "np": np,
         "robot": robot,
         "log": log,
         "result": result,

@@ -11,6 +11,7 @@ from stribeck.audit import audit_or_stop, torques_of_currents
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
 from stribeck.friction_torque.stage import FrictionTorqueStage
+from stribeck.held_out import held_out_log
 from stribeck.log import RobotLog
 from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method
@@ -30,6 +31,7 @@ def identify(
     law: str | None = None,
     method: str | None = None,
     table: str | Path | None = None,
+    validate: Sequence[RobotLog | str | Path] = (),
     force: bool = False,
     progress: Progress = quiet,
 ) -> Result:
@@ -47,6 +49,8 @@ def identify(
         In place of the settings'.
     table
         Where to write every sample's friction torque (friction_torque.parquet), if anywhere.
+    validate
+        Logs or their paths that no fit sees: how well it explains their torques stands in `Result.held_out`.
     force
         Whether to go on with a log in which the audit finds what makes every number wrong.
     progress
@@ -77,20 +81,29 @@ def identify(
     _refuse_unknown_joints(settings, robot)
     sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
     if table:
-        files = [log.path if isinstance(log, RobotLog) else log for log in (*sources, robot.path, robot.model_path)]
+        files = [
+            log.path if isinstance(log, RobotLog) else log
+            for log in (*sources, *validate, robot.path, robot.model_path)
+        ]
         check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # in memory: no file
     where = whole_or_not_at_all(table) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
-        prepared = []
-        for k, log in enumerate(sources):
-            progress(f"reading log {k + 1} of {len(sources)}", k / len(sources))
-            prepared.append(prepare(log, robot, settings))
-            findings += prepared[-1].notes
-            *before, last = ((part.prints, part.log.path) for part in prepared)
+        every = []
+        for k, log in enumerate(read := [*sources, *validate]):
+            progress(f"reading log {k + 1} of {len(read)}", k / len(read))
+            every.append(prepare(log, robot, settings))
+            findings += every[-1].notes
+            *before, last = ((part.prints, part.log.path) for part in every)
             refuse_overlap(*last, before)
+        prepared, unseen = every[: len(sources)], every[len(sources) :]
+        if unseen and unseen[0].log.in_amperes:
+            raise SettingsError(
+                f"{unseen[0].log.path or 'log'}: is to validate on, and its torques are currents, whose constants a "
+                "fit finds in its own logs; expected [robot.motors] with torque_constant and ratio"
+            )
         progress("auditing", 0.0)
         prepared, of_currents, gain_errors = torques_of_currents(prepared, robot, settings)
-        audited = [*of_currents, *audit_or_stop(prepared, robot, settings, force)]
+        audited = [*of_currents, *audit_or_stop([*prepared, *unseen], robot, settings, force)]
         findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
@@ -98,6 +111,7 @@ def identify(
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
         return replace(
             result,
+            held_out=[held_out_log(log, fitted, result, robot, samples.settings) for log in unseen],
             findings=[*audited, *result.findings],
             warnings=[*(str(each) for each in audited), *result.warnings],
         )

@@ -14,6 +14,7 @@ from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
 from stribeck.motion import make_filter
 from stribeck.robot import Robot
+from stribeck.robot.loops import closed_log
 from stribeck.settings import Settings
 
 Progress = Callable[[str, float], None]
@@ -59,6 +60,8 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         if not isinstance(log, RobotLog):
             log = read_log(log, robot)
         notes += log.notes
+        log, of_loops = closed_log(log, robot)
+        notes += of_loops
         of_log = prints(log)
         log, sampling = regularise(log, robot.log_table)
         notes += sampling.notes

@@ -40,6 +40,13 @@ class MotorTable(Table):
     ratio: Positive = 1.0  # [1], of the gear; of a prismatic joint [1/m] or as its torque constant has it
 
 
+class LoopTable(Table):
+    """`[[robot.loops]]`: two frames of the tree that are held together."""
+
+    frames: Annotated[tuple[str, str], Field(strict=False)]
+    kind: Literal["point", "weld"] = "point"
+
+
 class RobotTable(Table):
     """`[robot]`: which model, and the role of its joints."""
 
@@ -52,6 +59,8 @@ class RobotTable(Table):
     locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
     couplings: list[CouplingTable] = []
+    passive: list[str] = []  # joints without a motor, which the loops move
+    loops: list[LoopTable] = []
     motors: dict[str, MotorTable] = {}
     kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
     kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]

@@ -171,6 +171,7 @@ def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
         law_of(table),
         parameters,
         duration=scenario.duration,
+        rate=scenario.rate,
         seed=scenario.seed,
         gait=scenario.gait,
         posture=posture,

@@ -85,6 +85,7 @@ class Scenario(Table):
     soles: dict[str, SoleTable] = {}
     gait: Gait = "walk"  # (exact)
     duration: Annotated[float, Field(gt=0, le=LONGEST)] = 20.0  # [s] (exact)
+    rate: Annotated[float, Field(ge=20, le=10_000)] = 1000.0  # [Hz] (exact)
     friction: FrictionTable = FrictionTable()
 
     @model_validator(mode="after")

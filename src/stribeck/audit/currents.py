@@ -24,6 +24,7 @@ from stribeck.finding import Finding
 from stribeck.friction_torque.stream import ContactMode, contact_root
 from stribeck.preparation import PreparedLog, log_names
 from stribeck.robot import Robot
+from stribeck.robot.loops import without_loop_forces
 from stribeck.settings import Settings
 from stribeck.typing import Array
 
@@ -102,7 +103,8 @@ def _static_torque(evidence: Evidence) -> Array:
             turn = Orientation(root_quaternions(robot, position, log.base_orientation[rows]), still, still)
         feet = tuple(foot for foot in name.split("+") if foot)
         tree, root = contact_root(robot, ContactMode(feet, feet[0] if feet else ""), State(position, rest, rest, turn))
-        found[bins] = rooted_inverse_dynamics(tree, position, rest, rest, root)[1][:, robot.torque_controlled]
+        needed = rooted_inverse_dynamics(tree, position, rest, rest, root)[1]
+        found[bins] = without_loop_forces(robot, position, needed)[:, robot.torque_controlled]
     return found
 
 

@@ -14,6 +14,7 @@ from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import root_quaternions
 from stribeck.finding import Finding
 from stribeck.robot.kinematics import direction_in_root
+from stribeck.robot.loops import without_loop_forces
 from stribeck.robot.rooting import BASE_FRAME
 from stribeck.typing import Array
 
@@ -230,6 +231,6 @@ def gravity_torques(evidence: Evidence) -> Array:
                     direction = direction_in_root(rooted, frame, position[rows], direction)
             still = np.zeros(position[rows].shape)
             _, torque = rooted_inverse_dynamics(rooted, position[rows], still, still, RootMotion(direction))
-            found[rows, :, axis] = torque[:, known]
+            found[rows, :, axis] = without_loop_forces(robot, position[rows], torque)[:, known]
     found[~np.isfinite(evidence.model)] = np.nan
     return found

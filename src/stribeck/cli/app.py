@@ -23,7 +23,9 @@ from stribeck.errors import SettingsError, StribeckError, findings_kept
 from stribeck.outputs import check_name, check_outputs, staged_folder
 
 if TYPE_CHECKING:
+    from stribeck.log import RobotLog
     from stribeck.result import Result
+    from stribeck.robot import Robot
     from stribeck.settings import Settings
 
 app = typer.Typer(
@@ -60,8 +62,10 @@ FORMATS = (
     "pinocchio",
 )
 ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
+FromOption = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use each LOG from here on.")]
+ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use each LOG up to here.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
-PLAN = "plan.json"
+PLAN, TRAJECTORY = "plan.json", ("trajectory.csv", "trajectory.mcap")
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -97,6 +101,11 @@ def identify(
         typer.Option(help=f"How to fit: {', '.join(METHOD_NAMES)}.", autocompletion=lambda: METHOD_NAMES),
     ] = None,
     settings: SetOption = [],  # noqa: B006
+    validate: Annotated[
+        list[Path], typer.Option("--validate", metavar="LOG", help="A log that no fit sees, to test the fit on.")
+    ] = [],  # noqa: B006
+    start: FromOption = None,
+    stop: ToOption = None,
     force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
@@ -109,9 +118,10 @@ def identify(
 
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
-    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *_files_of(robot)], overwrite)
+    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *_files_of(robot)], overwrite)
     with staged_folder(output) as staging, progress_bar(quiet) as progress:
-        result = run(logs, machine, chosen, table=staging / TABLE, force=force, progress=progress)
+        parts = [_part(log, machine, start, stop) for log in logs]
+        result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
@@ -153,6 +163,8 @@ def inspect(
     robot: RobotOption,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     settings: SetOption = [],  # noqa: B006
+    start: FromOption = None,
+    stop: ToOption = None,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
@@ -166,7 +178,7 @@ def inspect(
     check_outputs([output] if output else [], [log, *_files_of(robot)], overwrite)
     with progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
-        found = inspect_log(log, machine, with_settings(machine.settings, {}, settings))
+        found = inspect_log(_part(log, machine, start, stop), machine, with_settings(machine.settings, {}, settings))
     if output is not None:
         write_inspection(found, output)
     if json:
@@ -259,35 +271,43 @@ def export(
 def plan(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for plan.json.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for plan.json and a trajectory.")
+    ] = None,
     joints: Annotated[
         str | None, typer.Option(help="Joints to plan for, a,b,c; weak or not excited ones if none.")
     ] = None,
-    held: Annotated[str, typer.Option(help="Axis of a floating base that points up: x, -x, y, -y, z or -z.")] = "z",
+    held: Annotated[
+        str | None, typer.Option(help="A floating base hangs or lies, this axis of it up: x, -x, y, -y, z or -z.")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Length of the trajectory [s].")] = 60.0,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Say which motion would make the friction of weak joints known, and how long it takes."""
+    """Say which motion would make the friction of weak joints known, and write the trajectory of it."""
+    from stribeck.planning.files import write_csv, write_message
     from stribeck.planning.plan import plan as run
     from stribeck.robot import Robot
 
     file = _result_file(result)
-    outputs = [output / PLAN] if output else []
+    outputs = [output / name for name in (PLAN, *TRAJECTORY)] if output else []
     machine = Robot.from_file(robot)
     check_outputs(outputs, [file, *_files_of(robot)], overwrite)
     asked = None if joints is None else [name.strip() for name in joints.split(",")]
     with progress_bar(quiet) as progress:
-        progress("planning", 0.1)
-        found = run(file, machine, joints=asked, held=held)
+        found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
+            if found.trajectory:
+                write_csv(found.trajectory, staging / TRAJECTORY[0])
+                write_message(found.trajectory, staging / TRAJECTORY[1])
     if json:
         typer.echo(found.to_json(), nl=False)
     elif not quiet:
         console.print_plan(found)
-        console.print_paths(outputs)
+        console.print_paths(outputs if found.trajectory else outputs[:1])
 
 
 @app.command()
@@ -299,6 +319,8 @@ def replay(
         Path | None, typer.Option("--output", "-o", help="Folder for replay.json and replay.html.")
     ] = None,
     settings: SetOption = [],  # noqa: B006
+    start: FromOption = None,
+    stop: ToOption = None,
     force: ForceOption = False,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
@@ -313,7 +335,14 @@ def replay(
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
     check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
     with progress_bar(quiet) as progress:
-        found = run(log, machine, model, with_settings(machine.settings, {}, settings), force=force, progress=progress)
+        found = run(
+            _part(log, machine, start, stop),
+            machine,
+            model,
+            with_settings(machine.settings, {}, settings),
+            force=force,
+            progress=progress,
+        )
     if output is not None:
         with staged_folder(output) as staging:
             (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")
@@ -441,6 +470,18 @@ def _moved(result: Result, staging: str, output: str) -> Result:
         log=replace(result.log, path=result.log.path.replace(staging, output)),
         evidence=replace(result.evidence, provenance=provenance),
     )
+
+
+def _part(path: Path, robot: Robot, start: float | None, stop: float | None) -> RobotLog | Path:
+    """Return a log's part from `start` to `stop` [s] after its begin, or the path of one that is used as a whole."""
+    if start is None and stop is None:
+        return path
+    low, high = start or 0.0, float("inf") if stop is None else stop
+    if not 0 <= low < high:
+        raise SettingsError(f"--from is {low:g} s and --to {high:g} s; expected 0 or more, and --to after --from")
+    from stribeck.log.readers import read_log
+
+    return read_log(path, robot).between(start, stop)
 
 
 def with_settings(settings: Settings, options: dict[str, str | None], assignments: list[str]) -> Settings:

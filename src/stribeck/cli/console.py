@@ -82,6 +82,15 @@ def print_result(result: Result) -> None:
         console.print(f"no friction that the log resolves: {bounds} ({place})", markup=False)
     if result.law != AUTO:
         _show(_columns_of_parameters(result), result.all_friction)
+    for log in result.held_out:
+        columns = ["RMS\nwith friction", "RMS\nwithout", "R²"]
+        place = f"{log.path or 'log'}, {number(log.duration)} s that no fit has seen:"
+        console.print(place, markup=False, soft_wrap=True)
+        table = _table("what is left of the torques", ["joint"], columns)
+        for joint, error in log.joints.items():
+            numbers = number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}"
+            table.add_row(Text(joint), *numbers)
+        _show(table, log.joints)
     console.print(result.log.usage, markup=False)
     for joint, found in result.all_friction.items():
         if found.verdict in ("weak", "not excited"):
@@ -258,7 +267,7 @@ def print_plan(found: Plan) -> None:
     if not found.joints:
         print("nothing to plan: no joint is weak or not excited")
         return
-    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "± of the\nfriction", "enough\nfrom [s]")
+    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "friction\nto within", "enough\nfrom [s]")
     table = _table(f"{found.robot}: what a log of each motion would say", ["joint", "motion"], numbers)
     for name, joint in found.joints.items():
         for k, one in enumerate(joint.candidates):
@@ -270,15 +279,24 @@ def print_plan(found: Plan) -> None:
                 speed + " m/s" * (joint.unit == "m/s"),
                 str(one.reversals),
                 f"{one.duration:.0f}",
-                f"{100 * one.relative_width:.2g} %" if one.relative_width < MOST_WIDTH else "unknown",
+                _within(one.relative_width),
                 "" if one.needed is None else f"{one.needed:.0f}",
                 end_section=k == len(joint.candidates) - 1,
             )
     console = _show(table, found.joints)
     for name, joint in found.joints.items():
         console.print(f"{name}: {joint.verdict}: {joint.advice}", markup=False)
+    if found.trajectory:
+        said = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
+        console.print(f"a log of the trajectory, {found.trajectory.duration:.0f} s, promises: {said}", markup=False)
+        used = ", ".join(f"{share:.0%} of the {name} limits" for name, share in found.trajectory.used.items() if share)
+        console.print(f"it uses {used}", markup=False)
     for note in found.notes:
         console.print(f"note: {note}", markup=False)
+
+
+def _within(width: float) -> str:
+    return f"± {100 * width:.2g} %" if width < MOST_WIDTH else "unknown"
 
 
 def print_replay(found: Replay) -> None:

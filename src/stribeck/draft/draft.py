@@ -16,7 +16,7 @@ from stribeck.audit import delays, findings, gather
 from stribeck.draft.columns import find_columns
 from stribeck.draft.model import ModelFacts, read_model
 from stribeck.draft.names import match, words
-from stribeck.draft.search import Columns, as_given, find_columns_by_dynamics
+from stribeck.draft.search import BETTER, Columns, agreement, as_given, excerpt, find_columns_by_dynamics
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
 from stribeck.errors import LogError, SettingsError
@@ -126,8 +126,8 @@ def _ask_for_torque_source(draft: Draft) -> None:
     draft.document["robot"]["torque_source"] = "link_side_sensor"
     draft.ask(
         "robot.torque_source",
-        'is the torque measured behind the gear ("link_side_sensor"), worked out from the motor\'s current '
-        '("motor_current"), or what a controller asked for ("command")? For the last two, rotor inertia is fitted too.',
+        'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), worked out '
+        'from the current ("motor_current"), or what a controller asked for ("command")?',
     )
 
 
@@ -164,6 +164,7 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
         _set(draft, "log.base_orientation", "order", order, "so the base is upright.")
     for channel, unit, why in position_and_velocity_units(read, robot):
         _set(draft, f"log.{channel}", "unit", unit, why)
+    _clamped(draft, facts, log, output)
     _by_dynamics(draft, log, output, unsure)
     draft.document = {key: value for key, value in draft.document.items() if value}
 
@@ -265,8 +266,7 @@ def _base(draft: Draft, facts: ModelFacts, source: Source) -> None:
     """Write whether the base moves, as the log has it, and its contacts."""
     seen = [name for name in ("base_orientation", "contact", "foot_wrench") if name in source.channels]
     robot = draft.document["robot"]
-    needs_orientation = not facts.feet or any(foot.kind == "point" for foot in facts.feet)
-    if facts.base == "floating" and not seen and needs_orientation:
+    if facts.base == "floating" and not seen:
         robot["base"] = "fixed"
         draft.ask("robot.base", "is the base clamped? The log has neither its orientation nor contacts.")
     if facts.base == "fixed" and seen and facts.feet:
@@ -289,6 +289,21 @@ def _base(draft: Draft, facts: ModelFacts, source: Source) -> None:
         draft.note(
             "robot.base", "the log's base orientation is taken as that of the model's root link ([robot] base_frame)."
         )
+
+
+def _clamped(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
+    """Let a robot on soles stand that was taken to be clamped, if that explains its torques far better."""
+    if facts.base == draft.document["robot"]["base"] or any(foot.kind == "point" for foot in facts.feet):
+        return
+    other = Draft({**draft.document, "robot": {**draft.document["robot"], "base": "floating"}})
+    _contacts(other, facts, ())
+    costs = []
+    for each in (draft, other):
+        robot = each.robot(output)
+        costs.append(agreement(excerpt(read_log(log, robot)), robot).cost)
+    if other.document["contacts"] and costs[1] < costs[0] - np.log(BETTER):
+        draft.document = other.document
+        draft.note("robot.base", "its torques are those of a robot that stands.")
 
 
 def _contacts(draft: Draft, facts: ModelFacts, labels: Sequence[str]) -> None:

@@ -80,7 +80,7 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     unsure
         Columns whose joint is not known by its name.
     """
-    log = _part(log)
+    log = excerpt(log)
     best = as_given(len(robot.joint_names))
     if feet_stand(log, robot):
         best = _descend(best, log, robot, unsure, kinematic_agreement)
@@ -183,7 +183,7 @@ def _slip(log: RobotLog, robot: Robot) -> float:
     return float(np.sqrt(apart / moved)) if moved else 0.0
 
 
-def _part(log: RobotLog) -> RobotLog:
+def excerpt(log: RobotLog) -> RobotLog:
     """Return as much of a log as is compared, from its middle."""
     step = max(1, int(1 / float(np.median(np.diff(log.time))) / ENOUGH_RATE))
     rows = len(log.time) // step

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.contact import SupportPhase
-from stribeck.dynamics.rooted import joint_inertia
+from stribeck.dynamics.loops import loop_inertia
 from stribeck.errors import LogError
 from stribeck.friction_torque.stream import Chunk, friction_torque
 from stribeck.log import RobotLog
@@ -71,7 +71,7 @@ def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array)
     surface = next((foot for foot in feet if foot in robot.contacts and robot.contacts[foot].kind == "surface"), None)
     rooted = robot.rooted_at(surface) if surface else robot.tree
     columns = np.flatnonzero(samples.usable[run].any(axis=0))
-    inertia = joint_inertia(rooted, position)
+    inertia = loop_inertia(robot, rooted, position)
     diagonal = np.einsum("tii->ti", inertia)
     columns = columns[diagonal[0, robot.torque_controlled[columns]] > MASSLESS * diagonal[0].max()]
     joints = robot.torque_controlled[columns]

@@ -9,7 +9,7 @@ import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
-from stribeck.dynamics.momentum import momentum_balance
+from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.observer import decay
 from stribeck.friction_torque.stream import ContactMode, Explained, contact_root, leaves_open, seen_joints
@@ -75,7 +75,7 @@ class LogObserver:
             rows = np.flatnonzero(mode == k)
             part = state.take(rows)
             rooted, root = contact_root(robot, modes[k], part)
-            momentum, change = momentum_balance(rooted, part.position, part.velocity, root)
+            momentum, change = loop_momentum_balance(robot, rooted, part.position, part.velocity, root)
             if leaves_open(robot, modes[k].feet):
                 momentum[:, robot.standing(modes[k].feet)] = np.nan
             signals[:, rows] = momentum, torque[rows] + change, part.velocity, torque[rows]

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stribeck.dynamics.momentum import momentum_balance
+from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.dynamics.state import Orientation, State, root_quaternions
 from stribeck.errors import LogError, SettingsError
@@ -183,7 +183,7 @@ class MomentumObserver:
             return None
         mode = next_mode(self._before.mode if self._before else None, feet)
         rooted, root = contact_root(robot, mode, State(q[None], v[None], np.zeros((1, joints)), turn))
-        momentum, change = momentum_balance(rooted, q[None], v[None], root)
+        momentum, change = loop_momentum_balance(robot, rooted, q[None], v[None], root)
         seen = ~robot.standing(feet) | (not leaves_open(robot, feet))
         return _Instant(mode, seen, momentum[0], effort + change[0], v)
 

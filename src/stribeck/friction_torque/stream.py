@@ -30,6 +30,7 @@ from stribeck.motion import Filter, make_filter
 from stribeck.motion.averaging import Nodes, average_nodes
 from stribeck.motion.filters import sharper_filter
 from stribeck.robot import Robot
+from stribeck.robot.loops import without_loop_forces
 from stribeck.robot.rooting import RootedModel
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings
@@ -411,10 +412,11 @@ def _one_mode(
     wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
     friction, usable = torque - needed, seen_joints(robot, mode.feet, settings)
     if robot.base == "fixed":
-        return friction, usable, np.nan
+        return without_loop_forces(robot, state.position, friction), usable, np.nan
     if measured:
         standing_on = {foot: measured[foot] for foot in mode.feet}
         friction += effect_on_joints(robot, state.position, standing_on, _root_foot(robot, mode), wrench)
+    friction = without_loop_forces(robot, state.position, friction)
     if not leaves_open(robot, mode.feet):
         return friction, usable, wrench
     if measured:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.typing import Array, TorqueSource
+
+if TYPE_CHECKING:
+    from stribeck.robot import Robot
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -124,10 +129,67 @@ class RobotLog:
         torque = self.torque[rows]
         return torque if self.external_torque is None else torque + self.external_torque[rows]
 
+    @staticmethod
+    def from_frame(frame: object, robot: Robot | None = None) -> RobotLog:
+        """Read a log from a table in memory.
+
+        Parameters
+        ----------
+        frame
+            Of pandas, polars or another library with the Arrow interface (`__arrow_c_stream__`). Its columns are named
+            as those of a log in Parquet or CSV; an index that has a name counts as a column.
+        robot
+            Whose joints to read, in whose order, and whose `[log]` settings to follow; the log's own joints if None.
+
+        Raises
+        ------
+        LogError
+            If it is no frame, or lacks joints that the robot has.
+        SettingsError
+            If `[log]` asks for what makes no sense.
+
+        Examples
+        --------
+        >>> import pandas
+        >>> names = [f"{channel}.{joint}" for channel in ("position", "torque") for joint in log.joint_names]
+        >>> values = np.hstack([log.position, log.torque])
+        >>> frame = pandas.DataFrame(values, columns=names, index=pandas.Index(log.time, name="time"))
+        >>> RobotLog.from_frame(frame, robot)
+        RobotLog(12000 samples in 12 s, 3 joints: shoulder, elbow, slide; position, torque)
+        """
+        readers = import_module("stribeck.log.readers")  # which know RobotLog, and are not needed before
+        return cast(RobotLog, readers.read_frame(frame, robot))
+
     def channels(self) -> dict[str, NDArray[np.generic]]:
         """Return the sampled channels that this log has, by name; the first axis of each is time."""
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
+
+    def between(self, start: float | None = None, stop: float | None = None) -> RobotLog:
+        """Return the log from `start` to `stop` [s], both from its begin; None is its begin or its end.
+
+        Raises
+        ------
+        LogError
+            If less than two samples lie there.
+
+        Examples
+        --------
+        >>> log.between(2.0, 10.0)
+        RobotLog(8001 samples in 8 s, 3 joints: shoulder, elbow, slide; position, torque, ...)
+        """
+        stamps = self.time[np.isfinite(self.time)]
+        lasts = float(stamps[-1] - stamps[0]) if len(stamps) else 0.0
+        since = self.time - stamps[0] if len(stamps) else self.time
+        low, high = 0.0 if start is None else start, lasts if stop is None else stop
+        kept = (since >= low) & (since <= high)
+        if np.count_nonzero(kept) < 2:
+            raise LogError(
+                f"{self.path or 'log'}: has {np.count_nonzero(kept)} samples from {low:g} s to {high:g} s after its "
+                f"begin; it lasts {lasts:.6g} s, and expected is a part of that"
+            )
+        note = f"Of the log's {lasts:.6g} s, those from {low:g} s to {high:g} s are used."
+        return replace(self.take(kept), notes=(*self.notes, note))
 
     def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
         """Return the log of these rows alone."""

@@ -32,6 +32,8 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
     if settings.method not in METHODS:
         near = did_you_mean(settings.method, METHODS)
         raise SettingsError(f"method: found '{settings.method}', expected one of {', '.join(METHODS)}{near}")
+    if robot.loops:
+        _refuse_loops(settings)
     method, usual = METHODS[settings.method], flat(Settings())
     defaults = {key: value for key, value in method.defaults(robot).items() if getattr(settings, key) == usual[key]}
     name = settings.law or defaults["law"]
@@ -49,3 +51,19 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
                 f"leave it out, or --set {key}={json.dumps(usual[key])}"
             )
     return method, law, settings.model_copy(update=defaults)
+
+
+def _refuse_loops(settings: Settings) -> None:
+    """Refuse what does not take the forces of closed chains out."""
+    if not METHODS[settings.method].loops:
+        able = " or ".join(method.name for method in METHODS.values() if method.loops)
+        raise SettingsError(
+            f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected --method "
+            f"{able}"
+        )
+    refused = {"double_support": ("guess", "fit"), "standing_legs": ("measured",), "corrections": ("calibration",)}
+    for key in (key for key, values in refused.items() if getattr(settings, key) in values):
+        raise SettingsError(
+            f"[identify] {key} = '{getattr(settings, key)}' takes a robot for a tree, and [[robot.loops]] close it; "
+            "leave it out"
+        )

@@ -25,6 +25,7 @@ from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import FrictionSamples
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.weakness import USUAL, Criteria
+from stribeck.log import RobotLog
 from stribeck.methods.unseen import Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
@@ -53,6 +54,8 @@ class Fitted:
         What the R^2 of the torque is taken from; None where nothing was held out.
     robot, logs
         Without the errors that were found; as they were given where none was.
+    correct
+        Takes the errors of sensors that were found out of another log of the robot; None where none was looked for.
     settings
         Those of the friction torque that is shown, where they are not as the user gave them.
     criteria
@@ -74,6 +77,7 @@ class Fitted:
     robot: Robot
     logs: Sequence[PreparedLog]
     unseen: Unseen | None = None
+    correct: Callable[[RobotLog], RobotLog] | None = None
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
@@ -129,6 +133,8 @@ class Method:
         Of a robot: what takes the place of settings that are left open, the law among them.
     find
         What it does.
+    loops
+        Whether it takes the forces of closed chains out; others refuse robots that have some.
     """
 
     name: str
@@ -136,3 +142,4 @@ class Method:
     laws: Collection[str]
     defaults: Callable[[Robot], Mapping[str, str]]
     find: Find
+    loops: bool = False

@@ -38,7 +38,7 @@ def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Ro
 
 def corrected_log(
     log: RobotLog,
-    number: int,
+    number: int | None,
     robot: Robot,
     columns: NDArray[np.int64],
     corrections: Corrections,
@@ -47,13 +47,14 @@ def corrected_log(
 ) -> RobotLog:
     """Return the log of some number without the errors of gains, zeros, offsets and orientation that were found.
 
-    Its torques are those that come `delay` [s] later; their offsets are the means over all logs.
+    Its torques are those that come `delay` [s] later; their offsets are the means over all logs. One that was not
+    fitted has no number, and keeps its offsets.
     """
     layout = layout_of(corrections)
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
     late = abs(delay) > LEAST_SHIFT * (log.time[1] - log.time[0])
     torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
-    if corrections.log_offsets[0]:
+    if corrections.log_offsets[0] and number is not None:
         torque = torque.copy()
         torque[:, columns] -= corrections.offsets_of_logs(values[layout.part("log_offsets")])[number]
     if not corrections.gains:

@@ -72,4 +72,5 @@ CURVE_FIT = Method(
     laws=ChainMap(LAWS, LAWS_WITH_STATE),
     defaults=lambda _: {"law": "stribeck"},
     find=find,
+    loops=True,
 )

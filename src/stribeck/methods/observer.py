@@ -41,4 +41,5 @@ OBSERVER = Method(
     laws=LAWS,
     defaults=lambda _: {"law": "stribeck", "observer_bandwidth": "auto"},
     find=find,
+    loops=True,
 )

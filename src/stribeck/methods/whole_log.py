@@ -100,8 +100,8 @@ class WholeLog:
         """Names of the joints and couplings that the fit is of."""
         return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
 
-    def corrected(self, log: RobotLog, number: int) -> RobotLog:
-        """Return a log, by its number, without the errors of its sensors that were found."""
+    def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
+        """Return a log, by its number if it was fitted, without the errors of its sensors that were found."""
         corrections, values = self.fit.model.corrections, self.fit.corrections
         return corrected_log(log, number, self.robot, self.columns, corrections, values, self.torque_delay)
 
@@ -356,6 +356,7 @@ def find(
         unseen=_unseen(found, prepared, robot),
         robot=found.robot,
         logs=[replace(part, log=found.corrected(part.log, k)) for k, part in enumerate(prepared)],
+        correct=found.corrected,
         settings=settings.model_copy(update={"standing_legs": True, "double_support": guess}),
         criteria=CRITERIA,
         corrections=found.corrections,
@@ -385,6 +386,8 @@ def usual_corrections(robot: Robot) -> str:
 
     On a fixed base gains and friction trade places; loops of point feet cannot be used with encoder zeros.
     """
+    if robot.loops:  # encoder zeros of a chain that is closed are not independent
+        return "inertia"
     return "calibration" if {contact.kind for contact in robot.contacts.values()} == {"surface"} else "inertia"
 
 
@@ -411,4 +414,5 @@ WHOLE_LOG = Method(
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
     defaults=lambda robot: {"law": AUTO, "corrections": usual_corrections(robot)},
     find=find,
+    loops=True,
 )

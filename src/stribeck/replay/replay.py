@@ -137,6 +137,10 @@ def replay(
         what makes every number wrong.
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    if robot.loops:
+        raise RobotFileError(
+            f"{robot.path}: replay takes a robot for a tree, and [[robot.loops]] close it; leave them out"
+        )
     common = {"filter_torque": True, "averaged_law": False, "double_support": "skip", "standing_legs": False}
     common |= {"observer_bandwidth": None}
     asked = settings or robot.settings

@@ -13,6 +13,7 @@ from stribeck.report.corrections import corrections
 from stribeck.report.figure import house_style
 from stribeck.report.first_screen import first_screen
 from stribeck.report.heading import heading
+from stribeck.report.held_out import held_out
 from stribeck.report.joint_panels import joint_panels
 from stribeck.report.page import Section, render, render_page
 from stribeck.report.reference import NO_REFERENCE, Reference
@@ -69,6 +70,7 @@ def write_report(
             terms(shown),
             *further,
             sides(result, evidence, law),
+            held_out(result),
             corrections(result),
             torque_meaning(evidence.torque_source),
             power(shown),

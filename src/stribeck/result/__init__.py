@@ -5,6 +5,8 @@ from stribeck.result.corrections import BodyCorrection as BodyCorrection
 from stribeck.result.corrections import Corrections as Corrections
 from stribeck.result.coupling import CouplingResult as CouplingResult
 from stribeck.result.evidence import Evidence as Evidence
+from stribeck.result.held_out import HeldOutError as HeldOutError
+from stribeck.result.held_out import HeldOutLog as HeldOutLog
 from stribeck.result.joint import CurvePoint as CurvePoint
 from stribeck.result.joint import JointResult as JointResult
 from stribeck.result.joint import ParameterEstimate as ParameterEstimate

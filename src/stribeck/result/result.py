@@ -17,6 +17,7 @@ from stribeck.finding import Finding
 from stribeck.result.corrections import Corrections
 from stribeck.result.coupling import CouplingResult
 from stribeck.result.evidence import Evidence
+from stribeck.result.held_out import HeldOutLog
 from stribeck.result.joint import JointResult
 from stribeck.result.tables import html_table, parameter_rows, verdict_counts
 from stribeck.settings import describe
@@ -75,6 +76,7 @@ class Result:
     couplings: dict[str, CouplingResult] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     corrections: Corrections | None = None
+    held_out: list[HeldOutLog] = field(default_factory=list)
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
 
@@ -137,6 +139,7 @@ class Result:
             "joints": {name: _joint_to_plain(joint) for name, joint in self.joints.items()},
             **({"couplings": {k: _joint_to_plain(v) for k, v in self.couplings.items()}} if self.couplings else {}),
             **({"corrections": asdict(self.corrections)} if self.corrections else {}),
+            **({"held_out": [asdict(log) for log in self.held_out]} if self.held_out else {}),
             "warnings": self.warnings,
             **({"findings": [asdict(finding) for finding in self.findings]} if self.findings else {}),
         }
@@ -183,6 +186,7 @@ class _Document(TypedDict):
     joints: dict[str, JointResult]
     couplings: NotRequired[dict[str, CouplingResult]]
     corrections: NotRequired[Corrections]
+    held_out: NotRequired[list[HeldOutLog]]
     warnings: list[str]
     findings: NotRequired[list[Finding]]
 

@@ -16,6 +16,7 @@ from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.files import read_text
 from stribeck.robot.actuators import armature_warning, command_gains, motors_of
 from stribeck.robot.kinematics import frame_pose
+from stribeck.robot.loops import Loop, columns_of, loop_groups, passive_of
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
@@ -62,6 +63,8 @@ class Robot:
         In the world, or in the frame of a fixed base [m/s^2], shape (3,).
     torque_source, log_table, settings
         As the robot file says.
+    passive, loops
+        Joints without a motor, which are among those under position control, and what moves them (`robot.loops`).
     motors
         By joint: what its torque is made of, where the log holds currents or torques before the gear.
     command_gains
@@ -93,6 +96,8 @@ class Robot:
     base_frame: str = BASE_FRAME
     gravity: Array
     torque_source: TorqueSource = "link_side_sensor"
+    passive: tuple[str, ...] = ()
+    loops: tuple[Loop, ...] = ()
     motors: dict[str, MotorTable] = field(default_factory=dict)
     command_gains: tuple[Array, Array] | None = None
     couplings: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -216,7 +221,7 @@ class Robot:
         """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
         found = np.empty(len(self.joint_names))
         found[self.tree.columns] = self.tree.model.velocityLimit[self.tree.root_size :]
-        return np.where(found > 0, found, np.inf)
+        return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:
@@ -228,6 +233,16 @@ class Robot:
         """Columns of the joints whose torque is measured (the selection S_tc of (5.3))."""
         given = [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
         return np.array(given, dtype=np.int64)
+
+    @cached_property
+    def passive_columns(self) -> NDArray[np.int64]:
+        """Columns of the passive joints."""
+        return columns_of(self.joint_names, self.passive)
+
+    @cached_property
+    def independent(self) -> NDArray[np.int64]:
+        """Columns of all other joints, whose motion is that of the passive ones too."""
+        return np.setdiff1d(np.arange(len(self.joint_names)), self.passive_columns)
 
     def coefficients(self, joints: Sequence[str], couplings: Sequence[str]) -> Array:
         """Return the coefficients of some joints in some couplings, shape (joints, couplings)."""
@@ -245,12 +260,15 @@ class Robot:
         return self._rooted[contact]
 
     def standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
-        """Return which joints lie between the base and a standing foot, shape (n,)."""
+        """Return which joints lie between the base and a standing foot, or in a loop with one of them, shape (n,)."""
         mask = np.zeros(len(self.joint_names), dtype=bool)
         for foot in feet:
             frame = self.tree.model.frames[self.tree.model.getFrameId(self.contacts[foot].frame)]
             for joint in self.tree.path_to_root(int(frame.parentJoint)):
                 mask[self.tree.column(joint)] = True
+        for group in loop_groups(self):  # the ground's force on a loop acts on all of its joints
+            if mask[list(group)].any():
+                mask[list(group)] = True
         return mask
 
     def foot_pose(self, contact: str, position: Array) -> tuple[Array, Array]:
@@ -315,6 +333,8 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
     wanted = {f"[contacts.{contact.name}] frame": contact.frame for contact in contacts.values()}
     if table.base_frame:
         wanted["[robot] base_frame"] = table.base_frame
+    for loop in table.loops:
+        wanted |= {f"[[robot.loops]] frames, '{frame}' of them,": frame for frame in loop.frames}
     for key, frame in wanted.items():
         if frame not in frames:
             raise RobotFileError(
@@ -339,6 +359,7 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         raise RobotFileError(
             f"{file_of_model}: no link that moves has a mass; expected the masses and inertias of the links"
         )
+    passive_of(tuple(joint_names(model)), table.passive, table.position_controlled, len(table.loops), str(path))
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
     order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
     if np.any(tree.model.armature):
@@ -347,7 +368,9 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         name=table.name or str(model.name),
         tree=tree,
         joint_names=tuple(names[k] for k in order),
-        position_controlled=tuple(table.position_controlled),
+        position_controlled=(*table.position_controlled, *table.passive),
+        passive=tuple(table.passive),
+        loops=tuple(Loop(loop.frames, loop.kind) for loop in table.loops),
         contacts=contacts,
         base_frame=table.base_frame or BASE_FRAME,
         gravity=gravity,

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
+from stribeck.log.readers.columns import source_of_columns
+from stribeck.log.readers.frame import table_of_frame
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.lcm import MAGIC, open_lcm
 from stribeck.log.readers.lerobot import INFO, open_lerobot
@@ -19,7 +21,7 @@ from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.rosbag import open_mcap, open_rosbag
-from stribeck.log.readers.selection import Selection, select
+from stribeck.log.readers.selection import MOTION, Selection, select
 from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
 from stribeck.log.readers.unitree import name_motors
@@ -78,18 +80,36 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     >>> log.torque.shape
     (12000, 3)
     """
-    path = Path(path)
-    table = robot.log_table if robot else LogTable()
-    where = (robot.path if robot else "") or "robot file"
-    check_table(table, where)
-    if robot:
-        check_current(robot)
+    path, (table, where) = Path(path), _settings(robot)
     opener = _opener(path)
     if table.columns and opener is not open_csv:
         raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
-    source, motor_notes = name_motors(opener(path, table), table, robot.joint_names if robot else ())
+    return _read(opener(path, table), robot, table, where, str(path))
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def read_frame(frame: object, robot: Robot | None = None) -> RobotLog:
+    """Read a log from a table in memory: `RobotLog.from_frame`."""
+    table, where = _settings(robot)
+    if table.columns:
+        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
+    return _read(source_of_columns(table_of_frame(frame), table), robot, table, where, "")
+
+
+def _settings(robot: Robot | None) -> tuple[LogTable, str]:
+    """Return the settings of `[log]`, which were checked, and where they stand."""
+    table, where = robot.log_table if robot else LogTable(), (robot.path if robot else "") or "robot file"
+    check_table(table, where)
+    if robot:
+        check_current(robot)
+    return table, where
+
+
+def _read(source: Source, robot: Robot | None, table: LogTable, where: str, path: str) -> RobotLog:
+    """Return the log that a source offers, in the robot's order and in SI units."""
+    source, motor_notes = name_motors(source, table, robot.joint_names if robot else ())
     selection = select(source, table, robot)
-    with errors_about(str(path)), foreign(source.path, "a log"):
+    with errors_about(source.path), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
     time, time_notes = _time(source, loaded.arrays, table)
     channels = _channels(source, selection, loaded.arrays, len(time))
@@ -117,7 +137,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         torque_source=torque_source,
         in_amperes=in_amperes,
         notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
-        path=str(path),
+        path=path,
     )
 
 
@@ -221,6 +241,9 @@ def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None)
     """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
     if "temperature" in channels:
         channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
+    for name in MOTION if robot and robot.passive else ():
+        if name in channels:  # of passive joints, which follow the others
+            channels[name][:, [column < 0 for column in selection.columns[name]]] = np.nan
     joints_by_rows: dict[int, list[str]] = {}
     for joint in robot.position_controlled if robot and "torque" in channels else ():
         torque = channels["torque"][:, selection.joint_names.index(joint)]

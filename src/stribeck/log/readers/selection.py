@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from stribeck.robot import Robot
 
 
+MOTION = ("position", "velocity", "acceleration")
+
+
 @dataclass(frozen=True)
 class Selection:
     """Columns to load of each channel, what they are, and what was decided on the way.
@@ -170,6 +173,8 @@ def _joint_columns(
 ) -> list[int] | None:
     """Return a column a joint, or None where an optional channel does not cover the robot."""
     missing = [joint for joint in joints if joint not in places]
+    if robot is not None and channel in MOTION:  # the passive joints of loops follow the others
+        missing = [joint for joint in missing if joint not in robot.passive]
     needed = channel in ("position", "torque", "desired_position")
     if channel in ("torque", *COMMAND) and robot is not None:
         missing_torque = [joint for joint in missing if joint not in robot.position_controlled]

@@ -1,0 +1,218 @@
+"""Closed chains: the tree with its loop forces taken out is the model in independent coordinates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.loops import LAW, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
+
+from stribeck import identify
+from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
+from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.friction import get_law
+from stribeck.methods.whole_log import identify_whole_log
+from stribeck.preparation import prepare
+from stribeck.robot.loops import closed_log, loop_terms
+from stribeck.settings import FilterSettings, Settings
+
+EXACT = Settings(method="curve-fit", law="coulomb-viscous", filter=FilterSettings(kind="log"), standing_legs=True)
+GRAVITY = 9.81
+
+
+@pytest.fixture(scope="module")
+def parallelogram(tmp_path_factory):
+    robot = robot_of(tmp_path_factory.mktemp("parallelogram"), PARALLELOGRAM, PARALLELOGRAM_FILE)
+    return robot, loop_log(robot, size=1.5)
+
+
+@pytest.fixture(scope="module", params=["fixed", "floating"])
+def ankle(request, tmp_path_factory):
+    robot = leg(tmp_path_factory.mktemp(request.param), request.param)
+    return robot, loop_log(robot)
+
+
+def friction_of(log, column):
+    return LAW.torque(log.velocity[:, column], np.array([TRUTH[parameter.name] for parameter in LAW.parameters]))
+
+
+def test_a_parallelogram_is_its_one_coordinate(parallelogram):
+    """Coupler and rocker: upper = -motor, lower = motor; I a - g sin(q) (m c) is the torque, in closed form."""
+    robot, log = parallelogram
+    motor, upper, lower = (robot.joint_names.index(name) for name in ("motor", "upper", "lower"))
+    q, a = log.position[:, motor], log.acceleration[:, motor]
+    np.testing.assert_allclose(log.position[:, lower], q, atol=1e-9)
+    np.testing.assert_allclose(log.position[:, upper], -q, atol=1e-9)
+    np.testing.assert_allclose(log.acceleration[:, lower], a, atol=1e-9)
+    inertia = (0.003 + 1.5 * 0.2**2) + (0.003 + 1.0 * 0.25**2) + 2.0 * 0.4**2
+    load = GRAVITY * (1.5 * 0.2 + 1.0 * 0.25 + 2.0 * 0.4)
+    wanted = inertia * a - load * np.sin(q) + friction_of(log, motor)
+    np.testing.assert_allclose(log.torque[:, motor], wanted, atol=1e-9)
+    some = log.position[::100]
+    np.testing.assert_allclose(loop_inertia(robot, robot.tree, some)[:, motor, motor], inertia, rtol=1e-9)
+    momentum, change = loop_momentum_balance(robot, robot.tree, some, log.velocity[::100])
+    np.testing.assert_allclose(momentum[:, motor], inertia * log.velocity[::100, motor], atol=1e-9)
+    np.testing.assert_allclose(change[:, motor], load * np.sin(some[:, motor]), atol=1e-6)
+
+
+def test_passive_joints_move_as_their_derivatives_say(ankle):
+    robot, log = ankle
+    step = log.time[1]
+    slope = (log.position[2:] - log.position[:-2]) / (2 * step)
+    np.testing.assert_allclose(log.velocity[1:-1], slope, atol=2e-3 * np.abs(log.velocity).max())
+    slope = (log.velocity[2:] - log.velocity[:-2]) / (2 * step)
+    np.testing.assert_allclose(log.acceleration[1:-1], slope, atol=2e-3 * np.abs(log.acceleration).max())
+    assert np.abs(loop_terms(robot, log.position[::50]).gap).max() < 1e-9
+
+
+def test_the_torques_make_the_motion_by_constrained_dynamics(ankle):
+    """Pinocchio's own constraint solver, with loops and foot as constraints, accelerates the tree as the log does."""
+    robot, log = ankle
+    model, data = robot.tree.model, robot.tree.model.createData()
+    constraints, memory = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    for loop in robot.loops:
+        one, other = (model.frames[model.getFrameId(name)] for name in loop.frames)
+        constraints.append(
+            pin.RigidConstraintModel(
+                pin.ContactType.CONTACT_3D,
+                model,
+                one.parentJoint,
+                one.placement,
+                other.parentJoint,
+                other.placement,
+                pin.ReferenceFrame.LOCAL,
+            )
+        )
+    if robot.base == "floating":
+        sole = model.frames[model.getFrameId("sole")]
+        constraints.append(
+            pin.RigidConstraintModel(
+                pin.ContactType.CONTACT_6D, model, sole.parentJoint, sole.placement, pin.ReferenceFrame.LOCAL
+            )
+        )
+    for constraint in constraints:
+        memory.append(constraint.createData())
+    pin.initConstraintDynamics(model, data, constraints, memory)
+    size, columns = robot.tree.root_size, robot.tree.columns
+    friction = np.zeros_like(log.torque)
+    for column in robot.torque_controlled:
+        friction[:, column] = friction_of(log, column)
+    for k in range(0, len(log.time), 150):
+        q, v, tau = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+        q[model.nq - len(columns) :], v[size:] = log.position[k, columns], log.velocity[k, columns]
+        if size:  # the trunk, as the flat foot has it
+            pin.framesForwardKinematics(model, data, q)
+            q[:7] = pin.SE3ToXYZQUAT(data.oMf[model.getFrameId("sole")].inverse())
+            jacobian = pin.computeFrameJacobian(model, data, q, model.getFrameId("sole"), pin.LOCAL)
+            v[:size] = np.linalg.solve(jacobian[:, :size], -jacobian[:, size:] @ v[size:])
+        tau[size:] = (log.torque - friction)[k, columns]
+        found = pin.constraintDynamics(model, data, q, v, tau, constraints, memory)
+        np.testing.assert_allclose(found[size:], log.acceleration[k, columns], atol=1e-5)
+
+
+def test_the_friction_of_the_motors_is_found(ankle):
+    robot, log = ankle
+    found = identify(log, robot, EXACT)
+    assert set(found.joints) == {"hip", "knee", "motor_left", "motor_right"}
+    for name, joint in found.joints.items():
+        for parameter, value in TRUTH.items():
+            assert joint.parameters[parameter].value == pytest.approx(value, rel=2e-3), (name, parameter)
+
+
+def test_logs_of_the_motors_alone_are_enough(ankle):
+    """Neither positions nor velocities of passive joints: derivatives come from the filter."""
+    robot, log = ankle
+    position = log.position.copy()
+    position[:, robot.passive_columns] = np.nan
+    log = replace(log, position=position, velocity=None, acceleration=None)
+    method = "observer" if robot.base == "fixed" else "curve-fit"
+    found = identify(log, robot, EXACT.model_copy(update={"method": method, "filter": FilterSettings()}))
+    for joint in found.joints.values():
+        assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.03)
+    assert found.evidence is not None
+    notes = " ".join(found.evidence.notes)
+    assert "Positions of the passive joints" in notes
+    assert "Friction of passive joints cannot be told" in notes
+
+
+def test_the_whole_log_knows_loops(ankle):
+    """By the weak form, from positions with an encoder's noise, of the motors alone."""
+    robot, log = ankle
+    generator = np.random.default_rng(0)
+    position = log.position + 2e-5 * generator.normal(size=log.position.shape)
+    position[:, robot.passive_columns] = np.nan
+    torque = log.torque + 0.01 * generator.normal(size=log.torque.shape)
+    log = replace(log, position=position, torque=torque, velocity=None, acceleration=None)
+    settings = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
+    found = identify_whole_log([prepare(log, robot, settings)], robot, get_law("coulomb-viscous"), settings)
+    assert set(found.fits) == {"hip", "knee", "motor_left", "motor_right"}
+    for name, fit in found.fits.items():
+        coulomb = fit.names.index("coulomb")
+        assert fit.values[coulomb] == pytest.approx(TRUTH["coulomb"], rel=5e-3), name
+        assert fit.intervals[coulomb, 0] < TRUTH["coulomb"] < fit.intervals[coulomb, 1]
+
+
+@pytest.mark.parametrize("ankle", ["floating"], indirect=True)
+def test_without_the_loops_the_friction_is_wrong(ankle):
+    """The tree alone lets the motors carry nothing of the weight that the ankle does."""
+    robot, log = ankle
+    found = identify(log, replace(robot, loops=(), passive=()), EXACT, force=True)
+    assert abs(found.joints["motor_left"].parameters["coulomb"].value / TRUTH["coulomb"] - 1) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"method": "direct", "law": None}, "method 'direct' takes a robot for a tree"),
+        ({"double_support": "fit"}, "double_support = 'fit' takes a robot for a tree"),
+        ({"method": "whole-log", "corrections": "calibration"}, "corrections = 'calibration' takes a robot for a tree"),
+        ({"standing_legs": "measured"}, "standing_legs = 'measured' takes a robot for a tree"),
+    ],
+)
+def test_what_knows_trees_alone_is_refused(changed, words, parallelogram):
+    robot, log = parallelogram
+    with pytest.raises(SettingsError) as caught:
+        identify(log, robot, EXACT.model_copy(update=changed))
+    assert words in str(caught.value)
+
+
+def test_loops_that_cannot_close_are_refused(parallelogram):
+    robot, log = parallelogram
+    position = log.position.copy()
+    position[:, robot.passive_columns] = np.nan
+    bent = replace(robot, tree=replace(robot.tree, model=_with_short_rocker(robot.tree.model)))
+    with pytest.raises(LogError, match=r"at 0.000 s the loops of 'coupler_end' and 'rocker_end' cannot be closed: "):
+        closed_log(replace(log, position=position), bent)
+
+
+def _with_short_rocker(model):
+    short = pin.Model(model)
+    short.frames[short.getFrameId("rocker_end")].placement = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.01]))
+    short.frames[short.getFrameId("coupler_end")].placement = pin.SE3(np.eye(3), np.array([1.3, 0.0, 0.0]))
+    return short
+
+
+REFUSED = {
+    "a stranger": ('passive = ["upper", "hip"]', "passive names joint 'hip'"),
+    "no loop": ("", "belong together"),
+    "a frame": ('passive = ["upper", "lower"]', "is not in the model"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_robot_files_whose_loops_make_no_sense(case, tmp_path):
+    line, words = REFUSED[case]
+    text = PARALLELOGRAM_FILE.replace('passive = ["upper", "lower"]', line)
+    if case == "a frame":
+        text = text.replace("rocker_end", "rocker_tip")
+    with pytest.raises(RobotFileError) as caught:
+        robot_of(tmp_path, PARALLELOGRAM, text)
+    assert words in str(caught.value)
+
+
+def test_passive_joints_that_the_loops_leave_free(tmp_path):
+    text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper", "lower", "motor"]')
+    robot = robot_of(tmp_path, PARALLELOGRAM, text)
+    log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
+    with pytest.raises(RobotFileError, match=r"\[\[robot.loops\]\] do not say how lower, motor, upper move"):
+        closed_log(log, robot)

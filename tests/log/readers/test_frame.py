@@ -1,0 +1,75 @@
+"""A frame in memory is read as the file that it could be written to."""
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pytest
+from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log
+
+from stribeck.errors import LogError, SettingsError
+from stribeck.log import RobotLog
+from stribeck.settings import LogTable
+
+LOG = synthetic_log(60)
+FRAMES = pytest.mark.parametrize("make", [pd.DataFrame, pl.DataFrame], ids=["pandas", "polars"])
+
+
+@FRAMES
+def test_every_channel_is_read(make):
+    log = RobotLog.from_frame(make(columns_of(LOG)), StubRobot())
+    assert (log.joint_names, log.foot_names, log.path, log.notes) == (JOINTS, LOG.foot_names, "", ())
+    for name, channel in LOG.channels().items():
+        np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+@FRAMES
+def test_lists_numbers_and_usual_names(make):
+    frame = make({"t": LOG.time, "q": LOG.position.tolist(), "tau_0": LOG.time, "tau_1": LOG.time, "tau_2": LOG.time})
+    log = RobotLog.from_frame(frame, StubRobot())
+    np.testing.assert_array_equal(log.position, LOG.position)
+    np.testing.assert_array_equal(log.torque, np.stack([LOG.time] * 3, axis=1))
+
+
+@FRAMES
+def test_settings_of_the_robot_file_and_missing_values(make):
+    torque = LOG.torque[:, 0].copy()
+    torque[7] = np.nan
+    robot = StubRobot(log_table=LogTable.model_validate({"torque": {"scale": -1.0}, "time": {"name": "when"}}))
+    columns = {"when": pd.to_datetime(1_700_000_000_000_000_000 + np.arange(60) * 2_000_000)} | columns_of(LOG)
+    log = RobotLog.from_frame(make(columns | {"torque.hip": torque}), robot)
+    np.testing.assert_array_equal(log.torque[:, 0], -torque)
+    np.testing.assert_allclose(log.time, LOG.time, atol=1e-9)
+
+
+def test_an_index_with_a_name_is_a_column():
+    frame = pd.DataFrame(columns_of(LOG)).set_index("time")
+    np.testing.assert_array_equal(RobotLog.from_frame(frame, StubRobot()).time, LOG.time)
+    since = frame.set_index(pd.to_timedelta(frame.index, unit="s").rename("time"))
+    np.testing.assert_allclose(RobotLog.from_frame(since, StubRobot()).time, LOG.time, atol=1e-9)
+
+
+@FRAMES
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"position.hip": None}, "no position of joint 'hip'"),
+        ({"torque.hip": ["high"] * 60}, "'torque.hip' holds values of type .*string.*; expected numbers"),
+        ({"time": None}, "holds no time"),
+    ],
+)
+def test_what_a_frame_lacks_is_said_in_one_sentence(make, columns, words):
+    whole = {name: values for name, values in (columns_of(LOG) | columns).items() if values is not None}
+    with pytest.raises(LogError, match=f"^frame: .*{words}"):
+        RobotLog.from_frame(make(whole), StubRobot())
+
+
+@pytest.mark.parametrize("frame", [None, {"time": LOG.time}, LOG.position])
+def test_what_is_no_frame_is_refused_with_its_type(frame):
+    with pytest.raises(LogError, match=f"^frame: is of type '{type(frame).__name__}'; expected a table of pandas"):
+        RobotLog.from_frame(frame, StubRobot())
+
+
+def test_a_frame_has_names_of_its_own():
+    robot = StubRobot(log_table=LogTable(columns=["time"]))
+    with pytest.raises(SettingsError, match=r"\[log\] columns is set"):
+        RobotLog.from_frame(pd.DataFrame(columns_of(LOG)), robot)
