@@ -9,10 +9,10 @@ fit. Each friction has `DRIVES` levers, whose aims, sums of sines, are drawn apa
 prescribed motion, with bristles in its legs. Encoder noise is 2e-5 rad, torque noise 0.05 N m; Coulomb friction
 1.2 N m, viscous friction 0.3 N m s/rad, Stribeck gain 0.3 at 0.15 rad/s, offset 0.2 N m.
 
-Printed are, over the joints that have a fit: the median error of the travel Fc / sigma0 and of the damping sigma1, each
-over the joints whose parameter is identified, how many these are, how many of their 95 % intervals hold the truth, the
-same of the parameters of steady sliding, and the median held-out residual with other laws. With --real, the published
-logs of real robots: verdicts, travels, and held-out residuals over those without friction.
+Printed are, over the joints that have a fit, of the travel Fc / sigma0, of the damping sigma1 and of the parameters of
+steady sliding: how many are identified, their median error, and how many of their 95 % intervals cover; and the median
+held-out residual with other laws. With --real, the published logs of real robots: verdicts, travels, and held-out
+residuals over those without friction.
 """
 
 from __future__ import annotations

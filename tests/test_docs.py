@@ -388,9 +388,10 @@ def test_what_lugre_finds_is_the_studys() -> None:
     by = {each["friction"]: each for each in found["simulated"]}
     assert list(by) == [*lugre.FRICTIONS, lugre.WALK]
     for kind in ("LuGre, 300 N m/rad", lugre.WALK):
-        assert by[kind]["travel"]["identified"] == by[kind]["travel"]["of"]
+        assert by[kind]["travel"]["identified"] > 0.7 * by[kind]["travel"]["of"]
         assert by[kind]["travel"]["error"] < 5
         assert by[kind]["held_out"]["lugre"] < 0.5 * by[kind]["held_out"]["stribeck"]
+    assert by[lugre.NONE]["travel"]["identified"] == 0
 
 
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
