@@ -58,6 +58,14 @@ def test_one_joint(write, tmp_path):
 
 
 @WRITERS
+def test_usual_names(write, tmp_path):
+    contents = {"t": LOG.time, "q": LOG.position.T, "tau": LOG.torque.T}
+    read = read_log(write(tmp_path, contents), StubRobot())
+    np.testing.assert_array_equal(read.position, LOG.position)
+    np.testing.assert_array_equal(read.torque, LOG.torque)
+
+
+@WRITERS
 def test_structs_are_reached_by_name(write, tmp_path):
     contents = {"t": LOG.time, "robot": {"q": LOG.position, "dynamics": {"tau": 1e3 * LOG.torque}}}
     table = {
