@@ -126,7 +126,7 @@ def test_a_log_of_another_robot_is_refused(desk: dict[str, Any]) -> None:
 
 def test_inspect_and_replay_take_a_part(desk: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     log, robot = str(desk["paths"][0]), ["--robot", str(desk["file"]), "--json"]
-    assert run("inspect", log, *robot, "--from", "1", "--from", "0.2") == 0
+    assert run("inspect", log, *robot, "--from", "1", "--to", "5") == 0
     assert json.loads(capsys.readouterr().out)["duration"] == pytest.approx(4.0)
     part = ["--from", "1", "--to", "5", "--model", desk["robot"].model_path]
     assert run("replay", log, *robot, *part) == 0
