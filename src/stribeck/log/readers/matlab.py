@@ -60,7 +60,8 @@ def open_matlab(path: Path, table: LogTable) -> Source:
         raise LogError(f"{path}: holds no arrays; expected at least 'position' and 'torque'")
     if is_telemetry(variables):
         whole = {name: partial(_whole, str(path), variable) for name, variable in variables.items()}
-        return open_telemetry(str(path), whole, texts, table)
+        with foreign(str(path), "a log of YARP"):
+            return open_telemetry(str(path), whole, texts, table)
     asked = table.time.name or ("time", *ALIASES["time"])
     time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
     samples = max(variables[time].shape) if time else None
