@@ -126,6 +126,7 @@ REFUSED = [
     ("another day", both(torque=joints(LOG.torque, LOG.time + 100)), {}, "have no time in common"),
     ("too slow", both(torque={k: v[::20] for k, v in joints(LOG.torque).items()}), {}, "at 25 Hz, .* at 500 Hz"),
     ("nanoseconds", both(torque=joints(LOG.torque, 1e18 + LOG.time)), {}, "up to 1e.18 s; expected seconds"),
+    ("names alone", both(torque={name: [] for name in joints(LOG.torque)}), {}, r"torque\.csv: has names of columns"),
     ("a file short of times",
      {"position.csv": LOG.position, "torque.csv": LOG.torque[:9], "time.csv": LOG.time[:, None]}, {},
      r"torque\.csv: has 9 rows and no time, 'time.csv' has 200; expected as many"),

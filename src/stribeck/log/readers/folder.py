@@ -89,6 +89,8 @@ def open_folder(path: Path, table: LogTable) -> Source:
     parts: dict[str, list[tuple[Stream, str, int]]] = {}
     nameless: dict[str, list[str]] = {}
     for file in files:
+        if file.labels and not file.rows:
+            raise LogError(f"{path / file.name}: has names of columns and no rows; expected a row a sample")
         stamps = file.stamps if file.stamps is not None else _stamps_of(file, clock, files, table, path, notes)
         for kind in dict.fromkeys(KINDS[channel] for channel in file.labels):
             values = {channel: array for channel, array in file.values.items() if KINDS[channel] == kind}
