@@ -40,7 +40,8 @@ ABOVE: dict[str, set[str]] = {
         "motion",
         "robot",
     },
-    "planning": GROUND | {"planning", "equations", "identification", "dynamics", "friction", "result", "robot"},
+    "planning": GROUND
+    | {"planning", "preparation", "equations", "identification", "dynamics", "friction", "result", "robot"},
     "export": GROUND | {"export", "friction", "result", "robot"},
     "report": GROUND | {"report", "friction", "result"},
 }

@@ -160,6 +160,44 @@ def test_a_log_as_it_should_be_is_left_as_it_is(logs: Callable[[str], RobotLog],
     assert robot.base == "fixed"
 
 
+def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log, robot = logs("talos"), Robot.from_model("package:talos_reduced", base="fixed")
+    without = dict.fromkeys(("base_orientation", "angular_velocity", "linear_acceleration", "contact", "foot_wrench"))
+    bare = replace(log, **without, foot_names=())
+    stands, _ = drafted("package:talos_reduced", written(bare, tmp_path / "log.npz"), tmp_path)
+    assert stands.base == "floating"
+    truth = dict.fromkeys(robot.joint_names, STRIBECK)
+    hanging, _ = exact_log(robot, get_law("stribeck"), truth, duration=4.0, rate=250.0)
+    hangs, _ = drafted("package:talos_reduced", written(hanging, tmp_path / "log.npz"), tmp_path)
+    assert hangs.base == "fixed"
+
+
+def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
+    model = tmp_path / "free.xml"
+    model.write_text(
+        '<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".2 .2 .1" mass="9"/>'
+        '<body name="arm"><joint name="elbow" axis="0 1 0" range="-90 90"/><geom type="capsule" fromto="0 0 0 .3 0 0" '
+        'size=".02" mass="1"/></body></body></worldbody></mujoco>'
+    )
+    time = np.arange(1000) / 200
+    path = tmp_path / "log.npz"
+    np.savez(path, time=time, position=np.sin(time)[:, None], torque=1.5 * np.cos(np.sin(time))[:, None])
+    robot, text = drafted(model, path, tmp_path)
+    assert robot.base == "fixed"
+    assert "TODO: is the base clamped?" in text
+    with_orientation = np.tile([0.0, 0, 0, 1], (1000, 1))
+    np.savez(
+        path,
+        time=time,
+        position=np.sin(time)[:, None],
+        torque=1.5 * np.cos(np.sin(time))[:, None],
+        base_orientation=with_orientation,
+    )
+    robot, text = drafted(model, path, tmp_path)
+    assert robot.base == "floating"
+    assert "TODO: which frames of the model are feet?" in text
+
+
 def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) -> None:
     log, robot = logs("ur5"), example_robot("ur5")
     noise = np.random.default_rng(0).normal(size=log.torque.shape)

@@ -2,14 +2,18 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.loops import LAW, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
+from tests.loops import LAW, MJCF, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
 
-from stribeck import identify
+from stribeck import Robot, identify, inspect_log
 from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
 from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.friction import get_law
+from stribeck.methods.whole_log import identify_whole_log
+from stribeck.preparation import prepare
 from stribeck.robot.loops import closed_log, loop_terms
 from stribeck.settings import FilterSettings, Settings
 
@@ -50,6 +54,34 @@ def test_a_parallelogram_is_its_one_coordinate(parallelogram):
     momentum, change = loop_momentum_balance(robot, robot.tree, some, log.velocity[::100])
     np.testing.assert_allclose(momentum[:, motor], inertia * log.velocity[::100, motor], atol=1e-9)
     np.testing.assert_allclose(change[:, motor], load * np.sin(some[:, motor]), atol=1e-6)
+
+
+def test_the_loop_of_an_mjcf_is_that_of_mujoco(tmp_path):
+    """Its frames are read from <connect>, and MuJoCo, which solves for the constraint, accelerates the motor alike."""
+    (tmp_path / "robot.xml").write_text(MJCF)
+    text = PARALLELOGRAM_FILE.replace("model.urdf", "robot.xml")
+    (tmp_path / "tree.toml").write_text(text[: text.index("passive")])
+    (warning,) = [each for each in Robot.from_file(tmp_path / "tree.toml").warnings if "equality" in each]
+    assert warning.endswith("the tree alone is modelled; [[robot.loops]] frames = ['pin.1', 'pin.2'] close it")
+    text = text.replace("coupler_end", "pin.1").replace("rocker_end", "pin.2")
+    (tmp_path / "robot.toml").write_text(text)
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    assert not robot.warnings
+    own = loop_log(robot, duration=2.0, size=1.5)
+    motor = robot.joint_names.index("motor")
+    model = mujoco.MjModel.from_xml_string(MJCF)
+    data = mujoco.MjData(model)
+    for k in range(0, len(own.time), 100):
+        found = []
+        for given_way in (1e-4, 1e-3):  # MuJoCo's constraints are soft: none at all is beyond the stiffest
+            model.eq_solimp[0, :2] = 1 - given_way
+            for column, name in enumerate(robot.joint_names):
+                data.joint(name).qpos[:], data.joint(name).qvel[:] = own.position[k, column], own.velocity[k, column]
+            data.joint("motor").qfrc_applied[:] = own.torque[k, motor] - friction_of(own, motor)[k]
+            mujoco.mj_forward(model, data)
+            found.append(np.array([data.joint(name).qacc[0] for name in robot.joint_names]))
+        rigid = found[0] + (found[0] - found[1]) / 9
+        np.testing.assert_allclose(rigid, own.acceleration[k], atol=1e-4 * np.abs(own.acceleration).max())
 
 
 def test_passive_joints_move_as_their_derivatives_say(ankle):
@@ -132,6 +164,37 @@ def test_logs_of_the_motors_alone_are_enough(ankle):
     assert "Friction of passive joints cannot be told" in notes
 
 
+def test_the_whole_log_knows_loops(ankle):
+    """By the weak form, from positions with an encoder's noise, of the motors alone."""
+    robot, log = ankle
+    generator = np.random.default_rng(0)
+    position = log.position + 2e-5 * generator.normal(size=log.position.shape)
+    position[:, robot.passive_columns] = np.nan
+    torque = log.torque + 0.01 * generator.normal(size=log.torque.shape)
+    log = replace(log, position=position, torque=torque, velocity=None, acceleration=None)
+    settings = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
+    found = identify_whole_log([prepare(log, robot, settings)], robot, get_law("coulomb-viscous"), settings)
+    assert set(found.fits) == {"hip", "knee", "motor_left", "motor_right"}
+    for name, fit in found.fits.items():
+        coulomb = fit.names.index("coulomb")
+        assert fit.values[coulomb] == pytest.approx(TRUTH["coulomb"], rel=5e-3), name
+        assert fit.intervals[coulomb, 0] < TRUTH["coulomb"] < fit.intervals[coulomb, 1]
+
+
+@pytest.mark.parametrize("ankle", ["fixed"], indirect=True)
+def test_a_file_of_the_motors_alone_is_read(ankle, tmp_path):
+    robot, log = ankle
+    names = np.array(log.joint_names)[robot.independent]
+    motors = {name: getattr(log, name)[:, robot.independent] for name in ("position", "velocity", "torque")}
+    np.savez(tmp_path / "log.npz", time=log.time, joint_names=names, **motors)
+    prepared = prepare(tmp_path / "log.npz", robot, EXACT)
+    np.testing.assert_allclose(prepared.log.position, log.position, atol=1e-9)
+    np.testing.assert_allclose(prepared.log.velocity, log.velocity, atol=1e-9)
+    shown = inspect_log(tmp_path / "log.npz", robot, Settings())
+    assert set(shown.joints) == {"hip", "knee", "motor_left", "motor_right"}
+    assert any("are those that close the loops" in note for note in shown.notes)
+
+
 @pytest.mark.parametrize("ankle", ["floating"], indirect=True)
 def test_without_the_loops_the_friction_is_wrong(ankle):
     """The tree alone lets the motors carry nothing of the weight that the ankle does."""
@@ -145,6 +208,7 @@ def test_without_the_loops_the_friction_is_wrong(ankle):
     [
         ({"method": "direct", "law": None}, "method 'direct' takes a robot for a tree"),
         ({"double_support": "fit"}, "double_support = 'fit' takes a robot for a tree"),
+        ({"method": "whole-log", "corrections": "calibration"}, "corrections = 'calibration' takes a robot for a tree"),
         ({"standing_legs": "measured"}, "standing_legs = 'measured' takes a robot for a tree"),
     ],
 )

@@ -127,6 +127,7 @@ def test_a_guess_is_the_median_of_the_others(result: Result) -> None:
     ("arguments", "said"),
     [
         ({"joints": ["knee"]}, "plan: joint 'knee' is not in the result; it has shoulder, elbow, slide"),
+        ({"duration": 1.0}, "plan: the duration is 1 s; expected 10 to 3600 s"),
         ({"held": "up"}, "plan: held is 'up'; expected an axis of the base, one of x, -x, y, -y, z, -z"),
     ],
 )
@@ -145,15 +146,39 @@ def test_a_result_without_its_table_is_refused(out: Path, tmp_path: Path) -> Non
         plan(tmp_path / "result.json", out / "robot.toml")
 
 
-def test_the_command_writes_the_plan_once(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["plan", str(out), "-r", str(out / "robot.toml"), "-o", str(tmp_path / "new")]
+def test_the_command_writes_plan_and_trajectory_once(
+    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [
+        "plan",
+        str(out),
+        "-r",
+        str(out / "robot.toml"),
+        "-o",
+        str(tmp_path / "new"),
+        "--duration",
+        "10",
+        "--joints",
+        "slide",
+    ]
     app(words, standalone_mode=False)
     shown = capsys.readouterr().out
     assert "slide: weak: the present motion would do in" in shown
-    assert json.loads((tmp_path / "new/plan.json").read_text())["schema"] == 1
+    assert "a log of the trajectory, 10 s, promises: slide ±" in shown
+    document = json.loads((tmp_path / "new/plan.json").read_text())
+    assert list(document["trajectory"]["promise"]) == ["slide"]
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {"plan.json", "trajectory.csv", "trajectory.mcap"}
     with pytest.raises(SettingsError, match=r"plan\.json: is there already; name another output, or add --overwrite"):
         app(words, standalone_mode=False)
-    app([*words, "--overwrite"], standalone_mode=False)
+
+
+def test_a_base_that_moves_gets_no_trajectory_unless_it_is_held(out: Path) -> None:
+    robot = Robot.from_model(out / "arm.urdf", base="floating")
+    walking = plan(out / "result.json", robot, duration=10.0)
+    assert walking.trajectory is None
+    assert walking.notes[-1].startswith("no trajectory: the base moves; --held says")
+    lying = plan(out / "result.json", robot, joints=["slide"], held="-x", duration=10.0)
+    assert lying.trajectory is not None
 
 
 def test_a_held_robot_feels_gravity_along_the_axis_that_points_down() -> None:

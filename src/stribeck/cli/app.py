@@ -65,7 +65,7 @@ ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log tha
 FromOption = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use each LOG from here on.")]
 ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use each LOG up to here.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
-PLAN = "plan.json"
+PLAN, TRAJECTORY = "plan.json", ("trajectory.csv", "trajectory.mcap")
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -271,35 +271,43 @@ def export(
 def plan(
     result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
     robot: RobotOption,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for plan.json.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for plan.json and a trajectory.")
+    ] = None,
     joints: Annotated[
         str | None, typer.Option(help="Joints to plan for, a,b,c; weak or not excited ones if none.")
     ] = None,
-    held: Annotated[str, typer.Option(help="Axis of a floating base that points up: x, -x, y, -y, z or -z.")] = "z",
+    held: Annotated[
+        str | None, typer.Option(help="A floating base hangs or lies, this axis of it up: x, -x, y, -y, z or -z.")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Length of the trajectory [s].")] = 60.0,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Say which motion would make the friction of weak joints known, and how long it takes."""
+    """Say which motion would make the friction of weak joints known, and write the trajectory of it."""
+    from stribeck.planning.files import write_csv, write_message
     from stribeck.planning.plan import plan as run
     from stribeck.robot import Robot
 
     file = _result_file(result)
-    outputs = [output / PLAN] if output else []
+    outputs = [output / name for name in (PLAN, *TRAJECTORY)] if output else []
     machine = Robot.from_file(robot)
     check_outputs(outputs, [file, *_files_of(robot)], overwrite)
     asked = None if joints is None else [name.strip() for name in joints.split(",")]
     with progress_bar(quiet) as progress:
-        progress("planning", 0.1)
-        found = run(file, machine, joints=asked, held=held)
+        found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
+            if found.trajectory:
+                write_csv(found.trajectory, staging / TRAJECTORY[0])
+                write_message(found.trajectory, staging / TRAJECTORY[1])
     if json:
         typer.echo(found.to_json(), nl=False)
     elif not quiet:
         console.print_plan(found)
-        console.print_paths(outputs)
+        console.print_paths(outputs if found.trajectory else outputs[:1])
 
 
 @app.command()

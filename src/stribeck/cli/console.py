@@ -267,7 +267,7 @@ def print_plan(found: Plan) -> None:
     if not found.joints:
         print("nothing to plan: no joint is weak or not excited")
         return
-    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "± of the\nfriction", "enough\nfrom [s]")
+    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "friction\nto within", "enough\nfrom [s]")
     table = _table(f"{found.robot}: what a log of each motion would say", ["joint", "motion"], numbers)
     for name, joint in found.joints.items():
         for k, one in enumerate(joint.candidates):
@@ -279,15 +279,24 @@ def print_plan(found: Plan) -> None:
                 speed + " m/s" * (joint.unit == "m/s"),
                 str(one.reversals),
                 f"{one.duration:.0f}",
-                f"{100 * one.relative_width:.2g} %" if one.relative_width < MOST_WIDTH else "unknown",
+                _within(one.relative_width),
                 "" if one.needed is None else f"{one.needed:.0f}",
                 end_section=k == len(joint.candidates) - 1,
             )
     console = _show(table, found.joints)
     for name, joint in found.joints.items():
         console.print(f"{name}: {joint.verdict}: {joint.advice}", markup=False)
+    if found.trajectory:
+        said = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
+        console.print(f"a log of the trajectory, {found.trajectory.duration:.0f} s, promises: {said}", markup=False)
+        used = ", ".join(f"{share:.0%} of the {name} limits" for name, share in found.trajectory.used.items() if share)
+        console.print(f"it uses {used}", markup=False)
     for note in found.notes:
         console.print(f"note: {note}", markup=False)
+
+
+def _within(width: float) -> str:
+    return f"± {100 * width:.2g} %" if width < MOST_WIDTH else "unknown"
 
 
 def print_replay(found: Replay) -> None:

@@ -182,14 +182,17 @@ class WeakForm:
                 smooth(turn.quaternion), smooth(turn.angular_velocity), smooth(turn.angular_acceleration)
             )
         smoothed = State(smooth(state.position), smooth(state.velocity), acceleration, turn)
+        rows = np.arange(mode.rooted.root_size + len(self.robot.joint_names)) if self.robot.loops else mode.rows
         own = np.eye(len(mode.rows))[:, len(mode.rows) - len(self.joints) :]
         found = []
         if self.corrections.bodies:
             root = mode.root(smoothed)
-            found.append(inertia_regressors(self.robot, mode.rooted, mode.rows, smoothed, root))
+            found.append(inertia_regressors(self.robot, mode.rooted, rows, smoothed, root))
+            if self.robot.loops:
+                found[-1] = mode.used(smoothed.position, found[-1])
         if self.corrections.gains:
             found.append(smooth(torque)[:, None] * own)
-            found.append(zero_regressors(mode.rooted, mode.rows, smoothed, mode.root))
+            found.append(zero_regressors(mode.rooted, rows, smoothed, mode.root))
         if self.corrections.delays:
             found.append(-(own @ smooth(np.gradient(torque, self.period, axis=0))[:, :, None]))
         if self.corrections.delays > 1:

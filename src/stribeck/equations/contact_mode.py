@@ -21,6 +21,7 @@ from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root,
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
+from stribeck.robot.loops import without_loop_forces
 from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
 
@@ -79,10 +80,21 @@ class ContactMode:
         """
         motion = state.position, state.velocity, state.acceleration
         wrench, needed = rooted_inverse_dynamics(self.rooted, *motion, self.root(state))
-        joints = (torque - needed)[:, self.joints]
+        joints = without_loop_forces(self.robot, state.position, torque - needed)[:, self.joints]
         if measured is not None:
             return np.hstack([measured - wrench, joints])
         return joints if self.foot or not self.rooted.floating else np.hstack([-wrench, joints])
+
+    def used(self, position: Array, of_all: Array) -> Array:
+        """Return the rows that are used of those of the root and all joints, shape (K, r + n, c) -> (K, rows, c).
+
+        Forces of closed chains are taken out on the way (`robot.loops`).
+        """
+        if self.robot.loops:
+            size = self.rooted.root_size
+            joints = without_loop_forces(self.robot, position, of_all[:, size:])
+            of_all = np.concatenate([of_all[:, :size], joints], axis=1)
+        return np.asarray(of_all[:, self.rows])
 
     def jacobian(self, position: Array) -> Array:
         """Return the Jacobian of the feet, foot by foot in its own frame, shape (T, c, 6 + all joints)."""
@@ -101,15 +113,17 @@ class ContactMode:
     def unknowns(self, position: Array, jacobian: Array | None) -> Array | None:
         """Return what unknown forces, or accelerations of a flying root, do to the rows, shape (K, u, rows), if any."""
         if self.flies:
-            return inertia_matrix(self.rooted, position)[:, :6, self.rows]
-        return None if jacobian is None else jacobian[:, :, self.rows]
+            jacobian = inertia_matrix(self.rooted, position)[:, :6]
+        if jacobian is None or not self.robot.loops:
+            return None if jacobian is None else jacobian[:, :, self.rows]
+        return self.used(position, jacobian.transpose(0, 2, 1)).transpose(0, 2, 1)
 
     def responses(self, position: Array, jacobian: Array | None) -> tuple[Array, Array]:
         """Return the response of the rows to errors of joint and root accelerations, (K, rows, n), (K, rows, 6 or 0).
 
         A root that does not itself stand moves as the joints and the standing points make it.
         """
-        inertia = inertia_matrix(self.rooted, position)[:, self.rows]
+        inertia = self.used(position, inertia_matrix(self.rooted, position))
         size = self.rooted.root_size
         encoder, root = inertia[:, :, size:], inertia[:, :, :size]
         if jacobian is not None and not self.foot:

@@ -61,8 +61,8 @@ def _refuse_loops(settings: Settings) -> None:
             f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected --method "
             f"{able}"
         )
-    if settings.double_support != "skip" or settings.standing_legs == "measured":
-        key = "double_support" if settings.double_support != "skip" else "standing_legs"
+    refused = {"double_support": ("guess", "fit"), "standing_legs": ("measured",), "corrections": ("calibration",)}
+    for key in (key for key, values in refused.items() if getattr(settings, key) in values):
         raise SettingsError(
             f"[identify] {key} = '{getattr(settings, key)}' takes a robot for a tree, and [[robot.loops]] close it; "
             "leave it out"

@@ -386,6 +386,8 @@ def usual_corrections(robot: Robot) -> str:
 
     On a fixed base gains and friction trade places; loops of point feet cannot be used with encoder zeros.
     """
+    if robot.loops:  # encoder zeros of a chain that is closed are not independent
+        return "inertia"
     return "calibration" if {contact.kind for contact in robot.contacts.values()} == {"surface"} else "inertia"
 
 
@@ -412,4 +414,5 @@ WHOLE_LOG = Method(
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
     defaults=lambda robot: {"law": AUTO, "corrections": usual_corrections(robot)},
     find=find,
+    loops=True,
 )

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.identification.judgement.curve import WIDEST, relative_width
-from stribeck.identification.judgement.excitation import MIN_BLOCKS
+from stribeck.identification.judgement.excitation import MIN_BLOCKS, MIN_REVERSALS
 from stribeck.identification.judgement.weakness import CLEARED
 from stribeck.planning.assumed import AssumedFriction
-from stribeck.planning.information import Dynamics, covariances, expected_curve
+from stribeck.planning.information import Dynamics, covariances, expected_curve, width_of
 from stribeck.planning.motions import DURATION, PERIOD, Motion, Reach, motions_of
 from stribeck.planning.present import PresentMotion, fixed_part, shrinking_share, unit_information
 from stribeck.result import CurvePoint
@@ -156,8 +156,9 @@ def _of_pace(
 def _candidate(
     name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: tuple[CurvePoint, ...]
 ) -> Candidate:
-    width = relative_width(curve)
-    needed = max(duration * (width / WIDEST) ** 2, float(MIN_BLOCKS))
+    width = width_of(curve)
+    turning = duration * MIN_REVERSALS / max(reversals, 1)
+    needed = max(duration * (width / WIDEST) ** 2, float(MIN_BLOCKS), turning)
     return Candidate(
         motion=name,
         slowest=slowest,

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from stribeck.friction import get_law
 from stribeck.friction.law import Parameter, unit_for
-from stribeck.friction.terms import BASE, LADDER
+from stribeck.friction.terms import BASE, BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import SPEEDS
 from stribeck.identification.judgement.speed import top_speed
-from stribeck.result import JointResult, ParameterEstimate
+from stribeck.result import JointResult, ParameterEstimate, law_slopes, law_values
 from stribeck.settings import Priors
 from stribeck.typing import Array
 
-STEP = 1e-4
-"""Of differences, relative to a parameter, or to 1 where that is smaller [1]."""
+BEYOND = {parameter.name for parameter in BEYOND_VELOCITY}
+"""Names of parameters of friction that is no function of velocity alone."""
 
 CONSTANT = ("temperature", "drift")
 """Terms whose covariate no motion can choose: they are taken to be known."""
@@ -82,24 +82,40 @@ class AssumedFriction:
 
     def columns(self, velocity: Array, acceleration: Array, load: Array | None, position: Array | None) -> Array:
         """Return the derivatives of the friction torque by the coordinates, shape (T, k)."""
-        found = np.empty((len(velocity), len(self.names)))
-        for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
+        law, names = get_law(self.joint.law), list(self.joint.parameters)
+        found = (
+            law.jacobian(velocity, self._law_values) @ self._law_slopes[:, [names.index(name) for name in self.names]]
+        )
+        for k, name in enumerate(self.names):
             if name == "armature":
                 found[:, k] = acceleration
-                continue
-            step = STEP * max(abs(self.values[k]), STEP)
-            ends = [self._changed(name, sign * step).friction(velocity, load, 0.0, position) for sign in (1, -1)]
-            found[:, k] = (ends[0] - ends[1]) / (2 * step) * unit
-        return found
+            elif name in BEYOND:  # in which friction is linear
+                ends = [
+                    self._with(name, self.joint.parameters[name].value + each).friction(velocity, load, 0.0, position)
+                    for each in (1, 0)
+                ]
+                found[:, k] = ends[0] - ends[1]
+        return np.asarray(found * self.units)
+
+    @cached_property
+    def _law_values(self) -> Array:
+        values = law_values(get_law(self.joint.law), {name: own.value for name, own in self.joint.parameters.items()})
+        assert values is not None, "a joint with a curve has what its law needs"
+        return values
+
+    @cached_property
+    def _law_slopes(self) -> Array:
+        return law_slopes(get_law(self.joint.law), {name: own.value for name, own in self.joint.parameters.items()})
+
+    def _with(self, name: str, value: float) -> JointResult:
+        own = replace(self.joint.parameters[name], value=value)
+        return replace(self.joint, parameters={**self.joint.parameters, name: own})
 
     def moves(self, velocity: Array) -> NDArray[np.bool_]:
         """Return which samples are not at rest, shape (T,)."""
-        rest = self.rest if get_law(self.joint.law).jumps else 0.0
-        return np.asarray(np.abs(velocity) >= rest * top_speed(velocity))
-
-    def _changed(self, name: str, change: float) -> JointResult:
-        own = self.joint.parameters[name]
-        return replace(self.joint, parameters={**self.joint.parameters, name: replace(own, value=own.value + change)})
+        if not get_law(self.joint.law).jumps:
+            return np.ones(len(velocity), dtype=bool)
+        return np.asarray(np.abs(velocity) >= self.rest * top_speed(velocity))
 
     def curve(self, speed: float) -> tuple[Array, Array, Array]:
         """Return speeds, friction there and its derivatives by the coordinates, shapes (3,), (3,) and (3, k).

@@ -25,12 +25,16 @@ from stribeck.dynamics.rooted import RootMotion
 from stribeck.dynamics.state import State
 from stribeck.equations.constants import BOXES, LONGEST_SEGMENT, WINDOW_LENGTH
 from stribeck.equations.regressors import inertia_regressors
+from stribeck.identification.judgement.curve import relative_width
 from stribeck.identification.whole_log.model.bodies import bodies_of
 from stribeck.planning.assumed import AssumedFriction
 from stribeck.result import CurvePoint
 from stribeck.robot import Robot
 from stribeck.settings import Priors
 from stribeck.typing import Array
+
+UNKNOWN = 1e6
+"""Half of an interval over the value [1] of friction that is zero, as far as is known."""
 
 COARSE = 0.02
 """Time between samples at which bodies are looked at [s]."""
@@ -98,7 +102,39 @@ def covariances(
     """
     coarse = max(1, round(COARSE / period))
     regressor = dynamics.regressor(state.take(slice(None, None, coarse)), list(friction))
-    regressor = np.repeat(regressor, coarse, axis=0)[: len(state.position)]
+    places = np.arange(len(state.position)) / coarse
+    first = np.minimum(places.astype(int), len(regressor) - 2)
+    share = (places - first)[:, None, None]
+    regressor = (1 - share) * regressor[first] + share * regressor[first + 1]
+    matrix, sizes = _precision(regressor, dynamics, state, friction, noise, period)
+    scale = 1 / np.sqrt(np.diag(matrix))
+    covariance = scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
+    edges = np.cumsum([0, *sizes]).tolist()
+    return [covariance[first:last, first:last] for first, last in pairwise(edges)]
+
+
+def log_volume(
+    regressor: Array,
+    dynamics: Dynamics,
+    state: State,
+    friction: Mapping[int, AssumedFriction],
+    noise: Mapping[int, float],
+    period: float,
+) -> float:
+    """Return the log of the volume of the uncertainty of all friction coordinates, over their number."""
+    matrix, sizes = _precision(regressor, dynamics, state, friction, noise, period)
+    return float(-np.linalg.slogdet(matrix)[1] / sum(sizes))
+
+
+def _precision(
+    regressor: Array,
+    dynamics: Dynamics,
+    state: State,
+    friction: Mapping[int, AssumedFriction],
+    noise: Mapping[int, float],
+    period: float,
+) -> tuple[Array, list[int]]:
+    """Return the precision of all joints' friction coordinates, bodies fitted along, and how many each joint has."""
     bodies = np.eye(dynamics.directions.shape[1])
     crossed, blocks = [], []
     for k, (column, assumed) in enumerate(friction.items()):
@@ -109,16 +145,8 @@ def covariances(
         blocks.append(phi.T @ phi + np.diag(assumed.precision))
         crossed.append(phi.T @ of_bodies)
         bodies += of_bodies.T @ of_bodies
-    return _marginal(blocks, np.vstack(crossed), bodies)
-
-
-def _marginal(blocks: list[Array], across: Array, bodies: Array) -> list[Array]:
-    """Return the blocks of the covariance of friction when bodies are fitted along."""
-    matrix = block_diag(*blocks) - across @ np.linalg.solve(bodies, across.T)
-    scale = 1 / np.sqrt(np.diag(matrix))
-    covariance = scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
-    edges = np.cumsum([0, *(len(block) for block in blocks)]).tolist()
-    return [covariance[first:last, first:last] for first, last in pairwise(edges)]
+    across = np.vstack(crossed)
+    return block_diag(*blocks) - across @ np.linalg.solve(bodies, across.T), [len(block) for block in blocks]
 
 
 def averaged(columns: Array, period: float) -> Array:
@@ -147,6 +175,11 @@ def expected_curve(
         )
         for v, r, e, h in zip(speeds, values, errors, half, strict=True)
     )
+
+
+def width_of(curve: tuple[CurvePoint, ...]) -> float:
+    """Return half of the 95 % interval over the value [1], as the verdicts have it, `UNKNOWN` at most."""
+    return min(relative_width(curve), UNKNOWN)
 
 
 def quantile(duration: float) -> float:

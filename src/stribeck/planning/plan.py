@@ -9,18 +9,24 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.errors import SettingsError
-from stribeck.planning.advice import JointAdvice, advise
+from stribeck.errors import SettingsError, did_you_mean
+from stribeck.planning.advice import LONGEST, JointAdvice, advise
 from stribeck.planning.assumed import AssumedFriction, guess
+from stribeck.planning.collision import load_self_collision
 from stribeck.planning.information import dynamics_of
 from stribeck.planning.motions import Reach
 from stribeck.planning.present import PresentMotion, read_noise, read_present, rough_noise
+from stribeck.planning.trajectory import PERIOD, SHORTEST, Task, Trajectory, design
+from stribeck.preparation import Progress, quiet
 from stribeck.result import JointResult, Result, read_result
 from stribeck.robot import Robot
 from stribeck.typing import Array
 
 SCHEMA = 1
 TABLE = "friction_torque.parquet"
+
+SHARE_OF_ADVICE = 0.2
+"""Share of the work that is done before a trajectory is sought [1]."""
 
 UP = ("x", "-x", "y", "-y", "z", "-z")
 """Axes of the base."""
@@ -50,16 +56,26 @@ class Plan:
         By name, what to do about those that are weak or not excited.
     notes
         What was assumed.
+    trajectory
+        Of all these joints together; None if none was asked for, the base moves, or there is nothing to plan.
     """
 
     robot: str
     joints: dict[str, JointAdvice]
     notes: list[str]
+    trajectory: Trajectory | None = None
     schema: int = SCHEMA
 
     def to_json(self) -> str:
         """Return the text of plan.json."""
-        return json.dumps({"schema": self.schema, **asdict(self)}, indent=2, allow_nan=False) + "\n"
+        document = {
+            "schema": self.schema,
+            "robot": self.robot,
+            "joints": {name: asdict(joint) for name, joint in self.joints.items()},
+            "trajectory": self.trajectory.to_plain() if self.trajectory else None,
+            "notes": self.notes,
+        }
+        return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
 def plan(
@@ -67,7 +83,9 @@ def plan(
     robot: Robot | str | Path,
     *,
     joints: Sequence[str] | None = None,
-    held: str = "z",
+    held: str | None = None,
+    duration: float | None = None,
+    progress: Progress = quiet,
 ) -> Plan:
     """Say which motion would make the friction of joints known that a log has left weak.
 
@@ -80,7 +98,11 @@ def plan(
     joints
         Which joints to plan for; all that are weak or not excited if None.
     held
-        Which axis of a floating robot's base points up while a joint moves, as it stands or hangs: z.
+        Of a floating robot whose base is held still, hung or lying: which of its axes points up, "z", "-x" or another.
+    duration
+        Length of a trajectory of all these joints together [s]; none is made if None, nor of a base that moves.
+    progress
+        Told how far the work is.
 
     Returns
     -------
@@ -98,30 +120,43 @@ def plan(
     {}
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    if duration is not None and not SHORTEST <= duration <= LONGEST:
+        raise SettingsError(f"plan: the duration is {duration:g} s; expected {SHORTEST:g} to {LONGEST:g} s")
     found = read_result(result)
     chosen = _chosen(found, robot, joints)
     every = {name: joint for name, joint in found.joints.items() if name in robot.joint_names}
     motions = read_present(Path(result).parent / TABLE, every, found.log.rate) if chosen else {}
     noise = _noise(every, motions, robot) if chosen else {}
-    dynamics = dynamics_of(robot, gravity(robot, held), robot.settings.priors)
+    dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
     posture = posture_of(robot, found)
+    columns = {name: robot.joint_names.index(name) for name in chosen}
+    friction = {name: _assumed(name, every, robot) for name in chosen}
+    reach = {name: reach_of(robot, columns[name], every[name], posture[columns[name]]) for name in chosen}
     advice = {}
-    for name in chosen:
-        column = robot.joint_names.index(name)
-        assumed = _assumed(name, every, robot)
-        reach = reach_of(robot, column, found.joints[name], posture[column])
-        advice[name] = advise(
-            column,
-            assumed,
-            found.joints[name].verdict,
-            motions[name],
-            noise[name],
-            reach,
-            dynamics,
-            posture,
-            _how(robot, column),
+    for k, (name, column) in enumerate(columns.items()):
+        progress(f"moving {name}", k / len(columns) * SHARE_OF_ADVICE)
+        known = friction[name], every[name].verdict, motions[name], noise[name], reach[name]
+        advice[name] = advise(column, *known, dynamics, posture, _how(robot, column))
+    notes = _notes(found, chosen)
+    if duration is None or not chosen:
+        return Plan(robot=found.robot, joints=advice, notes=notes)
+    if robot.base == "floating" and held is None:
+        notes.append(
+            "no trajectory: the base moves; --held says which of its axes points up if the robot hangs or lies"
         )
-    return Plan(robot=found.robot, joints=advice, notes=_notes(found, chosen))
+        return Plan(robot=found.robot, joints=advice, notes=notes)
+    progress("seeking a trajectory", SHARE_OF_ADVICE)
+    bodies, of_bodies = load_self_collision(robot, posture)
+    task = Task(
+        dynamics=dynamics,
+        friction={columns[name]: friction[name] for name in chosen},
+        noise={columns[name]: noise[name] for name in chosen},
+        reach={columns[name]: reach[name] for name in chosen},
+        posture=posture,
+        period=min(duration, PERIOD),
+    )
+    trajectory, of_trajectory = design(task, duration, bodies)
+    return Plan(robot=found.robot, joints=advice, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)
 
 
 def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[str]:
@@ -135,7 +170,8 @@ def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[
         return [name for name, joint in result.joints.items() if joint.verdict in ("weak", "not excited")]
     for name in joints:
         if name not in result.joints:
-            raise SettingsError(f"plan: joint '{name}' is not in the result; it has {', '.join(result.joints)}")
+            near = did_you_mean(name, result.joints)
+            raise SettingsError(f"plan: joint '{name}' is not in the result; it has {', '.join(result.joints)}{near}")
         if result.joints[name].verdict == "no friction":
             raise SettingsError(f"plan: {name} has no friction that any motion could show; leave it out")
     return list(joints)

@@ -24,6 +24,9 @@ FINE = WINDOW_LENGTH / 8
 SHRINKING = ("noise", "overdispersion", "heterogeneity over folds")
 """Parts of a variance that fall as a log gets longer: the torques' noise, and what differs from part to part."""
 
+LEAST_ERROR = 1e-9
+"""Standard error of a friction curve [N m]: smaller ones are rounding."""
+
 ROUNDS = 20
 """Of a fixed-point iteration [1]."""
 
@@ -114,7 +117,7 @@ def read_noise(motion: PresentMotion, assumed: AssumedFriction) -> float:
     information = unit_information(motion, assumed)
     _, _, slopes = assumed.curve(joint.curve[-1].velocity)
     errors = np.array([point.standard_error for point in joint.curve])
-    found = np.maximum(errors, np.finfo(float).tiny) ** 2 * shrinking_share(assumed)
+    found = np.maximum(errors, LEAST_ERROR) ** 2 * shrinking_share(assumed)
     noise = float(np.mean(found))
     for _ in range(ROUNDS):  # as the prior's part does not grow with the noise
         covariance = np.linalg.inv(information / noise + np.diag(assumed.precision))

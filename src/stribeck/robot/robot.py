@@ -221,7 +221,7 @@ class Robot:
         """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
         found = np.empty(len(self.joint_names))
         found[self.tree.columns] = self.tree.model.velocityLimit[self.tree.root_size :]
-        return np.where(found > 0, found, np.inf)
+        return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:
@@ -315,6 +315,8 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
     except RobotFileError as error:
         raise RobotFileError(f"{path}: [robot] model = {error}") from error
     model, warnings = load_model(file_of_model, table.base)
+    if table.loops:
+        warnings = [warning for warning in warnings if "equality constraint(s) are left out" not in warning]
     model = lock_joints(model, table.locked, str(path))
     for name in table.position_controlled:
         require_joint(model, name, f"{path}: [robot] position_controlled")
