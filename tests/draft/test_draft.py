@@ -17,6 +17,7 @@ from stribeck.draft import draft_robot_file
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match
 from stribeck.draft.search import as_given, find_columns_by_dynamics, other_orders
+from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.robot import model_path
@@ -287,3 +288,36 @@ def test_a_log_that_says_nothing_is_refused(
     assert words in said
     assert len(said.strip().splitlines()) == 1
     assert not (tmp_path / "robot.toml").exists()
+
+
+TIME = np.arange(400) / 200
+MOVES, PUSHES = np.sin(TIME[:, None] * np.arange(1, 7)), np.cos(TIME[:, None] * np.arange(2, 8))
+ODD = {
+    "stamps that stand still": ({"time": 0 * TIME}, "all stamps are"),
+    "stamps that are missing": ({"time": TIME + np.nan}, "rows are complete"),
+    "positions that are missing": ({"position": MOVES + np.nan}, "rows are complete"),
+    "other joints": (
+        {"joint_names": np.array(["x", "y"]), "position": MOVES[:, :2], "torque": PUSHES[:, :2]},
+        "none of",
+    ),
+    "no time": ({"time": None}, ""),
+    "zero torque": ({"torque": 0 * PUSHES}, ""),
+    "names with signs": ({"joint_names": np.array(["left_knee\n", 'x"', "\\", "ü", "\t", "z"])}, ""),
+    "few rows": ({"time": TIME[:3], "position": MOVES[:3], "torque": PUSHES[:3]}, ""),
+    "more columns": ({"position": np.hstack([MOVES, MOVES]), "torque": np.hstack([PUSHES, PUSHES])}, ""),
+}
+
+
+@pytest.mark.parametrize("model", ["ur5_robot", "g1_29dof_rev_1_0"])
+@pytest.mark.parametrize(("changed", "words"), ODD.values(), ids=ODD)
+def test_odd_logs_end_in_a_file_or_a_sentence(
+    model: str, changed: dict[str, np.ndarray | None], words: str, tmp_path: Path
+) -> None:
+    arrays = {"time": TIME, "position": MOVES, "torque": PUSHES, **changed}
+    log = tmp_path / "log.npz"
+    np.savez(log, **{name: array for name, array in arrays.items() if array is not None})
+    if words:
+        with pytest.raises(LogError, match=words):
+            drafted(f"package:{model}", log, tmp_path)
+    else:
+        assert "TODO" in drafted(f"package:{model}", log, tmp_path)[1]

@@ -161,6 +161,9 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
         _ask_for_torque_source(draft)
     robot = draft.robot(output)
     read = read_log(log, robot)
+    step = float(np.median(np.diff(read.time)))
+    if not step > 0 or not np.isfinite(read.position).any(axis=0).all():
+        prepare(read, robot, robot.settings)  # which says what is wrong
     _idle(draft, read, robot)
     if order := orientation_order(read):
         _set(draft, "log.base_orientation", "order", order, "so the base is upright.")
@@ -241,6 +244,11 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
             names = [joint for joint in facts.joints if joint in pairs.values()]
             absent = [joint for joint in facts.joints if joint not in pairs.values()]
             left = [label for label in labels if label not in pairs]
+            if not names:
+                raise LogError(
+                    f"{source.path}: has the joints {listed(labels)}, which are none of the model's "
+                    f"{listed(facts.joints)}; expected a log of this robot, or its joint_names"
+                )
             if left and absent:
                 draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
     if renamed:
@@ -400,7 +408,10 @@ def _cure(draft: Draft, finding: Finding) -> bool:
     found = re.match(r"set \[([a-z._]+)\] (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+))", finding.cure)
     if found is None or "..." in found[2]:
         return False
-    value = tomllib.loads(found[2])
+    try:
+        value = tomllib.loads(found[2])
+    except tomllib.TOMLDecodeError:  # a joint's name may have any sign
+        return False
     each = next(iter(value.values()))
     if finding.check == "torque-scale" and isinstance(next(iter(each.values()), None), dict):
         return False  # factors of each joint's own may be gears, or a wrong order: it is asked
