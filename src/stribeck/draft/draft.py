@@ -369,8 +369,8 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
         cured = [_cure(draft, finding) for finding in left]
         if any(cured):
             continue
-        if searched:
-            break
+        if searched or any(finding.check == "torque-unsigned" for finding in left):
+            break  # a torque without a sign says nothing of signs
         searched = True
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns)[0], read):
