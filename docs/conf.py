@@ -61,7 +61,14 @@ NAVIGATION = {
     },
     "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},
     "laws/index": {
-        "": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric", "laws/auto"]
+        "": [
+            "laws/stribeck",
+            "laws/coulomb-viscous",
+            "laws/stribeck-exponent",
+            "laws/asymmetric",
+            "laws/lugre",
+            "laws/auto",
+        ]
     },
     "paper/index": {
         "": [
