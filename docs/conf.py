@@ -20,7 +20,7 @@ project_copyright = author
 version = release = __version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
@@ -33,6 +33,7 @@ NAVIGATION = {
     "index": {
         "First steps": [
             "tour",
+            "tutorials/index",
             "logs",
             "robot-file",
             "robots",
@@ -58,8 +59,16 @@ NAVIGATION = {
         "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "ablation", "constants"],
         "For developers": ["extending", "api/index"],
     },
+    "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},
     "laws/index": {
-        "": ["laws/stribeck", "laws/coulomb-viscous", "laws/stribeck-exponent", "laws/asymmetric", "laws/auto"]
+        "": [
+            "laws/stribeck",
+            "laws/coulomb-viscous",
+            "laws/stribeck-exponent",
+            "laws/asymmetric",
+            "laws/lugre",
+            "laws/auto",
+        ]
     },
     "paper/index": {
         "": [
@@ -75,6 +84,11 @@ NAVIGATION = {
 """Page -> captions -> pages below it; `extensions/pages.py` puts it where the theme looks for it."""
 
 default_role = "code"  # docstrings have single backticks, as Markdown has
+nb_execution_mode = "force"
+nb_execution_in_temp = True  # tutorials write files
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300  # [s]; a cell takes a few
+nb_merge_streams = True
 myst_enable_extensions = ["attrs_inline", "dollarmath"]
 myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4

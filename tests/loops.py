@@ -151,3 +151,20 @@ def loop_log(robot: Robot, duration: float = 8.0, rate: float = 250.0, size: flo
     torque[:, robot.torque_controlled] += friction[:, robot.torque_controlled]
     object.__setattr__(log, "torque", torque)
     return log
+
+
+MJCF = """<mujoco>
+  <option tolerance="1e-14" iterations="200"/>
+  <worldbody><body name="base"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+    <body name="crank"><joint name="motor" axis="0 1 0"/>
+      <inertial pos="0 0 0.2" mass="1.5" diaginertia="0.002 0.003 0.001"/>
+      <body name="coupler" pos="0 0 0.4"><joint name="upper" axis="0 1 0"/>
+        <inertial pos="0.15 0 0.03" mass="2" diaginertia="0.002 0.003 0.001"/></body></body>
+    <body name="rocker" pos="0.3 0 0"><joint name="lower" axis="0 1 0"/>
+      <inertial pos="0 0 0.25" mass="1" diaginertia="0.002 0.003 0.001"/></body>
+  </body></worldbody>
+  <equality>
+    <connect name="pin" body1="coupler" body2="rocker" anchor="0.3 0 0" solimp="0.9999 0.9999 0.001"/>
+  </equality>
+</mujoco>
+"""

@@ -27,6 +27,7 @@ from studies import (
     direct,
     least_error,
     lies,
+    lugre,
     observer,
     replayed,
     step_coverage,
@@ -43,7 +44,7 @@ from stribeck.audit import channels
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
 from stribeck.finding import Finding
-from stribeck.friction import AUTO, LAWS, get_law
+from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import WIDEST
 from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, SENTENCES, UNCLEAR
@@ -379,6 +380,20 @@ def test_the_observers_errors_shown_are_the_studys() -> None:
     assert all(by[log, "observer"] < 2 * by[log, "curve-fit"] for log in ("arm", "TORO-like"))
 
 
+def test_what_lugre_finds_is_the_studys() -> None:
+    found = json.loads((ROOT / "studies/lugre.json").read_text())
+    page = PAGES["docs/laws/lugre.md"]
+    assert lugre.table(found["simulated"]) in page
+    assert lugre.real_table(found["real"]) in page
+    by = {each["friction"]: each for each in found["simulated"]}
+    assert list(by) == [*lugre.FRICTIONS, lugre.WALK]
+    for kind in ("LuGre, 300 N m/rad", lugre.WALK):
+        assert by[kind]["travel"]["identified"] > 0.7 * by[kind]["travel"]["of"]
+        assert by[kind]["travel"]["error"] < 5
+        assert by[kind]["held_out"]["lugre"] < 0.5 * by[kind]["held_out"]["stribeck"]
+    assert by[lugre.NONE]["travel"]["identified"] == 0
+
+
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
     files = sorted((ROOT / "src/stribeck").rglob("*.py"))
     named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
@@ -459,7 +474,7 @@ def test_every_filter_is_named_with_what_it_uses() -> None:
     assert {names_in(row[0])[0]: set(names_in(row[1])) for row in rows} == TAKES
 
 
-@pytest.mark.parametrize("name", [*LAWS, AUTO])
+@pytest.mark.parametrize("name", [*LAWS, *LAWS_WITH_STATE, AUTO])
 def test_every_law_has_a_page(name: str) -> None:
     assert f"({name}.md)" in PAGES["docs/laws/index.md"]
     rows = {names_in(row[0])[0]: row for row in rows_below(f"docs/laws/{name}.md") if len(row) == 4}

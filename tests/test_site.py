@@ -17,8 +17,8 @@ from stribeck.friction import LAWS
 DOCS = Path(__file__).parents[1] / "docs"
 
 pytestmark = pytest.mark.skipif(
-    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_parser", "furo")),
-    reason="Sphinx, MyST or Furo is not installed: the site is not built",
+    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "furo")),
+    reason="Sphinx, MyST-NB or Furo is not installed: the site is not built",
 )
 
 

@@ -41,6 +41,9 @@ class Samples:
         Instants around a sample over which the filter has averaged the friction torque; none if None.
     jerk, snap
         Second and third derivative of the velocity over those instants, shape (N, n); None without nodes.
+    sharp_velocity
+        Through half of the filter's window [rad/s], shape (N, n): noisier, but it shows reversals as they are, of which
+        a law with state makes its own average. None without nodes.
     torque
         Measured, filtered as the friction torque is [N m], shape (N, n); None where nobody asks for it.
     """
@@ -60,6 +63,7 @@ class Samples:
     nodes: Nodes | None = None
     jerk: Array | None = None
     snap: Array | None = None
+    sharp_velocity: Array | None = None
     torque: Array | None = None
 
     def slides(self, column: int) -> bool:

@@ -10,14 +10,14 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.errors import SettingsError
-from stribeck.friction import get_law
+from stribeck.friction import FrictionLaw, LawWithState, get_law
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck_simulation.friction import Backlash, Drift, FrictionEffect, FrictionTruth, LawFriction, Load, LuGre
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.scenario import Named, Scenario, by_joint
+from stribeck_simulation.scenario import FrictionTable, Named, Scenario, by_joint
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import PROFILES
 from stribeck_simulation.walking.footsteps import Steps
@@ -119,7 +119,7 @@ def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
     if table.joints:
         drift = Drift(table.drift.ratios, table.drift.time_constant) if table.drift else None
         parameters = by_joint(table.joints, table.common, joints, "[friction.joints]")
-        effects.append(LawFriction(joints, get_law(table.law), parameters, drift))
+        effects.append(LawFriction(joints, law_of(table), parameters, drift))
     if table.lugre:
         effects.append(LuGre(joints, by_joint(table.lugre, {}, joints, "[friction.lugre]")))
     if table.backlash:
@@ -127,6 +127,23 @@ def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
     if table.load:
         effects.append(Load(joints, by_joint(table.load, {}, joints, "[friction.load]")))
     return FrictionTruth(len(joints), effects)
+
+
+def law_of(table: FrictionTable) -> FrictionLaw:
+    """Return the law of `[friction.joints]`.
+
+    Raises
+    ------
+    SettingsError
+        If there is none of its name, or it has a state.
+    """
+    law = get_law(table.law)
+    if isinstance(law, LawWithState):
+        raise SettingsError(
+            f"[friction] law is '{table.law}', whose state has a table of its own, [friction.{table.law}]; "
+            "expected a law of velocity"
+        )
+    return law
 
 
 def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
@@ -151,7 +168,7 @@ def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
     parameters = by_joint(table.joints, table.common, robot.joint_names, "[friction.joints]")
     log, truth = exact_log(
         robot,
-        get_law(table.law),
+        law_of(table),
         parameters,
         duration=scenario.duration,
         rate=scenario.rate,

@@ -25,7 +25,7 @@ from stribeck.cli import main
 from stribeck.cli.app import FORMATS, LAW_NAMES, METHOD_NAMES, app
 from stribeck.errors import SettingsError
 from stribeck.export import TARGETS
-from stribeck.friction import AUTO, LAWS
+from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
 
 ON_FEET = {"npz of contact forces", "parquet with half a wrench"}
@@ -438,7 +438,7 @@ def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, tmp_
 
 
 def test_the_help_names_every_law_method_and_format() -> None:
-    assert set(LAW_NAMES) == {*LAWS, AUTO}
+    assert set(LAW_NAMES) == {*LAWS, *LAWS_WITH_STATE, AUTO}
     assert set(METHOD_NAMES) == set(METHODS)
     assert set(FORMATS) == set(TARGETS)
 

@@ -17,6 +17,7 @@ from stribeck.draft import draft_robot_file
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match
 from stribeck.draft.search import as_given, find_columns_by_dynamics, other_orders
+from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.robot import model_path
@@ -160,6 +161,44 @@ def test_a_log_as_it_should_be_is_left_as_it_is(logs: Callable[[str], RobotLog],
     assert robot.base == "fixed"
 
 
+def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log, robot = logs("talos"), Robot.from_model("package:talos_reduced", base="fixed")
+    without = dict.fromkeys(("base_orientation", "angular_velocity", "linear_acceleration", "contact", "foot_wrench"))
+    bare = replace(log, **without, foot_names=())
+    stands, _ = drafted("package:talos_reduced", written(bare, tmp_path / "log.npz"), tmp_path)
+    assert stands.base == "floating"
+    truth = dict.fromkeys(robot.joint_names, STRIBECK)
+    hanging, _ = exact_log(robot, get_law("stribeck"), truth, duration=4.0, rate=250.0)
+    hangs, _ = drafted("package:talos_reduced", written(hanging, tmp_path / "log.npz"), tmp_path)
+    assert hangs.base == "fixed"
+
+
+def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
+    model = tmp_path / "free.xml"
+    model.write_text(
+        '<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".2 .2 .1" mass="9"/>'
+        '<body name="arm"><joint name="elbow" axis="0 1 0" range="-90 90"/><geom type="capsule" fromto="0 0 0 .3 0 0" '
+        'size=".02" mass="1"/></body></body></worldbody></mujoco>'
+    )
+    time = np.arange(1000) / 200
+    path = tmp_path / "log.npz"
+    np.savez(path, time=time, position=np.sin(time)[:, None], torque=1.5 * np.cos(np.sin(time))[:, None])
+    robot, text = drafted(model, path, tmp_path)
+    assert robot.base == "fixed"
+    assert "TODO: is the base clamped?" in text
+    with_orientation = np.tile([0.0, 0, 0, 1], (1000, 1))
+    np.savez(
+        path,
+        time=time,
+        position=np.sin(time)[:, None],
+        torque=1.5 * np.cos(np.sin(time))[:, None],
+        base_orientation=with_orientation,
+    )
+    robot, text = drafted(model, path, tmp_path)
+    assert robot.base == "floating"
+    assert "TODO: which frames of the model are feet?" in text
+
+
 def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) -> None:
     log, robot = logs("ur5"), example_robot("ur5")
     noise = np.random.default_rng(0).normal(size=log.torque.shape)
@@ -249,3 +288,36 @@ def test_a_log_that_says_nothing_is_refused(
     assert words in said
     assert len(said.strip().splitlines()) == 1
     assert not (tmp_path / "robot.toml").exists()
+
+
+TIME = np.arange(400) / 200
+MOVES, PUSHES = np.sin(TIME[:, None] * np.arange(1, 7)), np.cos(TIME[:, None] * np.arange(2, 8))
+ODD = {
+    "stamps that stand still": ({"time": 0 * TIME}, "all stamps are"),
+    "stamps that are missing": ({"time": TIME + np.nan}, "rows are complete"),
+    "positions that are missing": ({"position": MOVES + np.nan}, "rows are complete"),
+    "other joints": (
+        {"joint_names": np.array(["x", "y"]), "position": MOVES[:, :2], "torque": PUSHES[:, :2]},
+        "none of",
+    ),
+    "no time": ({"time": None}, ""),
+    "zero torque": ({"torque": 0 * PUSHES}, ""),
+    "names with signs": ({"joint_names": np.array(["left_knee\n", 'x"', "\\", "ü", "\t", "z"])}, ""),
+    "few rows": ({"time": TIME[:3], "position": MOVES[:3], "torque": PUSHES[:3]}, ""),
+    "more columns": ({"position": np.hstack([MOVES, MOVES]), "torque": np.hstack([PUSHES, PUSHES])}, ""),
+}
+
+
+@pytest.mark.parametrize("model", ["ur5_robot", "g1_29dof_rev_1_0"])
+@pytest.mark.parametrize(("changed", "words"), ODD.values(), ids=ODD)
+def test_odd_logs_end_in_a_file_or_a_sentence(
+    model: str, changed: dict[str, np.ndarray | None], words: str, tmp_path: Path
+) -> None:
+    arrays = {"time": TIME, "position": MOVES, "torque": PUSHES, **changed}
+    log = tmp_path / "log.npz"
+    np.savez(log, **{name: array for name, array in arrays.items() if array is not None})
+    if words:
+        with pytest.raises(LogError, match=words):
+            drafted(f"package:{model}", log, tmp_path)
+    else:
+        assert "TODO" in drafted(f"package:{model}", log, tmp_path)[1]

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.loops import LAW, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
+from tests.loops import LAW, MJCF, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
 
-from stribeck import identify
+from stribeck import Robot, identify, inspect_log
 from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.friction import get_law
@@ -53,6 +54,34 @@ def test_a_parallelogram_is_its_one_coordinate(parallelogram):
     momentum, change = loop_momentum_balance(robot, robot.tree, some, log.velocity[::100])
     np.testing.assert_allclose(momentum[:, motor], inertia * log.velocity[::100, motor], atol=1e-9)
     np.testing.assert_allclose(change[:, motor], load * np.sin(some[:, motor]), atol=1e-6)
+
+
+def test_the_loop_of_an_mjcf_is_that_of_mujoco(tmp_path):
+    """Its frames are read from <connect>, and MuJoCo, which solves for the constraint, accelerates the motor alike."""
+    (tmp_path / "robot.xml").write_text(MJCF)
+    text = PARALLELOGRAM_FILE.replace("model.urdf", "robot.xml")
+    (tmp_path / "tree.toml").write_text(text[: text.index("passive")])
+    (warning,) = [each for each in Robot.from_file(tmp_path / "tree.toml").warnings if "equality" in each]
+    assert warning.endswith("the tree alone is modelled; [[robot.loops]] frames = ['pin.1', 'pin.2'] close it")
+    text = text.replace("coupler_end", "pin.1").replace("rocker_end", "pin.2")
+    (tmp_path / "robot.toml").write_text(text)
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    assert not robot.warnings
+    own = loop_log(robot, duration=2.0, size=1.5)
+    motor = robot.joint_names.index("motor")
+    model = mujoco.MjModel.from_xml_string(MJCF)
+    data = mujoco.MjData(model)
+    for k in range(0, len(own.time), 100):
+        found = []
+        for given_way in (1e-4, 1e-3):  # MuJoCo's constraints are soft: none at all is beyond the stiffest
+            model.eq_solimp[0, :2] = 1 - given_way
+            for column, name in enumerate(robot.joint_names):
+                data.joint(name).qpos[:], data.joint(name).qvel[:] = own.position[k, column], own.velocity[k, column]
+            data.joint("motor").qfrc_applied[:] = own.torque[k, motor] - friction_of(own, motor)[k]
+            mujoco.mj_forward(model, data)
+            found.append(np.array([data.joint(name).qacc[0] for name in robot.joint_names]))
+        rigid = found[0] + (found[0] - found[1]) / 9
+        np.testing.assert_allclose(rigid, own.acceleration[k], atol=1e-4 * np.abs(own.acceleration).max())
 
 
 def test_passive_joints_move_as_their_derivatives_say(ankle):
@@ -122,9 +151,7 @@ def test_the_friction_of_the_motors_is_found(ankle):
 def test_logs_of_the_motors_alone_are_enough(ankle):
     """Neither positions nor velocities of passive joints: derivatives come from the filter."""
     robot, log = ankle
-    position = log.position.copy()
-    position[:, robot.passive_columns] = np.nan
-    log = replace(log, position=position, velocity=None, acceleration=None)
+    log = replace(log, position=_of_motors(robot, log), velocity=None, acceleration=None)
     method = "observer" if robot.base == "fixed" else "curve-fit"
     found = identify(log, robot, EXACT.model_copy(update={"method": method, "filter": FilterSettings()}))
     for joint in found.joints.values():
@@ -150,6 +177,20 @@ def test_the_whole_log_knows_loops(ankle):
         coulomb = fit.names.index("coulomb")
         assert fit.values[coulomb] == pytest.approx(TRUTH["coulomb"], rel=5e-3), name
         assert fit.intervals[coulomb, 0] < TRUTH["coulomb"] < fit.intervals[coulomb, 1]
+
+
+@pytest.mark.parametrize("ankle", ["fixed"], indirect=True)
+def test_a_file_of_the_motors_alone_is_read(ankle, tmp_path):
+    robot, log = ankle
+    names = np.array(log.joint_names)[robot.independent]
+    motors = {name: getattr(log, name)[:, robot.independent] for name in ("position", "velocity", "torque")}
+    np.savez(tmp_path / "log.npz", time=log.time, joint_names=names, **motors)
+    prepared = prepare(tmp_path / "log.npz", robot, EXACT)
+    np.testing.assert_allclose(prepared.log.position, log.position, atol=1e-9)
+    np.testing.assert_allclose(prepared.log.velocity, log.velocity, atol=1e-9)
+    shown = inspect_log(tmp_path / "log.npz", robot, Settings())
+    assert set(shown.joints) == {"hip", "knee", "motor_left", "motor_right"}
+    assert any("are those that close the loops" in note for note in shown.notes)
 
 
 @pytest.mark.parametrize("ankle", ["floating"], indirect=True)
@@ -178,11 +219,9 @@ def test_what_knows_trees_alone_is_refused(changed, words, parallelogram):
 
 def test_loops_that_cannot_close_are_refused(parallelogram):
     robot, log = parallelogram
-    position = log.position.copy()
-    position[:, robot.passive_columns] = np.nan
     bent = replace(robot, tree=replace(robot.tree, model=_with_short_rocker(robot.tree.model)))
     with pytest.raises(LogError, match=r"at 0.000 s the loops of 'coupler_end' and 'rocker_end' cannot be closed: "):
-        closed_log(replace(log, position=position), bent)
+        closed_log(replace(log, position=_of_motors(robot, log)), bent)
 
 
 def _with_short_rocker(model):
@@ -208,6 +247,31 @@ def test_robot_files_whose_loops_make_no_sense(case, tmp_path):
     with pytest.raises(RobotFileError) as caught:
         robot_of(tmp_path, PARALLELOGRAM, text)
     assert words in str(caught.value)
+
+
+def test_joints_that_the_loops_hold_are_no_motors(tmp_path):
+    text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper"]')
+    log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
+    with pytest.raises(RobotFileError, match=r"hold more than the passive joints upper give way to"):
+        closed_log(log, robot_of(tmp_path, PARALLELOGRAM, text))
+
+
+def test_a_model_of_few_digits_closes_as_well_as_it_can(tmp_path):
+    """A rocker that is turned by a tenth of a degree lies beside the coupler: what is left is said."""
+    bent = PARALLELOGRAM.replace('xyz="0.3 0 0"/><axis', 'xyz="0.3 0 0" rpy="0.001 0 0"/><axis', 1)
+    assert bent != PARALLELOGRAM
+    robot = robot_of(tmp_path, bent, PARALLELOGRAM_FILE)
+    log = loop_log(robot, duration=1.0)
+    _, notes = closed_log(replace(log, position=_of_motors(robot, log)), robot)
+    assert any("leave the loops open by up to 0.4 mm" in note for note in notes)
+    motor = robot.joint_names.index("motor")
+    np.testing.assert_allclose(log.position[:, robot.joint_names.index("lower")], log.position[:, motor], atol=1e-4)
+
+
+def _of_motors(robot, log):
+    position = log.position.copy()
+    position[:, robot.passive_columns] = np.nan
+    return position
 
 
 def test_passive_joints_that_the_loops_leave_free(tmp_path):

@@ -19,7 +19,7 @@ from tests.export.test_export import robot_of
 from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.export.numbers import FORMULAS, numbers_of
-from stribeck.friction import LAWS, get_law
+from stribeck.friction import LAWS, LAWS_WITH_STATE, get_law
 from stribeck.result import JointResult, Result
 
 AUTO = {
@@ -44,6 +44,8 @@ VALUES = {
     "coulomb_positive": 1.5,
     "coulomb_negative": 0.5,
     "exponent": 1.3,
+    "bristle_travel": 4e-3,
+    "bristle_damping": 2.0,
     **AUTO,
 }
 POINTS = list(itertools.product([-2.0, -0.3, -1e-3, 1e-3, 0.05, 1.7], [-8.0, 0.0, 3.0], [-5.0, 12.0], [-2.0, 0.4]))
@@ -54,7 +56,7 @@ def joints() -> dict[str, JointResult]:
     """One of each law, one of all terms, one without friction."""
     found = {
         law: joint_result({parameter.name: (VALUES[parameter.name], "1") for parameter in get_law(law).parameters})
-        for law in sorted(LAWS)
+        for law in sorted({*LAWS, *LAWS_WITH_STATE})
     }
     terms = joint_result({name: (value, "1") for name, value in AUTO.items()})
     found["auto"] = replace(terms, mean_direction=(0.3, -0.2), ripple_per_turn=4.0, mean_load=2.0, load_deviation=1.0)
@@ -109,7 +111,7 @@ def module_at(path: Path) -> ModuleType:
 
 
 def test_every_law_has_a_formula() -> None:
-    assert {*LAWS, "auto"} == FORMULAS
+    assert {*LAWS, *LAWS_WITH_STATE, "auto"} == FORMULAS
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def test_a_law_is_known_by_its_name_once_it_is_registered() -> None:
     law = law_with()
     assert register_law(law) is law
     assert isinstance(get_law("drag"), law)
-    with pytest.raises(SettingsError, match=r"the name 'drag' is taken; there are .*coulomb-viscous, drag, stribeck"):
+    with pytest.raises(SettingsError, match=r"the name 'drag' is taken; there are .*drag, lugre, stribeck"):
         register_law(law_with())
 
 

@@ -162,6 +162,16 @@ def test_flight_is_left_out_and_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("short")
+def test_times_when_no_foot_carries_enough_are_left_out(tmp_path: Path) -> None:
+    robot, kind = robot_of("quadruped", tmp_path)
+    log = known_log(robot, 2.0, gait="trot")
+    little = np.where(np.abs(log.time - 1.0) < 0.2, 0.2, 1.0)
+    light = replace(log, contact=None, foot_wrench=log.foot_wrench * little[:, None, None])
+    found = replay(light, robot, with_friction(robot, kind, tmp_path / "new.urdf"), EXACT)
+    assert without_and_with(found)[1].median_r2() == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.usefixtures("short")
 def test_a_tendons_friction_is_taken_into_account(tmp_path: Path) -> None:
     robot, kind = robot_of("toro", tmp_path)
     one, other = (name for name in robot.joint_names if "elbow" in name)

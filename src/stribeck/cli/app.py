@@ -44,7 +44,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, 
 SetOption = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
 ]
-LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto")
+LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
 METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
 FORMATS = (
     "mjcf",

@@ -16,7 +16,7 @@ from stribeck.audit import delays, findings, gather
 from stribeck.draft.columns import find_columns
 from stribeck.draft.model import ModelFacts, read_model
 from stribeck.draft.names import match, words
-from stribeck.draft.search import BETTER, Columns, agreement, as_given, excerpt, find_columns_by_dynamics
+from stribeck.draft.search import Columns, agreement, as_given, excerpt, find_columns_by_dynamics
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
 from stribeck.errors import LogError, SettingsError
@@ -38,6 +38,8 @@ HANDS = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
 """Words of joints that logs leave out first."""
 NOT_TAKEN = ("torque-sign", "joints-swapped", "torque-gain", "position-limits")
 """Checks whose cures are not taken: signs and order are found by what fits, and a gear or a zero is asked for."""
+UNCLAMPED = 0.5
+"""Share of the variance of its legs' torques [1] that a clamped robot's model and friction do not leave."""
 FEW_GAPS, LONGEST_BRIDGED = 20, 5.0
 """Gaps [1] that a log may have, and periods [1] that a longer one is bridged over where there are more."""
 ROUNDS = 4
@@ -159,6 +161,9 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
         _ask_for_torque_source(draft)
     robot = draft.robot(output)
     read = read_log(log, robot)
+    step = float(np.median(np.diff(read.time)))
+    if not step > 0 or not np.isfinite(read.position).any(axis=0).all():
+        prepare(read, robot, robot.settings)  # which says what is wrong
     _idle(draft, read, robot)
     if order := orientation_order(read):
         _set(draft, "log.base_orientation", "order", order, "so the base is upright.")
@@ -239,6 +244,11 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
             names = [joint for joint in facts.joints if joint in pairs.values()]
             absent = [joint for joint in facts.joints if joint not in pairs.values()]
             left = [label for label in labels if label not in pairs]
+            if not names:
+                raise LogError(
+                    f"{source.path}: has the joints {listed(labels)}, which are none of the model's "
+                    f"{listed(facts.joints)}; expected a log of this robot, or its joint_names"
+                )
             if left and absent:
                 draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
     if renamed:
@@ -292,18 +302,17 @@ def _base(draft: Draft, facts: ModelFacts, source: Source) -> None:
 
 
 def _clamped(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
-    """Let a robot on soles stand that was taken to be clamped, if that explains its torques far better."""
-    if facts.base == draft.document["robot"]["base"] or any(foot.kind == "point" for foot in facts.feet):
+    """Let a robot with soles stand that was taken to be clamped, if that does not explain the torques of its legs."""
+    if not facts.feet or draft.document["robot"]["base"] == facts.base or any(f.kind == "point" for f in facts.feet):
         return
-    other = Draft({**draft.document, "robot": {**draft.document["robot"], "base": "floating"}})
-    _contacts(other, facts, ())
-    costs = []
-    for each in (draft, other):
-        robot = each.robot(output)
-        costs.append(agreement(excerpt(read_log(log, robot)), robot).cost)
-    if other.document["contacts"] and costs[1] < costs[0] - np.log(BETTER):
-        draft.document = other.document
-        draft.note("robot.base", "its torques are those of a robot that stands.")
+    standing = Draft({**draft.document, "robot": {**draft.document["robot"], "base": "floating"}})
+    _contacts(standing, facts, ())
+    robot, other = draft.robot(output), standing.robot(output)
+    legs = other.standing(tuple(other.contacts))[robot.torque_controlled]
+    left = agreement(excerpt(read_log(log, robot)), robot).left[legs]
+    if np.isfinite(left).any() and np.nanmedian(left) > UNCLAMPED:
+        draft.document = standing.document
+        draft.note("robot.base", "the torques of its legs are not those of a robot that hangs.")
 
 
 def _contacts(draft: Draft, facts: ModelFacts, labels: Sequence[str]) -> None:
@@ -346,6 +355,9 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
             return
         try:
             read = read_log(log, robot)
+            if robot.base == "floating" and (not robot.contacts or _base_unknown(read)):
+                draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
+                return
             prepared = prepare(read, robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used so: {error}.")
@@ -354,7 +366,7 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
             continue
         evidence = gather(prepared, robot, robot.settings)
         left = findings(evidence, delays(evidence))
-        cured = [_cure(draft, finding, searched) for finding in left]
+        cured = [_cure(draft, finding) for finding in left]
         if any(cured):
             continue
         if searched:
@@ -365,6 +377,10 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
             break
     for finding in left:
         draft.ask("robot", f"{finding.text}; {finding.cure}." if finding.cure else f"{finding.text}.")
+
+
+def _base_unknown(log: RobotLog) -> bool:
+    return log.base_orientation is None and log.contact is None and log.foot_wrench is None
 
 
 def _bridge(draft: Draft, prepared: PreparedLog, log: RobotLog) -> bool:
@@ -385,17 +401,20 @@ def _bridge(draft: Draft, prepared: PreparedLog, log: RobotLog) -> bool:
     return True
 
 
-def _cure(draft: Draft, finding: Finding, searched: bool) -> bool:
+def _cure(draft: Draft, finding: Finding) -> bool:
     """Take the setting that a finding of the audit names; return whether there was one that is not there yet."""
     if finding.check in NOT_TAKEN:
         return False
     found = re.match(r"set \[([a-z._]+)\] (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+))", finding.cure)
     if found is None or "..." in found[2]:
         return False
-    value = tomllib.loads(found[2])
+    try:
+        value = tomllib.loads(found[2])
+    except tomllib.TOMLDecodeError:  # a joint's name may have any sign
+        return False
     each = next(iter(value.values()))
-    if finding.check == "torque-scale" and not searched and isinstance(next(iter(each.values()), None), dict):
-        return False  # each joint by a factor of its own may be another order
+    if finding.check == "torque-scale" and isinstance(next(iter(each.values()), None), dict):
+        return False  # factors of each joint's own may be gears, or a wrong order: it is asked
     table = draft.document
     for part in found[1].split("."):
         table = table.setdefault(part, {})

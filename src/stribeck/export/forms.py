@@ -40,7 +40,7 @@ class Form:
     ----------
     words
         Number -> the target's own word, of what it has a place for: coefficients, "static", the torque that holds at
-        rest, "stribeck_velocity", and "armature".
+        rest, "stribeck_velocity", "bristle_stiffness", "bristle_damping", and "armature".
     numbers
         Names of the coefficients.
     columns
@@ -100,7 +100,8 @@ class Nearest:
     Attributes
     ----------
     numbers
-        Its coefficients, "static", the torque that holds at rest, and "stribeck_velocity", by name.
+        Its coefficients, "static", the torque that holds at rest, "stribeck_velocity", and, where they are identified,
+        "bristle_stiffness" and "bristle_damping", by name.
     remains, of
         Root mean square of what the form cannot say, and of the friction found [N m], [N].
     """
@@ -138,10 +139,20 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
         numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
         numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
         numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
+        numbers |= _bristles(joint, found)
         remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
         if not np.isfinite([*numbers.values(), remains]).all():
             raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite one")
         return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
+
+
+def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float]:
+    """Return stiffness, Coulomb friction over travel [N m/rad], and damping [N m s/rad] of identified bristles."""
+    known = [name for name in ("bristle_travel", "bristle_damping") if name in found]
+    numbers = {name: found[name] for name in known if joint.parameters[name].verdict == "identified"}
+    if "bristle_travel" in numbers:
+        numbers["bristle_stiffness"] = found["coulomb"] / numbers.pop("bristle_travel")
+    return numbers
 
 
 def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:

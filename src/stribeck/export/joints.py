@@ -14,10 +14,19 @@ from stribeck.friction.terms import PRESLIDING, SLOW
 from stribeck.result import JointResult, Result
 from stribeck.result.joint import law_values
 
-ALONE = ("offset", "armature", PRESLIDING.name, *(parameter.name for terms in SLOW.values() for parameter in terms))
+BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
+"""Parameter of LuGre -> number of a form that says it."""
+
+ALONE = (
+    "offset",
+    "armature",
+    PRESLIDING.name,
+    *BRISTLES,
+    *(parameter.name for terms in SLOW.values() for parameter in terms),
+)
 """Parameters that no form of friction contains: what pulls by itself, rotors, reversals, what changes slowly."""
 
-WITHOUT_PLACE = ("armature", PRESLIDING.name, *(parameter.name for parameter in SLOW["drift"]))
+WITHOUT_PLACE = ("armature", PRESLIDING.name, *BRISTLES, *(parameter.name for parameter in SLOW["drift"]))
 """Parameters that steady friction has no place for: rotors, reversals, and what changed in the course of a log."""
 
 SIGNIFICANT = 2
@@ -131,6 +140,7 @@ def _terms(joint: JointResult, form: Form | None, include_weak: bool) -> JointTe
         for name, value in found.numbers.items()
         if name in words
     }
+    left_out = {name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction}
     projected = {
         name: (own.value, own.unit) for name, own in there.items() if name not in ALONE and name not in form.of_law
     }
@@ -170,7 +180,15 @@ def _unit_of(joint: JointResult) -> str:
 def _units(torque: str) -> dict[str, str]:
     """Return the units of a form's numbers, given the one of the joint's friction."""
     viscous, speed = ("N s/m", "m/s") if torque == "N" else ("N m s/rad", "rad/s")
-    return {"coulomb": torque, "static": torque, "viscous": viscous, "stribeck_velocity": speed, "load": "1"}
+    return {
+        "coulomb": torque,
+        "static": torque,
+        "viscous": viscous,
+        "stribeck_velocity": speed,
+        "load": "1",
+        "bristle_stiffness": "N/m" if torque == "N" else "N m/rad",
+        "bristle_damping": viscous,
+    }
 
 
 def _errors(joint: JointResult) -> dict[str, float]:

@@ -19,7 +19,7 @@ from stribeck.robot.model_file import kind_of
 BREAKAWAY, BRISTLE_TIME = 1e-3, 1e-3
 """How far LuGre's bristles bend before they slip [rad], [m], and their damping over their stiffness [s].
 
-A log of motion does not show either; a thousandth keeps a joint at rest and lets a simulator step by 1 to 2 ms.
+Unless the log shows them; a thousandth keeps a joint at rest and lets a simulator step by 1 to 2 ms.
 """
 
 ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia")
@@ -56,7 +56,13 @@ TARGET = Target(
     forms={
         "plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"),
         "lugre": stribeck(
-            coulomb="tau_c", static="tau_s", stribeck_velocity="omega_s", viscous="damping", armature="armature"
+            coulomb="tau_c",
+            static="tau_s",
+            stribeck_velocity="omega_s",
+            viscous="damping",
+            bristle_stiffness="sigma_0",
+            bristle_damping="sigma_1",
+            armature="armature",
         ),
     },
     suffix=".xml",
@@ -72,13 +78,14 @@ def _set_friction(root: Element, joint: Element, numbers: dict[str, float]) -> N
     The motor's steady torque is (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest.
     """
     own = [numbers.pop(name, 0.0) for name in ("tau_c", "tau_s", "omega_s")]
+    stiffness = numbers.pop("sigma_0", own[1] / BREAKAWAY)
+    damping = numbers.pop("sigma_1", stiffness * BRISTLE_TIME)
     if own[1] > 0:
-        stiffness = own[1] / BREAKAWAY
         motor = root.ownerDocument.createElement("dcmotor")  # type: ignore[union-attr]
         name = joint.getAttribute("name")
         for key, text in {"name": f"friction of {name}", "joint": name, "input": "none", "motorconst": "0 0"}.items():
             motor.setAttribute(key, text)
-        set_numbers(motor, resistance=1.0, lugre=np.array([stiffness, stiffness * BRISTLE_TIME, *own]))
+        set_numbers(motor, resistance=1.0, lugre=np.array([stiffness, damping, *own]))
         child(root, "actuator").appendChild(motor)
         numbers["frictionloss"] = 0.0
     set_numbers(joint, **numbers)

@@ -49,8 +49,8 @@ SAME = tuple(name for name in NAMES if name not in MADE)
 FAR = 1e9
 """Position [rad] that no log reaches."""
 
-FORMULAS = frozenset({"coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "auto"})
-"""Laws that the function is the friction of."""
+FORMULAS = frozenset({"coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto"})
+"""Laws that the function is the friction of; of LuGre's, that of steady sliding."""
 
 DIRECTIONS = ("viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative")
 

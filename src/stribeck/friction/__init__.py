@@ -5,12 +5,17 @@ from stribeck.friction.assembled import Assembled as Assembled
 from stribeck.friction.asymmetric import Asymmetric as Asymmetric
 from stribeck.friction.coulomb_viscous import CoulombViscous as CoulombViscous
 from stribeck.friction.law import FrictionLaw as FrictionLaw
+from stribeck.friction.law import LawWithState as LawWithState
 from stribeck.friction.law import Parameter as Parameter
 from stribeck.friction.law import unit_for as unit_for
+from stribeck.friction.lugre import LuGre as LuGre
 from stribeck.friction.stribeck import Stribeck as Stribeck
 from stribeck.friction.stribeck_exponent import StribeckExponent as StribeckExponent
 
 LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (CoulombViscous, Stribeck, StribeckExponent, Asymmetric)}
+
+LAWS_WITH_STATE: dict[str, type[FrictionLaw]] = {LuGre.name: LuGre}
+"""Laws that are fitted along a motion."""
 
 AUTO = Assembled.name
 """In place of a law's name: each joint gets the terms that its log supports."""
@@ -26,7 +31,8 @@ def get_law(name: str) -> FrictionLaw:
     """
     if name == AUTO:
         return Assembled()
-    if name not in LAWS:
-        names = sorted([*LAWS, AUTO])
+    laws = {**LAWS, **LAWS_WITH_STATE}
+    if name not in laws:
+        names = sorted([*laws, AUTO])
         raise SettingsError(f"law: found '{name}', expected one of {', '.join(names)}{did_you_mean(name, names)}")
-    return LAWS[name]()
+    return laws[name]()

@@ -5,14 +5,17 @@ from __future__ import annotations
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.typing import Array
 
 PRISMATIC_UNITS = {
     "N m": "N",
+    "rad": "m",
     "N m s/rad": "N s/m",
     "rad/s": "m/s",
     "s/rad": "s/m",
@@ -102,3 +105,59 @@ class FrictionLaw(abc.ABC):
     @abc.abstractmethod
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Return parameter values, shape (p,), within their bounds, from linear coefficients, shape (k,)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motion:
+    """How a joint moves, in pieces without a break.
+
+    Attributes
+    ----------
+    velocity
+        [rad/s], shape (M,).
+    period
+        From one velocity of a piece to the next [s].
+    begins
+        Which velocities are the first of a piece, shape (M,).
+    """
+
+    velocity: Array
+    period: float
+    begins: NDArray[np.bool_]
+
+    @cached_property
+    def legs(self) -> tuple[Array, Array]:
+        """Mean velocity [rad/s] and length [rad] of paths in one direction, two to each sample, shape (2 M,).
+
+        The velocity is linear between samples; the first leg ends where it changes its sign, else halfway. What led to
+        the beginning of a piece is infinitely long.
+        """
+        after = self.velocity
+        before = np.append(after[:1], after[:-1])
+        turns = before * after < 0
+        share = np.divide(before, before - after, out=np.full_like(after, 0.5), where=turns)
+        middle = np.where(turns, 0.0, (before + after) / 2)
+        velocity = np.column_stack([(before + middle) / 2, (middle + after) / 2])
+        path = self.period * np.column_stack([share, 1.0 - share]) * np.abs(velocity)
+        velocity[self.begins], path[self.begins] = after[self.begins, None], np.inf
+        return velocity.ravel(), path.ravel()
+
+
+class LawWithState(FrictionLaw):
+    """Friction that depends on the motion before; what the other methods return is that of steady sliding.
+
+    A motion's pieces begin steadily. `torque_along`, `jacobian_along` and `basis_along` are `torque`, `jacobian` and
+    `basis` along a motion; starts alone come from the last, which may neglect what its state owes to the parameters.
+    """
+
+    @abc.abstractmethod
+    def torque_along(self, motion: Motion, values: Array) -> Array:
+        """Return R along a motion [N m], shape (M,), for parameter values, shape (p,)."""
+
+    @abc.abstractmethod
+    def jacobian_along(self, motion: Motion, values: Array) -> Array:
+        """Return dR/dp along a motion, shape (M, p)."""
+
+    @abc.abstractmethod
+    def basis_along(self, motion: Motion, shape: Mapping[str, float]) -> Array:
+        """Return the columns that the linear coefficients multiply, shape (M, k), for given nonlinear parameters."""

@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from stribeck.errors import SettingsError
-from stribeck.friction import AUTO, LAWS
+from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.typing import Array
@@ -106,8 +106,9 @@ def _checked_names(law: type[FrictionLaw]) -> FrictionLaw:
     name, parameters = getattr(law, "name", None), getattr(law, "parameters", None)
     if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         raise SettingsError(f"register_law: {law.__name__}.name is {name!r}; expected lower-case words and hyphens")
-    if name in LAWS or name == AUTO:
-        raise SettingsError(f"register_law: the name '{name}' is taken; there are {', '.join(sorted([*LAWS, AUTO]))}")
+    taken = sorted([*LAWS, *LAWS_WITH_STATE, AUTO])
+    if name in taken:
+        raise SettingsError(f"register_law: the name '{name}' is taken; there are {', '.join(taken)}")
     if not isinstance(getattr(law, "title", None), str):
         raise SettingsError(f"register_law: law '{name}' has no title; expected a few words")
     if not isinstance(parameters, tuple) or not parameters or not all(isinstance(p, Parameter) for p in parameters):

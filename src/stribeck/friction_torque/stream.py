@@ -28,6 +28,7 @@ from stribeck.friction_torque.foot_wrenches import effect_on_joints, require_wre
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter
 from stribeck.motion.averaging import Nodes, average_nodes
+from stribeck.motion.filters import sharper_filter
 from stribeck.robot import Robot
 from stribeck.robot.loops import without_loop_forces
 from stribeck.robot.rooting import RootedModel
@@ -172,6 +173,7 @@ def friction_torque(
     swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
+    sharper = sharper_filter(settings.filter, period) if nodes else None
     for span in spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
         kept = np.flatnonzero((mode_of_row[span] >= 0) & (np.arange(span.start, span.stop) % stride == 0))
         if len(kept) == 0:
@@ -208,6 +210,7 @@ def friction_torque(
                 nodes=found.nodes or nodes,
                 jerk=jerk if found.jerk is None else found.jerk[:, known],
                 snap=snap if found.snap is None else found.snap[:, known],
+                sharp_velocity=_velocity(log, span, sharper)[np.ix_(kept, known)] if sharper else None,
                 torque=found.torque[:, known],
             ),
         )
@@ -328,6 +331,13 @@ def _measured_wrenches(
         return {}
     wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1).__getitem__, rows, motion_filter, settings)
     return dict(zip(log.foot_names, np.split(wrench, len(log.foot_names), axis=1), strict=True))
+
+
+def _velocity(log: RobotLog, rows: slice, motion_filter: Filter) -> Array:
+    """Return the velocity of all joints at these rows through a filter of their positions, or the log's own."""
+    if motion_filter.half_width == 0 and log.velocity is not None:
+        return log.velocity[rows]
+    return motion_filter.run(log.position[_widened(rows, motion_filter)], (1,))[0]
 
 
 def _higher_derivatives(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Sequence
 
+from stribeck.errors import SettingsError
 from stribeck.finding import Finding
-from stribeck.friction import LAWS, FrictionLaw
+from stribeck.friction import LAWS, LAWS_WITH_STATE, FrictionLaw, LawWithState
 from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.identification.curve_fit.validation import held_out, validate
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
@@ -23,7 +25,14 @@ def find(
     friction_torque: FrictionTorque,
     progress: Progress,
 ) -> Fitted:
-    """Fit the law to every joint that moves enough; every n-th block is held out."""
+    """Fit the law to every joint that moves enough; every n-th block is held out.
+
+    A law with state is averaged as the filter averages the friction torque, whatever the settings say: what comes after
+    a reversal is as short as the filter's window.
+    """
+    with_state = isinstance(law, LawWithState)
+    if with_state:
+        settings = _averaged(law, settings)
     samples = friction_torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
@@ -33,8 +42,18 @@ def find(
         unseen=Unseen(fits=fits, usable=held_out(fits, samples, law, settings)),
         robot=robot,
         logs=prepared,
+        settings=settings if with_state else None,
         findings=[couplings_left_out(robot)] if robot.couplings else [],
     )
+
+
+def _averaged(law: FrictionLaw, settings: Settings) -> Settings:
+    if settings.filter.kind == "butterworth":
+        raise SettingsError(
+            f"[identify.filter] kind is 'butterworth', which has no window to average the law '{law.name}' over; "
+            "set it to 'auto' or 'savitzky-golay'"
+        )
+    return settings.model_copy(update={"averaged_law": True})
 
 
 def couplings_left_out(robot: Robot) -> Finding:
@@ -50,7 +69,7 @@ def couplings_left_out(robot: Robot) -> Finding:
 CURVE_FIT = Method(
     name="curve-fit",
     uses=SHARED | {"loss", "averaged_law", "holdout"},
-    laws=LAWS,
+    laws=ChainMap(LAWS, LAWS_WITH_STATE),
     defaults=lambda _: {"law": "stribeck"},
     find=find,
     loops=True,

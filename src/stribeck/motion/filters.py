@@ -122,6 +122,16 @@ def make_filter(settings: FilterSettings, period: float) -> Filter:
     raise SettingsError("[identify.filter] kind is 'auto'; its cutoff must be chosen from a log before it can filter")
 
 
+def sharper_filter(settings: FilterSettings, period: float) -> Filter:
+    """Return the filter over half the window, which shows what happens within it; the same where none can be halved."""
+    whole = make_filter(settings, period)
+    if settings.kind != "savitzky-golay" or isinstance(settings.weights, list):
+        return whole
+    shortest = settings.order + 1 + settings.order % 2
+    half = max(whole.half_width // 2 * 2 + 1, shortest)
+    return make_filter(settings.model_copy(update={"window": half, "cutoff": None}), period)
+
+
 def resolve_auto(settings: FilterSettings, choice: CutoffChoice) -> FilterSettings:
     """Return the settings of the Savitzky-Golay filter that "auto" stands for, given the cutoff chosen.
 

@@ -132,7 +132,7 @@ def _starts(prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings
         for phase, mode in zip(phases, contact_modes(phases), strict=True):
             row = max(phase.first, segment.start + margin)
             stop = min(phase.last, segment.stop - margin)
-            seen = phase.kind != "flight" and seen_joints(robot, mode.feet, settings)[moving].any()
+            seen = bool(mode.feet) and seen_joints(robot, mode.feet, settings)[moving].any()
             if stop - row > shortest and seen:
                 spans.append(_Start(row, stop, mode, slice(phase.steady_first, phase.steady_last)))
     lengths = np.array([span.stop - shortest - span.row for span in spans], dtype=np.int64)

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from stribeck.errors import NothingIdentifiedError
-from stribeck.friction import FrictionLaw, get_law
+from stribeck.friction import FrictionLaw, LawWithState, get_law
 from stribeck.friction.assembled import beyond_velocity
+from stribeck.friction.law import Motion
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
 from stribeck.typing import Array
 
@@ -160,8 +161,8 @@ class JointResult:
     ) -> Array:
         """Return the friction torque of the law that was found [N m], of a prismatic joint [N].
 
-        Of a joint whose friction drifts, it is that of the middle of the log; of one with presliding, that of steady
-        motion, unless a period is given.
+        Of a joint whose friction drifts, it is that of the middle of the log; of one with presliding or bristles, that
+        of steady motion, unless a period is given.
 
         Parameters
         ----------
@@ -177,7 +178,8 @@ class JointResult:
             the log has not been, friction over position is that of the nearest position where it has.
         period
             From one velocity to the next [s], of a motion in the order of time along the first axis: friction then
-            builds up after reversals, if the joint has presliding. At the beginning of the motion it has built up.
+            builds up after reversals, if the joint has presliding or bristles. At the beginning of the motion it has
+            built up.
 
         Returns
         -------
@@ -205,7 +207,10 @@ class JointResult:
         if values is None:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
         carried = (self.mean_load or 0.0) if load is None else load
-        own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
+        if period is not None and isinstance(law, LawWithState):
+            own = _along(law, speeds.reshape(len(speeds), -1), values, period).reshape(speeds.shape)
+        else:
+            own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
         turned: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)
         if position is not None and self.mean_direction:
             reached = np.clip(position, *self.position_range) if self.position_range else position
@@ -219,6 +224,13 @@ class JointResult:
             lag = lag_behind(flat, period, SMOOTH_SIGN * top, travels)[0]
             own = own + found.get("presliding", 0.0) * lag.reshape(speeds.shape)
         return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
+
+
+def _along(law: LawWithState, velocity: Array, values: Array, period: float) -> Array:
+    """Return the friction torque along motions [N m], shape (T, n), that begin steadily."""
+    begins = np.arange(len(velocity)) == 0
+    motions = (Motion(velocity=own, period=period, begins=begins) for own in velocity.T)
+    return np.column_stack([law.torque_along(motion, values) for motion in motions])
 
 
 def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:

@@ -64,10 +64,30 @@ def check_mjcf(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[s
             f"{path}: Pinocchio's joint-space inertia matrix differs from MuJoCo's by {difference:.2g} relative; "
             "simplify the model (<compiler> without eulerseq, balanceinertia and boundinertia) or use its URDF"
         )
-    warnings = check_inertias(path.name, model)
-    if compiled.neq:
-        warnings.append(f"{path.name}: {compiled.neq} equality constraint(s) are left out: the tree alone is modelled")
-    return warnings
+    return check_inertias(path.name, model)
+
+
+def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
+    """Add frames where `<connect>` holds bodies together, and say how to use them, and what is left out otherwise.
+
+    Those of equality NAME are NAME.1 and NAME.2, in the place of a missing name stands its number.
+    """
+    if not compiled.neq:
+        return []
+    pairs = []
+    for k in range(compiled.neq):
+        of_bodies = int(compiled.eq_objtype[k]) == int(mujoco.mjtObj.mjOBJ_BODY)
+        if int(compiled.eq_type[k]) != int(mujoco.mjtEq.mjEQ_CONNECT) or not of_bodies:
+            continue
+        name = compiled.equality(k).name or f"equality_{k}"
+        for place, body in enumerate((int(compiled.eq_obj1id[k]), int(compiled.eq_obj2id[k]))):
+            anchor = pin.SE3(np.eye(3), np.array(compiled.eq_data[k, 3 * place : 3 * place + 3]))
+            carrier = model.frames[model.getFrameId(compiled.body(body).name, pin.FrameType.BODY)] if body else None
+            joint, placement = (carrier.parentJoint, carrier.placement * anchor) if carrier else (0, anchor)
+            model.addFrame(pin.Frame(f"{name}.{place + 1}", joint, 0, placement, pin.FrameType.OP_FRAME), False)
+        pairs.append(f"['{name}.1', '{name}.2']")
+    cure = f"; [[robot.loops]] frames = {' and '.join(pairs)} close it" if pairs else ""
+    return [f"{path.name}: {compiled.neq} equality constraint(s) are left out: the tree alone is modelled{cure}"]
 
 
 @_quiet_mujoco()

@@ -49,7 +49,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
             check_finite(path, model)
         else:
             try:
-                from stribeck.robot.mjcf_check import check_mjcf, compile_mjcf
+                from stribeck.robot.mjcf_check import add_loop_frames, check_mjcf, compile_mjcf
             except ModuleNotFoundError as error:
                 raise RobotFileError(f"{path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
             check_mjcf_file(xml)
@@ -59,6 +59,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
             notes = check_mjcf(path, compiled, model)
             if root and not is_floating(model):
                 model = _mjcf_with_root(path, root)
+            notes += add_loop_frames(path, compiled, model)
         if base == "fixed" and is_floating(model):
             model = _without_joints(model, [1], pin.neutral(model))
     except (ValueError, RuntimeError, IndexError) as error:

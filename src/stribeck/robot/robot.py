@@ -315,6 +315,8 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
     except RobotFileError as error:
         raise RobotFileError(f"{path}: [robot] model = {error}") from error
     model, warnings = load_model(file_of_model, table.base)
+    if table.loops:
+        warnings = [warning for warning in warnings if "equality constraint(s) are left out" not in warning]
     model = lock_joints(model, table.locked, str(path))
     for name in table.position_controlled:
         require_joint(model, name, f"{path}: [robot] position_controlled")

@@ -215,6 +215,12 @@ def of_a_text_too_long(types, folder):
     return write(folder / "log.lcm", events)
 
 
+def of_a_joint_twice(types, folder):
+    events = list(robot_states(types))
+    events[2][2].joint_name = ["hip", "knee", "hip"]
+    return write(folder / "log.lcm", events)
+
+
 def a_negative_count(data):
     return data[:16] + struct.pack(">i", -3) + data[20:]
 
@@ -233,6 +239,7 @@ def a_negative_count(data):
         (with_message(lambda data: data + b"1234"), ["192 bytes of data; expected 188"]),
         (with_message(a_negative_count), ["-3 values in 'joint_position_measured'"]),
         (of_a_text_too_long, ["has a text of 1048576 bytes in 'joint_name'"]),
+        (of_a_joint_twice, ["'EST_ROBOT_STATE' names joint 'hip' twice", "expected each once"]),
         (of_unknown_types, ["holds no messages of type 'lcmt_iiwa_status'", "found 'A', 'B'"]),
         (of_two_arms, ["'LEFT', 'RIGHT'", "[log.position] name"]),
         (of_four_joints, ["'position' has 4 columns", "joint_order"]),

@@ -161,6 +161,27 @@ def untimed(columns):
     del columns["timestamp"]
 
 
+def nested_without_end(folder):
+    path = dataset(folder)
+    names = "[" * 5000 + '"hip"' + "]" * 5000
+    (path / "meta/info.json").write_text(f'{{"features": {{"observation.state": {{"names": {names}}}}}}}')
+    return path
+
+
+def of_text(folder):
+    def change(columns):
+        columns["observation.state"] = pa.array(["hello"] * len(columns["frame_index"]))
+
+    return dataset(folder, change=change)
+
+
+def without_rows(folder):
+    path = dataset(folder)
+    for file in path.glob("data/*/*"):
+        pyarrow.parquet.write_table(pyarrow.parquet.read_table(file).slice(0, 0), file)
+    return path
+
+
 TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos", "knee.pos", "a", "b", "c"]))
 
 
@@ -172,6 +193,9 @@ TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos",
         (rewritten(features=[]), ["info.json: holds no table 'features'", "expected that of a LeRobot dataset"]),
         (rewritten(features={"action": {}}), ["has features 'action'", "expected 'observation.state'"]),
         (rewritten(features=TWICE), ["info.json: names more than one place 'position.hip'", "expected one a joint"]),
+        (nested_without_end, ["info.json: cannot be read as LeRobot's info.json"]),
+        (without_rows, ["its 2 Parquet files hold no rows", "expected an episode"]),
+        (of_text, ["holds no joint positions", "expected numbers in 'observation.state'"]),
         (without_data, ["holds no data/chunk-000/*.parquet", "expected the dataset's data"]),
         (cut, ["file-001.parquet: cannot be read as Parquet"]),
         (of_files_that_differ, ["file-001.parquet: has columns", "expected those of file-000.parquet"]),

@@ -58,6 +58,14 @@ def test_one_joint(write, tmp_path):
 
 
 @WRITERS
+def test_usual_names(write, tmp_path):
+    contents = {"t": LOG.time, "q": LOG.position.T, "tau": LOG.torque.T}
+    read = read_log(write(tmp_path, contents), StubRobot())
+    np.testing.assert_array_equal(read.position, LOG.position)
+    np.testing.assert_array_equal(read.torque, LOG.torque)
+
+
+@WRITERS
 def test_structs_are_reached_by_name(write, tmp_path):
     contents = {"t": LOG.time, "robot": {"q": LOG.position, "dynamics": {"tau": 1e3 * LOG.torque}}}
     table = {
@@ -170,6 +178,10 @@ def nameless(device):
     del device["description_list"]
 
 
+def twice(device):
+    device["joints_state"]["positions"]["elements_names"] = np.array(["hip", "hip", "knee"])
+
+
 def unstamped(device):
     del device["joints_state"]["velocities"]["timestamps"]
 
@@ -227,6 +239,7 @@ def cut_within_a_variable(folder):
         ),
         (changed(uneven, version_5), ["has data of shape (3, 39)", "40 timestamps"]),
         (changed(nameless), ["joints_state.torques' has no names of joints", "expected 'elements_names'"]),
+        (changed(twice), ["joints_state.positions' names joint 'hip' twice", "expected each once"]),
         (changed(unstamped), ["joints_state.velocities' has no 'timestamps'", "expected one a sample"]),
         (changed(timeless), ["joints_state.positions.timestamps' holds nan", "expected seconds"]),
         (changed(without_torques), ["holds no joint torques", "[log.torque] name"]),

@@ -10,7 +10,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.friction import FrictionLaw, Parameter
+from stribeck.friction import FrictionLaw, LawWithState, Parameter
+from stribeck.identification.curve_fit.along import Along, along, state_known
 from stribeck.identification.judgement.speed import top_speed
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -43,6 +44,8 @@ class FitProblem:
     around, weights
         Velocity [rad/s] at the K instants over which the filter has averaged the torque, shape (N, K), and the weight
         of each, shape (K,); None if nothing is averaged.
+    along
+        The motion that a law with state is fitted along; None of other laws.
     """
 
     law: FrictionLaw
@@ -53,6 +56,7 @@ class FitProblem:
     block: NDArray[np.int64]
     around: Array | None = None
     weights: Array | None = None
+    along: Along | None = None
 
     @property
     def logarithmic(self) -> NDArray[np.bool_]:
@@ -81,23 +85,35 @@ class FitProblem:
             result[self.turning] = np.einsum("nkp,k->np", values, self.weights).reshape(-1, *result.shape[1:])
         return result
 
+    def law_torque(self, values: Array) -> Array:
+        """Return the torque of the law [N m], of its own parameter values, as the filter averages it, shape (N,)."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(self.law.torque_along(self.along.motion, values))
+        return self.average(lambda velocity: self.law.torque(velocity, values))
+
+    def law_jacobian(self, values: Array) -> Array:
+        """Return the derivatives of `law_torque`, shape (N, p)."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(self.law.jacobian_along(self.along.motion, values))
+        return self.average(lambda velocity: self.law.jacobian(velocity, values))
+
+    def basis(self, shape: Mapping[str, float]) -> Array:
+        """Return the law's basis for given nonlinear parameters, shape (N, k)."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(self.law.basis_along(self.along.motion, shape))
+        return self.average(lambda velocity: self.law.basis(velocity, shape))
+
     def predict(self, values: Array) -> Array:
         """Return the torque [N m] of parameter values, shape (p,) -> (N,)."""
         if self.acceleration is None:
-            return self.average(lambda velocity: self.law.torque(velocity, values))
-        friction = self.average(lambda velocity: self.law.torque(velocity, values[:-1]))
-        return np.asarray(friction + values[-1] * self.acceleration)
+            return self.law_torque(values)
+        return np.asarray(self.law_torque(values[:-1]) + values[-1] * self.acceleration)
 
     def jacobian(self, values: Array) -> Array:
         """Return the derivatives of `predict`, shape (N, p)."""
         if self.acceleration is None:
-            return self.average(lambda velocity: self.law.jacobian(velocity, values))
-        jacobian = self.average(lambda velocity: self.law.jacobian(velocity, values[:-1]))
-        return np.column_stack([jacobian, self.acceleration])
-
-    def basis(self, shape: Mapping[str, float]) -> Array:
-        """Return the law's basis for given nonlinear parameters, shape (N, k)."""
-        return self.average(lambda velocity: self.law.basis(velocity, shape))
+            return self.law_jacobian(values)
+        return np.column_stack([self.law_jacobian(values[:-1]), self.acceleration])
 
     def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
         """Return the problem of these samples alone."""
@@ -108,6 +124,7 @@ class FitProblem:
             acceleration=None if self.acceleration is None else self.acceleration[rows],
             block=self.block[rows],
             around=None if self.around is None else self.around[rows],
+            along=None if self.along is None else self.along.take(rows),
         )
 
 
@@ -115,7 +132,8 @@ def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Sett
     """Return the problem of all usable, finite samples of a joint, ordered by block.
 
     A joint at rest holds any torque up to the Coulomb friction, and the sign of its velocity is noise: for laws that
-    jump at standstill, samples slower than `settings.rest` times the top speed are left out.
+    jump at standstill, samples slower than `settings.rest` times the top speed are left out. For laws with state, so
+    are those at the beginning of a piece of motion, where the state is not known.
     """
     column = samples.joint_names.index(joint)
     asked = settings.fit_armature
@@ -126,6 +144,8 @@ def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Sett
         keep &= np.isfinite(samples.acceleration[:, column])
     if law.jumps and keep.any():
         keep &= np.abs(velocity) >= settings.rest * top_speed(velocity[keep])
+    if isinstance(law, LawWithState):
+        keep &= state_known(samples, column, settings.rest)
     rows = np.flatnonzero(keep)
     rows = rows[np.argsort(samples.block[rows], kind="stable")]
     return FitProblem(
@@ -137,6 +157,7 @@ def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Sett
         block=samples.block[rows],
         around=samples.velocity_around(column, rows),
         weights=None if samples.nodes is None else samples.nodes.weights,
+        along=along(samples, column, rows) if isinstance(law, LawWithState) else None,
     )
 
 

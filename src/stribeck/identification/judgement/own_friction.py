@@ -52,6 +52,7 @@ def own_friction(
         prismatic=tuple(all(samples.slides(joint) for joint in part.tolist()) for part in parts),
         jerk=None if samples.jerk is None else samples.jerk @ acting,
         snap=None if samples.snap is None else samples.snap @ acting,
+        sharp_velocity=None if samples.sharp_velocity is None else samples.sharp_velocity @ acting,
     )
 
 

@@ -86,14 +86,15 @@ def _judge_joint(
     prismatic: bool,
     criteria: Criteria,
 ) -> JointResult:
-    weak = is_weak(fit, problem.velocity, criteria)
+    unresolved = problem.along.unresolved if problem.along else np.nan
+    weak = is_weak(fit, problem.velocity, criteria, unresolved)
     curve = friction_curve(fit, problem.law, problem.velocity, prismatic)
     added = positive_power_fraction(fit, problem)
     verdict, reason = _verdict(fit, curve, problem, validation, prismatic, added)
     if verdict == "identified":
         reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
     if is_significant(curve):
-        reason += weak_by_themselves(fit, weak, problem.velocity, prismatic)
+        reason += weak_by_themselves(fit, weak, problem.velocity, prismatic, unresolved)
         reason += "" if fit.converged else "; the fit did not converge: samples hardly distinguish the parameters"
     return JointResult(
         parameters={

@@ -30,6 +30,10 @@ NEAR = 0.2
 """Share of the top speed [1] within which samples are near a speed."""
 
 
+SHARPER = 0.25
+"""Path within half of a window over that within all of it [1]: laws with state see the motion through such a half."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
     """Which parameters are weak with a method beside those with a wide interval.
@@ -51,13 +55,17 @@ USUAL = Criteria()
 """Of a fit of each joint by itself."""
 
 
-def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArray[np.bool_]:
+def is_weak(
+    fit: JointFit, velocity: Array, criteria: Criteria = USUAL, unresolved: float = np.nan
+) -> NDArray[np.bool_]:
     """Return which parameters are weak, shape (p,), given the velocities of the joint's samples.
 
     Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
     is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
     the joint does not clear, if the interval assumes an exact law, which decides there how the torque is shared out.
-    A shape parameter from the group prior is weak where the friction that it shapes is not significant.
+    A shape parameter from the group prior is weak where the friction that it shapes is not significant. Of bristles
+    with a travel shorter than what is `unresolved` after a reversal [rad], [m], within what the filter averages over,
+    the damping is weak; from a quarter of that on, so is the travel.
     """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
@@ -73,6 +81,10 @@ def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL) -> NDArr
         weak |= np.isin(fit.names, BEYOND)
     if criteria.shares_shapes:
         weak |= np.isin(fit.names, _shape_of_nothing(fit))
+    if "bristle_travel" in fit.names:
+        travel, damping = (fit.names.index(name) for name in ("bristle_travel", "bristle_damping"))
+        weak[travel] |= not fit.values[travel] >= SHARPER * unresolved  # also where there is no reversal
+        weak[damping] |= weak[travel] or fit.values[travel] < unresolved
     return weak
 
 
@@ -107,16 +119,18 @@ def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, pris
     return f"{said}: {near:.1%} of the samples are near it, with {residual}"
 
 
-def weak_by_themselves(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> str:
+def weak_by_themselves(
+    fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool, unresolved: float = np.nan
+) -> str:
     """Return which parameters are weak, and what the log lacks for them where that is known, "" if none are."""
     if not weak.any():
         return ""
-    causes = _causes(fit, weak, velocity, prismatic)
+    causes = _causes(fit, weak, velocity, prismatic, unresolved)
     named = ", ".join(name for name, is_open in zip(fit.names, weak, strict=True) if is_open)
     return f"; weak by itself: {named}" + (f", as {'; '.join(causes)}" if causes else "")
 
 
-def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool) -> list[str]:
+def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool, unresolved: float) -> list[str]:
     values = dict(zip(fit.names, fit.values.tolist(), strict=True))
     open_ = {name for name, is_open in zip(fit.names, weak, strict=True) if is_open}
     unit = "m/s" if prismatic else "rad/s"
@@ -127,6 +141,11 @@ def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: 
         limit = RISING / values["slope"]
         share = float(np.mean(np.abs(velocity) < limit))
         causes.append(f"{share:.1%} of the samples are slower than {limit:.2g} {unit}, where the slope shows")
+    if open_ & {"bristle_travel", "bristle_damping"} and values["bristle_travel"] < unresolved:
+        causes.append(
+            f"after a reversal it moves {unresolved:.2g} {unit.removesuffix('/s')} within half of the filter's window, "
+            f"and its bristles bend on {values['bristle_travel']:.2g}: turn round more slowly, or log faster"
+        )
     return causes
 
 

@@ -59,13 +59,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
             f"{path}: holds no messages of type {listed(types)}, and expected is a topic of them; found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
-    notes = [
-        f"'{stream.topic}' is left out: {_rate(stream):.4g} Hz cannot follow a robot's motion, at least {RATES[0]:g} "
-        "Hz can."
-        for stream in streams
-        if _too_slow(stream)
-    ]
-    streams = [stream for stream in streams if not _too_slow(stream)]
+    streams, notes = fast_enough(streams)
     parts: dict[str, dict[str, Part]] = {}
     if commands := {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}:
         joints = [_of_command(stream) if stream.topic in commands else stream for stream in joints]
@@ -100,7 +94,9 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
         path=path,
         channels={"time": Channel(1)}
         | {name: Channel(len(columns), tuple(columns)) for name, columns in parts.items() if columns},
-        load=partial(_load, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes),
+        load=partial(
+            load_on_one_clock, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes
+        ),
         others=(*idle, *others),
         time_unit="ns",
         torque_source="motor_current" if motors else None,
@@ -179,6 +175,17 @@ def _rate(stream: Stream) -> float:
     return 1 / period if period > 0 else np.inf
 
 
+def fast_enough(streams: Sequence[Stream]) -> tuple[list[Stream], list[str]]:
+    """Return the streams that can follow a robot's motion, and notes on the others."""
+    notes = [
+        f"'{stream.topic}' is left out: {_rate(stream):.4g} Hz cannot follow a robot's motion, at least {RATES[0]:g} "
+        "Hz can."
+        for stream in streams
+        if _too_slow(stream)
+    ]
+    return [stream for stream in streams if not _too_slow(stream)], notes
+
+
 def _too_slow(stream: Stream) -> bool:
     """Return whether what this stream measures, beside the joints, moves faster than it is sent; flags are held."""
     return stream.kind in ("imu", "wrench", "force") and _rate(stream) < RATES[0]
@@ -195,7 +202,7 @@ def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
         )
 
 
-def _load(
+def load_on_one_clock(
     parts: Mapping[str, list[Part]],
     table: LogTable,
     path: str,

@@ -15,7 +15,7 @@ import numpy as np
 
 from stribeck.errors import LogError
 from stribeck.log.readers.join import join
-from stribeck.log.readers.messages import Part
+from stribeck.log.readers.messages import Part, refuse_twice
 from stribeck.log.readers.source import Source, foreign
 from stribeck.log.readers.topics import collect
 from stribeck.settings import LogTable
@@ -216,7 +216,7 @@ def _panda(message: Any, _: str) -> list[Part]:
     return [Part("joints", _numbers(message.num_joints), values)]
 
 
-def _robot_output(message: Any, _: str) -> list[Part]:
+def _robot_output(message: Any, where: str) -> list[Part]:
     """Return joints, whose velocities end in `dot` and motors in `_motor`, and the base, whose places begin with it."""
     parts = []
     for channel, names, values, ending in (
@@ -226,6 +226,7 @@ def _robot_output(message: Any, _: str) -> list[Part]:
     ):
         own = [place for place, name in enumerate(names) if not name.startswith("base_")]
         labels = tuple(names[place].removesuffix(ending) for place in own)
+        refuse_twice(labels, where)
         parts.append(Part("joints", labels, {channel: values[own]} if own else {}))
     base = dict(zip(message.position_names, message.position, strict=True))
     imu: dict[str, Sequence[float]] = {"linear_acceleration": message.imu_accel}
@@ -234,7 +235,8 @@ def _robot_output(message: Any, _: str) -> list[Part]:
     return [*parts, Part("imu", (), imu)]
 
 
-def _joint_state(message: Any, _: str) -> list[Part]:
+def _joint_state(message: Any, where: str) -> list[Part]:
+    refuse_twice(message.joint_name, where)
     values = {
         "position": message.joint_position,
         "velocity": message.joint_velocity,
@@ -243,10 +245,10 @@ def _joint_state(message: Any, _: str) -> list[Part]:
     return [Part("joints", tuple(message.joint_name), values)]
 
 
-def _robot_state(message: Any, place: str) -> list[Part]:
+def _robot_state(message: Any, where: str) -> list[Part]:
     turned = message.pose.rotation
     orientation = {"base_orientation": (turned.x, turned.y, turned.z, turned.w)}
-    return [*_joint_state(message, place), Part("imu", (), orientation)]
+    return [*_joint_state(message, where), Part("imu", (), orientation)]
 
 
 def _legs(message: Any, _: str) -> list[Part]:

@@ -63,6 +63,8 @@ def open_lerobot(path: Path, table: LogTable) -> Source:
     if not files:
         raise LogError(f"{path}: holds no data/chunk-000/*.parquet; expected the dataset's data beside its meta folder")
     tables = [parquet_table(file) for file in files]
+    if not any(one.rows for one in tables):
+        raise LogError(f"{path}: its {len(files)} Parquet files hold no rows; expected an episode at least")
     for other in tables[1:]:
         if other.names != tables[0].names:
             raise LogError(
@@ -72,7 +74,8 @@ def open_lerobot(path: Path, table: LogTable) -> Source:
     for one in tables:
         check_size(one.path, 8 * one.rows * len(one.names))
     time, episodes = _time(tables, table)
-    names = _named(tables[0].names, features)
+    with foreign(str(path / INFO), "LeRobot's info.json"):  # which may be nested without end
+        names = _named(tables[0].names, features)
     stored = dict(zip(names, tables[0].names, strict=True))
     twice = [name for name in stored if names.count(name) > 1]
     if twice:
@@ -93,8 +96,9 @@ def open_lerobot(path: Path, table: LogTable) -> Source:
         load=partial(_load, source, notes),
         others=tuple(name for name in source.others if name not in STAMPS),
         expected={
+            "position": f"numbers in '{STATE}', under names '<joint>.pos' or the joints' own",
             "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', which it has if the "
-            "arm's driver reports efforts"
+            "arm's driver reports efforts",
         },
     )
 
@@ -150,9 +154,7 @@ def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
     wanted = ["timestamp", "episode_index"]
     if not set(wanted) <= set(tables[0].names):
         return None, 1
-    batches = [batch for one in tables for batch in one.batches(wanted, wanted)]
-    if not batches:
-        return np.zeros(0), 0
+    batches = [batch for one in tables for batch in one.batches(wanted, wanted) if batch.num_rows]
     with foreign(tables[0].path, "a LeRobot dataset"):
         stamps, episode = (
             np.concatenate([np.asarray(batch.column(k), dtype=np.float64).reshape(-1) for batch in batches])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ import scipy.io
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
+from stribeck.log.readers.aliases import ALIASES
 from stribeck.log.readers.arrays import WORDS, StoredArray, source_of_arrays
 from stribeck.log.readers.source import Source, foreign
 from stribeck.log.readers.yarp import is_telemetry, open_telemetry
@@ -58,42 +60,35 @@ def open_matlab(path: Path, table: LogTable) -> Source:
         raise LogError(f"{path}: holds no arrays; expected at least 'position' and 'torque'")
     if is_telemetry(variables):
         whole = {name: partial(_whole, str(path), variable) for name, variable in variables.items()}
-        return open_telemetry(str(path), whole, texts, table)
-    name = table.time.name or "time"
-    time = variables.get(name if isinstance(name, str) else name[0])
-    samples = max(time.shape, default=1) if time else None
+        with foreign(str(path), "a log of YARP"):
+            return open_telemetry(str(path), whole, texts, table)
+    asked = table.time.name or ("time", *ALIASES["time"])
+    time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
+    samples = max(variables[time].shape) if time else None
     arrays = {name: _stored(variable, samples, path) for name, variable in variables.items()}
     return source_of_arrays(str(path), arrays, {name: texts[name] for name in WORDS if name in texts}, table)
 
 
 def _stored(variable: Variable, samples: int | None, path: Path) -> StoredArray:
     """Return a variable with its samples along the first axis: the one of that length, or else its longest."""
-    shape = variable.shape or (1,)
-    axis = shape.index(samples) if samples in shape else shape.index(max(shape))
-    if samples is not None and samples not in shape:
-        axis = 0
+    shape = variable.shape
+    axis = shape.index(max(shape)) if samples is None else shape.index(samples) if samples in shape else 0
     moved = (shape[axis], *shape[:axis], *shape[axis + 1 :])
-    return StoredArray(moved, variable.dtype, partial(_blocks, variable, axis, moved, path))
+    return StoredArray(moved, variable.dtype, partial(_blocks, variable, axis, path))
 
 
-def _blocks(variable: Variable, axis: int, shape: tuple[int, ...], path: Path) -> Iterator[NDArray[np.generic]]:
+def _blocks(variable: Variable, axis: int, path: Path) -> Iterator[NDArray[np.generic]]:
     with foreign(str(path), "MATLAB"):
-        for start in range(0, shape[0], BLOCK_ROWS):
-            stop = min(start + BLOCK_ROWS, shape[0])
-            yield np.moveaxis(variable.read(axis, start, stop).reshape(_part(shape, axis, stop - start)), axis, 0)
-
-
-def _part(moved: tuple[int, ...], axis: int, rows: int) -> tuple[int, ...]:
-    """Return the shape of some rows, where they were before the axis of samples was moved to the front."""
-    return (*moved[1 : axis + 1], rows, *moved[axis + 1 :])
+        for start in range(0, variable.shape[axis], BLOCK_ROWS):
+            stop = min(start + BLOCK_ROWS, variable.shape[axis])
+            yield np.moveaxis(variable.read(axis, start, stop), axis, 0)
 
 
 def _whole(path: str, variable: Variable) -> NDArray[np.float64]:
     if variable.dtype.kind not in "fiub":
         raise LogError(f"{path}: holds values of type {variable.dtype}; expected numbers")
-    check_size(path, 8 * int(np.prod(variable.shape)))
-    shape = variable.shape or (1,)
-    return np.asarray(variable.read(0, 0, shape[0]), dtype=np.float64).reshape(shape)
+    check_size(path, 8 * math.prod(variable.shape))
+    return np.asarray(variable.read(0, 0, variable.shape[0]), dtype=np.float64)
 
 
 def _read_before_7_3(path: Path) -> Contents:
@@ -112,7 +107,7 @@ def _read_before_7_3(path: Path) -> Contents:
         elif isinstance(value, (list, np.ndarray)) and _all_text(value):
             texts[name] = tuple(str(one).rstrip() for one in np.ravel(np.asarray(value, dtype=object)))
         elif isinstance(value, (int, float, complex, np.generic, np.ndarray)):
-            array = np.squeeze(np.asarray(value))
+            array = np.atleast_1d(np.squeeze(np.asarray(value)))
             if array.dtype.kind in "fiubc":
                 variables[name] = Variable(array.shape, array.dtype, partial(_slab, array))
 
@@ -128,7 +123,7 @@ def _all_text(values: list[Any] | NDArray[Any]) -> bool:
 
 
 def _slab(array: NDArray[Any], axis: int, start: int, stop: int) -> NDArray[Any]:
-    return array[(slice(None),) * axis + (slice(start, stop),)] if array.ndim else array
+    return array[(slice(None),) * axis + (slice(start, stop),)]
 
 
 def _unpacked(path: Path) -> int:
@@ -175,8 +170,8 @@ def _read_hdf5(path: Path) -> Contents:
                 if all(line is not None for line in lines):
                     texts[dotted] = tuple(line or "" for line in lines)
             elif node.shape is not None and node.dtype.kind != "O":
-                shape = tuple(length for length in node.shape[::-1] if length != 1)
-                variables[dotted] = Variable(shape, node.dtype, partial(_hyperslab, path, name))
+                shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
+                variables[dotted] = Variable(shape, node.dtype, partial(_hyperslab, path, name, shape))
 
         file.visititems(visit)  # which follows no links to other files
     return variables, texts
@@ -192,12 +187,10 @@ def _text(node: h5py.Dataset | h5py.Group) -> str | None:
     return "".join(chr(letter) for letter in np.ravel(node[()])).rstrip()
 
 
-def _hyperslab(path: Path, name: str, axis: int, start: int, stop: int) -> NDArray[Any]:
+def _hyperslab(path: Path, name: str, shape: tuple[int, ...], axis: int, start: int, stop: int) -> NDArray[Any]:
     """Return part of a dataset, whose axes are MATLAB's in the opposite order."""
     with foreign(str(path), "MATLAB"), h5py.File(path, "r") as file:
         dataset = file[name]
         long = [place for place, length in enumerate(dataset.shape) if length != 1][::-1]  # MATLAB's order
-        part: list[slice] = [slice(None)] * dataset.ndim
-        if long:
-            part[long[axis]] = slice(start, stop)
-        return np.asarray(dataset[tuple(part)]).T
+        part = [slice(start, stop) if place in long[axis : axis + 1] else slice(None) for place in range(dataset.ndim)]
+        return np.asarray(dataset[tuple(part)]).T.reshape(*shape[:axis], stop - start, *shape[axis + 1 :])

@@ -34,7 +34,7 @@ def _joint_state(message: Any, place: str) -> list[Part]:
     names = tuple(message.name)
     values = {"position": message.position, "velocity": message.velocity, "torque": message.effort}
     values = {channel: numbers for channel, numbers in values.items() if len(numbers)}
-    _refuse_twice(names, place)
+    refuse_twice(names, place)
     uneven = [channel for channel, numbers in values.items() if len(numbers) != len(names)]
     if uneven:
         raise LogError(
@@ -44,7 +44,8 @@ def _joint_state(message: Any, place: str) -> list[Part]:
     return [Part("joints", names, values)]
 
 
-def _refuse_twice(names: Sequence[str], place: str) -> None:
+def refuse_twice(names: Sequence[str], place: str) -> None:
+    """Refuse a joint that is named twice."""
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise LogError(f"{place} names joint '{twice[0]}' twice; expected each once")
@@ -53,7 +54,7 @@ def _refuse_twice(names: Sequence[str], place: str) -> None:
 def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
     """Return a part for the joints of each set of interfaces; sensors and switches have others."""
     names, interfaces = tuple(message.joint_names), message.interface_values
-    _refuse_twice(names, place)
+    refuse_twice(names, place)
     if len(names) != len(interfaces):
         raise LogError(f"{place} has {len(names)} joint names and interfaces of {len(interfaces)}; expected as many")
     groups: dict[tuple[str, ...], list[tuple[str, dict[str, float]]]] = {}

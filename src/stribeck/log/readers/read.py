@@ -13,6 +13,7 @@ from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.columns import source_of_columns
+from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.frame import table_of_frame
 from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.lcm import MAGIC, open_lcm
@@ -168,9 +169,13 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
             return open_rosbag
         if (path / INFO).is_file():
             return open_lerobot
+        if tables := tables_in(path):
+            for table in tables:
+                _check_whole(table)
+            return open_folder
         raise LogError(
-            f"{path}: is a folder without metadata.yaml or {INFO}; expected a log file, a rosbag2 folder or a LeRobot "
-            "dataset"
+            f"{path}: is a folder without metadata.yaml, {INFO} or tables; expected a log file, a rosbag2 folder, a "
+            "LeRobot dataset, or a folder with a .csv or .parquet file a channel"
         )
     if size and path.suffix.lower() not in FORMATS and _begins_with(path, MAGIC):
         return open_lcm
@@ -179,14 +184,20 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
             f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
             "LeRobot dataset"
         )
-    if size == 0:
-        raise LogError(f"{path}: is empty; expected a log")
+    _check_whole(path)
+    return FORMATS[path.suffix.lower()]
+
+
+def _check_whole(path: Path) -> None:
+    """Refuse a file that is empty, cannot be opened, or is nearly all a hole."""
     with foreign(str(path), "a log"):
+        size = path.stat().st_size
+        if size == 0:
+            raise LogError(f"{path}: is empty; expected a log")
         path.open("rb").close()
         stored = stored_bytes(path)
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
         raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
-    return FORMATS[path.suffix.lower()]
 
 
 def _begins_with(path: Path, magic: bytes) -> bool:

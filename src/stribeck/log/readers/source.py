@@ -8,6 +8,8 @@ To add a format:
 3. Call foreign libraries inside `foreign`, so that whatever they raise becomes a LogError naming the file.
 4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/log/readers/formats.py`, and damage to
    `tests/damaged.py`.
+
+A type of message is a function in `messages.py` (ROS) or `lcm.py`, which takes it apart into joints, IMUs and feet.
 """
 
 from __future__ import annotations

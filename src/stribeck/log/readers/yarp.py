@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.errors import LogError
 from stribeck.log.readers.join import join
+from stribeck.log.readers.messages import refuse_twice
 from stribeck.log.readers.source import VECTOR_CHANNELS, Source
 from stribeck.log.readers.topics import NANO, Stream
 from stribeck.settings import LogTable
@@ -96,6 +97,7 @@ def _joint_streams(
                 f"{path}: '{name}' has no names of joints; expected 'elements_names' in it, or "
                 f"'{root}.description_list'"
             )
+        refuse_twice(labels, f"{path}: '{name}'")
         stamps, values = _signal(path, name, arrays, len(labels))
         if degrees and signal.startswith("joints_state") and JOINTS[signal] != "torque":
             values = np.deg2rad(values)

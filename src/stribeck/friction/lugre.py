@@ -1,0 +1,178 @@
+"""LuGre: bristles that bend before they slip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import scipy  # its linalg is slow to import: loaded at its first use
+
+from stribeck.friction.law import LawWithState, Motion, Parameter
+from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
+from stribeck.friction.stribeck import split_stribeck
+from stribeck.typing import Array
+
+TRAVEL = Parameter(
+    name="bristle_travel",
+    symbol="d",
+    unit="rad",
+    lower=1e-6,
+    upper=1.0,
+    starts=(1e-3, 3e-3, 1e-2, 3e-2),
+    start_speed_power=1,
+    logarithmic=True,
+)
+DAMPING = Parameter(name="bristle_damping", symbol="sigma1", unit="N m s/rad")
+
+
+class LuGre(LawWithState):
+    """Bristles with a mean deflection z (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with sigma0 = Fc / d.
+
+        dz/dt = v - sigma0 |v| z / g(v),    g(v) = Fc (1 + S exp(-(v / vs)^2))
+        R = sigma0 z + sigma1 dz/dt + Fv v + offset
+
+    Steady sliding has R = g(v) sgn(v) + Fv v + offset. With S = 0 and sigma1 = 0 it is Dahl's law (1968) with viscous
+    friction. d is fitted in place of sigma0: with u = z / d, friction is linear in Fv, Fc, sigma1 and the offset,
+
+        du/dt = v / d - |v| u / (d l(v)),    l(v) = 1 + S exp(-(v / vs)^2),    R = Fc u + sigma1 d du/dt + Fv v + offset
+
+    and u depends on the path alone but for l. Over a path of length x in one direction, of which l is taken in the
+    middle, u <- l sgn(v) + (u - l sgn(v)) exp(-x / (d l)): exact for a constant speed, and stable for any step. Between
+    two samples the velocity is linear, and the path ends where it changes its sign.
+
+    When to use it: for logs with slow reversals, to learn how friction builds up after them.
+    """
+
+    name: ClassVar[str] = "lugre"
+    title: ClassVar[str] = "LuGre, with presliding"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        VISCOUS,
+        COULOMB,
+        STRIBECK_GAIN,
+        STRIBECK_VELOCITY,
+        OFFSET,
+        TRAVEL,
+        DAMPING,
+    )
+    free_coefficients: ClassVar[tuple[int, ...]] = (3,)
+    jumps: ClassVar[bool] = True
+
+    def torque(self, velocity: Array, values: Array) -> Array:
+        """Return R(v) of steady sliding [N m], shape (N,)."""
+        Fv, Fc, S, vs, offset, _, _ = values
+        return np.asarray(Fv * velocity + Fc * np.sign(velocity) * (1.0 + S * _bell(velocity, vs)) + offset)
+
+    def jacobian(self, velocity: Array, values: Array) -> Array:
+        """Return dR/dp of steady sliding, shape (N, 7), in the order of `parameters`."""
+        _, Fc, S, vs, _, _, _ = values
+        sign, bell = np.sign(velocity), _bell(velocity, vs)
+        columns = np.zeros((len(velocity), 7), order="F")
+        columns[:, 0] = velocity
+        columns[:, 1] = sign * (1.0 + S * bell)
+        columns[:, 2] = Fc * sign * bell
+        columns[:, 3] = columns[:, 2] * S * 2.0 * (velocity / vs) ** 2 / vs
+        columns[:, 4] = 1.0
+        return columns
+
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
+        """Return the columns v, sgn(v), sgn(v) exp(-(v / vs)^2), 1, 0, shape (N, 5)."""
+        sign, bell = np.sign(velocity), _bell(velocity, shape["stribeck_velocity"])
+        return np.column_stack([velocity, sign, sign * bell, np.ones_like(velocity), np.zeros_like(velocity)])
+
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
+        """Return the seven parameters from (Fv, Fc, Fc S, offset, sigma1) and the nonlinear ones."""
+        viscous, kinetic, excess, offset, damping = coefficients
+        coulomb, gain = split_stribeck(kinetic, excess)
+        nonlinear = shape["stribeck_velocity"], offset, shape["bristle_travel"]
+        return np.array([max(viscous, 0.0), coulomb, gain, *nonlinear, max(damping, 0.0)])
+
+    def torque_along(self, motion: Motion, values: Array) -> Array:
+        """Return R [N m] along a motion, shape (M,)."""
+        Fv, Fc, S, vs, offset, d, damping = values
+        u, v = _deflection(_legs(motion, S, vs, d)), motion.velocity
+        return np.asarray(Fv * v + Fc * u + damping * _rate(v, u, S, vs) + offset)
+
+    def jacobian_along(self, motion: Motion, values: Array) -> Array:
+        """Return dR/dp along a motion, shape (M, 7), in the order of `parameters`."""
+        _, Fc, S, vs, _, d, damping = values
+        legs, v = _legs(motion, S, vs, d), motion.velocity
+        u, by_shape = _deflection_and_slopes(legs, S, vs, d)
+        bell = _bell(v, vs)
+        level = 1.0 + S * bell
+        by_level = damping * np.abs(v) * u / level**2
+        columns = np.empty((len(v), 7), order="F")
+        columns[:, 0] = v
+        columns[:, 1] = u
+        columns[:, [5, 2, 3]] = (Fc - damping * np.abs(v) / level)[:, None] * by_shape
+        columns[:, 2] += by_level * bell
+        columns[:, 3] += by_level * S * bell * 2.0 * (v / vs) ** 2 / vs
+        columns[:, 4] = 1.0
+        columns[:, 6] = _rate(v, u, S, vs)
+        return columns
+
+    def basis_along(self, motion: Motion, shape: Mapping[str, float]) -> Array:
+        """Return the columns v, u, u exp(-(v / vs)^2), 1, dz/dt, shape (M, 5), with u without a Stribeck effect."""
+        v, vs = motion.velocity, shape["stribeck_velocity"]
+        u = _deflection(_legs(motion, 0.0, vs, shape["bristle_travel"]))
+        return np.column_stack([v, u, u * _bell(v, vs), np.ones_like(v), _rate(v, u, 0.0, vs)])
+
+
+class _Legs(NamedTuple):
+    """Two legs between each sample and the next, each in one direction; shape (2 M,), of which the first two begin.
+
+    velocity, path
+        Mean velocity [rad/s], and length [rad]; infinite where a motion begins, steadily.
+    level, keep
+        l of that velocity, and exp(-path / (d l)) [1].
+    """
+
+    velocity: Array
+    path: Array
+    level: Array
+    keep: Array
+
+    @property
+    def aim(self) -> Array:
+        """Deflection over d that a long leg ends with [1]."""
+        return np.sign(self.velocity) * self.level
+
+
+def _legs(motion: Motion, gain: float, stribeck_velocity: float, travel: float) -> _Legs:
+    velocity, path = motion.legs
+    level = 1.0 + gain * _bell(velocity, stribeck_velocity)
+    return _Legs(velocity, path, level, np.exp(-path / (travel * level)))
+
+
+def _recur(keep: Array, right: Array) -> Array:
+    """Return x with x[k] = keep[k] x[k - 1] + right[k] and x[-1] = 0, shape of `right`, (K, ...)."""
+    bands = np.stack([np.ones_like(keep), -np.append(keep[1:], 0.0)])
+    return np.asarray(scipy.linalg.solve_banded((1, 0), bands, right, check_finite=False))
+
+
+def _deflection(legs: _Legs) -> Array:
+    """Return u at each sample [1], shape (M,)."""
+    return _recur(legs.keep, (1.0 - legs.keep) * legs.aim)[1::2]
+
+
+def _deflection_and_slopes(legs: _Legs, gain: float, stribeck_velocity: float, travel: float) -> tuple[Array, Array]:
+    """Return u at each sample, shape (M,), and its derivatives by d, S and vs, shape (M, 3)."""
+    u = _recur(legs.keep, (1.0 - legs.keep) * legs.aim)
+    before = np.append(0.0, u[:-1])
+    path = np.where(np.isfinite(legs.path), legs.path, 0.0)  # a beginning forgets all: its `keep` is zero
+    fades = legs.keep * path / (travel * legs.level) * (before - legs.aim)
+    bell = _bell(legs.velocity, stribeck_velocity)
+    by_level = fades / legs.level + (1.0 - legs.keep) * np.sign(legs.velocity)
+    by_speed = gain * bell * 2.0 * (legs.velocity / stribeck_velocity) ** 2 / stribeck_velocity
+    right = np.column_stack([fades / travel, by_level * bell, by_level * by_speed])
+    return u[1::2], _recur(legs.keep, right)[1::2]
+
+
+def _rate(velocity: Array, deflection: Array, gain: float, stribeck_velocity: float) -> Array:
+    """Return dz/dt [rad/s], shape (M,)."""
+    level = 1.0 + gain * _bell(velocity, stribeck_velocity)
+    return np.asarray(velocity - np.abs(velocity) * deflection / level)
+
+
+def _bell(velocity: Array, stribeck_velocity: float) -> Array:
+    return np.asarray(np.exp(-((velocity / stribeck_velocity) ** 2)))

@@ -1,0 +1,224 @@
+"""Folders of tables of one run, side by side: `position.csv`, `torque.csv`, ..., each on its own clock."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from stribeck.errors import LogError
+from stribeck.log.readers.aliases import ALIASES
+from stribeck.log.readers.columns import Table, group_of, source_of_columns
+from stribeck.log.readers.join import fast_enough, load_on_one_clock
+from stribeck.log.readers.mapping import TIME
+from stribeck.log.readers.source import (
+    CHANNELS,
+    JOINT_CHANNELS,
+    VECTOR_CHANNELS,
+    Channel,
+    Source,
+    foreign,
+    listed,
+)
+from stribeck.log.readers.table import csv_table, first_line, is_data, parquet_table
+from stribeck.log.readers.topics import NANO, Stream
+from stribeck.settings import LogTable
+from stribeck.typing import Array
+
+SUFFIXES = (".csv", ".parquet")
+USUAL = {name: channel for channel, names in ALIASES.items() for name in names} | dict(
+    zip(CHANNELS, CHANNELS, strict=True)
+)
+"""Names that mean a channel."""
+KINDS = dict.fromkeys(JOINT_CHANNELS, "joints") | dict.fromkeys(VECTOR_CHANNELS, "imu")
+KINDS |= {"foot_wrench": "wrench", "foot_force": "wrench", "contact": "flag", "temperature": "slow"}
+
+
+@dataclass(frozen=True)
+class _File:
+    """What a file offers: {channel: labels}, their values, and its stamps [ns], if it has any."""
+
+    name: str
+    labels: Mapping[str, tuple[str, ...] | None]
+    values: Mapping[str, Array]
+    stamps: NDArray[np.int64] | None
+    others: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def rows(self) -> int:
+        return (
+            len(next(iter(self.values.values())))
+            if self.values
+            else len(self.stamps if self.stamps is not None else ())
+        )
+
+
+def tables_in(path: Path) -> list[Path]:
+    """Return the tables of a folder."""
+    return sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file())
+
+
+def open_folder(path: Path, table: LogTable) -> Source:
+    """Open a folder of tables; a column `c` of `position.csv` is what `position.c` is in a table of all.
+
+    Raises
+    ------
+    LogError
+        If a file is damaged, two offer the same, one has no time and another number of rows than `time.csv`, or what
+        `[log]` names is in none of them.
+    """
+    with foreign(str(path), "a folder of tables"):
+        paths = tables_in(path)
+    files = [_read(file, table) for file in paths]
+    for channel in CHANNELS:
+        asked = getattr(table, channel).name
+        if asked is not None and channel != "time" and not any(channel in file.labels for file in files):
+            raise LogError(
+                f"{path}: [log.{channel}] name asks for {listed([asked] if isinstance(asked, str) else asked)}; the "
+                f"folder holds {listed([file.name for file in files])}"
+            )
+    clock = next((file for file in files if file.stamps is not None and Path(file.name).stem == "time"), None)
+    notes = list(dict.fromkeys(note for file in files for note in file.notes))
+    streams: list[Stream] = []
+    parts: dict[str, list[tuple[Stream, str, int]]] = {}
+    nameless: dict[str, list[str]] = {}
+    for file in files:
+        stamps = file.stamps if file.stamps is not None else _stamps_of(file, clock, files, table, path, notes)
+        for kind in dict.fromkeys(KINDS[channel] for channel in file.labels):
+            values = {channel: array for channel, array in file.values.items() if KINDS[channel] == kind}
+            streams.append(Stream(file.name, "table", kind, (), stamps, values))
+            for channel in values:
+                labels = file.labels[channel] or tuple(str(column) for column in range(values[channel].shape[1]))
+                parts.setdefault(channel, []).extend((streams[-1], label, k) for k, label in enumerate(labels))
+                if all(label.isdecimal() for label in labels):
+                    nameless.setdefault(channel, []).append(file.name)
+    for channel, holders in nameless.items():
+        names = list(dict.fromkeys(stream.topic for stream, _, _ in parts[channel]))
+        if len(names) > 1:
+            raise LogError(
+                f"{path}: '{channel}' is in {listed(names)}, and the columns of "
+                f"'{holders[0]}' have no names; expected names of joints, or one file a channel"
+            )
+    kept, slow = fast_enough(streams)
+    columns = {
+        channel: [(stream, label, k) for stream, label, k in offered if stream in kept]
+        for channel, offered in parts.items()
+    }
+    columns = {channel: offered for channel, offered in columns.items() if offered}
+    idle = [file.name for file in files if not file.labels and file is not clock]
+    return Source(
+        path=str(path),
+        channels={"time": Channel(1)}
+        | {name: Channel(len(own), tuple(label for _, label, _ in own)) for name, own in columns.items()},
+        load=partial(
+            load_on_one_clock,
+            {name: [(stream, k) for stream, _, k in own] for name, own in columns.items()},
+            table,
+            str(path),
+            [*notes, *slow],
+        ),
+        others=(*dict.fromkeys(name for file in files for name in file.others), *idle),
+        time_unit="ns",
+    )
+
+
+def _read(path: Path, settings: LogTable) -> _File:
+    """Return what a file offers, under names that begin with the file's where they do not say what they are."""
+    if path.suffix.lower() == ".parquet":
+        table = parquet_table(path)
+    else:
+        first, separator = first_line(path)
+        named = not is_data(first)
+        table = csv_table(path, first if named else [f"[{k}]" for k in range(len(first))], separator, named)
+    asked = {channel: name for channel in CHANNELS if (name := getattr(settings, channel).name) is not None}
+    full = [_full_name(name, path.stem, asked) for name in table.names]
+    elsewhere = [channel for channel, name in asked.items() if not _offers(name, full)]
+    own = settings.model_copy(
+        update={name: getattr(settings, name).model_copy(update={"name": None}) for name in elsewhere}
+    )
+    source = source_of_columns(_renamed(table, full), own)
+    channels = {name: channel for name, channel in source.channels.items() if name == "time" or name not in elsewhere}
+    loaded = source.load({name: range(channel.columns) for name, channel in channels.items()})
+    stamps = loaded.arrays.pop("time", None)
+    return _File(
+        name=path.name,
+        labels={name: channel.labels for name, channel in channels.items() if name != "time"},
+        values={name: np.asarray(array, dtype=np.float64) for name, array in loaded.arrays.items()},
+        stamps=None
+        if stamps is None
+        else _nanoseconds(stamps.ravel(), source.time_unit or settings.time.unit, str(path)),
+        others=source.others,
+        notes=loaded.notes,
+    )
+
+
+def _full_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -> str:
+    """Return a column's name, with that of its file before it where it does not say what it is."""
+    prefixes = [one for own in asked.values() for one in ([own] if isinstance(own, str) else own)]
+    if stem == "time" and name.startswith("["):
+        return "time"
+    if group_of(name) in USUAL or any(name.startswith(prefix) for prefix in prefixes):
+        return name
+    return f"{stem}{name}" if name.startswith("[") else f"{stem}.{name}"
+
+
+def _offers(asked: str | list[str], names: Sequence[str]) -> bool:
+    return all(one in names for one in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
+
+
+def _renamed(table: Table, names: list[str]) -> Table:
+    """Return a table whose columns have other names."""
+    stored = dict(zip(names, table.names, strict=True))
+
+    def batches(columns: list[str], free: Collection[str]) -> Iterator[pa.RecordBatch]:
+        for batch in table.batches([stored[name] for name in columns], {stored[name] for name in free}):
+            yield pa.record_batch(batch.columns, names=columns)
+
+    return replace(table, names=names, batches=batches)
+
+
+def _nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> NDArray[np.int64]:
+    """Return stamps in nanoseconds."""
+    factor = TIME[unit or "s"] * NANO
+    known = np.isfinite(stamps.astype(np.float64))
+    if not known.all():
+        raise LogError(f"{path}: row {int(np.argmin(known)) + 1} has no time; expected one in every row")
+    largest = float(np.abs(stamps.astype(np.float64)).max(initial=0.0))
+    if largest * factor > np.iinfo(np.int64).max:
+        raise LogError(
+            f"{path}: time goes up to {largest:.3g} {unit or 's'}; expected seconds, or the unit as [log.time] "
+            f"unit, one of {listed(list(TIME))}"
+        )
+    if stamps.dtype.kind in "iu":
+        return stamps.astype(np.int64) * round(factor)
+    return np.round(stamps.astype(np.float64) * factor).astype(np.int64)
+
+
+def _stamps_of(
+    file: _File, clock: _File | None, files: Sequence[_File], settings: LogTable, path: Path, notes: list[str]
+) -> NDArray[np.int64]:
+    """Return the stamps of a file that has none: those of the file of times, or from `[log] rate`."""
+    if not file.labels:
+        return np.zeros(0, dtype=np.int64)
+    if clock is not None and clock.stamps is not None:
+        if len(clock.stamps) != file.rows:
+            raise LogError(
+                f"{path / file.name}: has {file.rows} rows and no time, '{clock.name}' has {len(clock.stamps)}; "
+                "expected as many, or a column of times"
+            )
+        return clock.stamps
+    untimed = {other.rows for other in files if other.labels and other.stamps is None}
+    if settings.rate is None or len(untimed) > 1 or any(other.stamps is not None for other in files):
+        raise LogError(
+            f"{path / file.name}: holds no time; expected a column 'time', a file time.csv with as many rows, or "
+            "[log] rate in Hz where no file has a time and all have as many rows"
+        )
+    note = f"The log has no time: stamps made from [log] rate = {settings.rate:g} Hz."
+    notes += [note] if note not in notes else []
+    return np.round(np.arange(file.rows) * NANO / settings.rate).astype(np.int64)
