@@ -96,6 +96,14 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
                 assert anchor in pages[target].anchors, f"{path.name}: {link}"
 
 
+@pytest.mark.parametrize(("name", "told"), [("arm", "opposite"), ("quadruped", "front_left"), ("humanoid", "motor_0")])
+def test_tutorials_show_what_their_commands_print(name: str, told: str, site: Path) -> None:
+    outputs = (site / f"tutorials/{name}.html").read_text().split('<div class="cell_output')[1:]
+    assert any("<img" in output for output in outputs)
+    for words in (told, "identified", "Written by stribeck"):
+        assert any(words in output for output in outputs)
+
+
 def test_formulae_are_drawn_by_the_browser_itself(site: Path) -> None:
     for law in LAWS:
         assert '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">' in (

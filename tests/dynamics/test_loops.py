@@ -13,7 +13,9 @@ from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.friction import get_law
 from stribeck.methods.whole_log import identify_whole_log
+from stribeck.planning.plan import plan
 from stribeck.preparation import prepare
+from stribeck.replay.replay import replay
 from stribeck.robot.loops import closed_log, loop_terms
 from stribeck.settings import FilterSettings, Settings
 
@@ -215,6 +217,14 @@ def test_what_knows_trees_alone_is_refused(changed, words, parallelogram):
     with pytest.raises(SettingsError) as caught:
         identify(log, robot, EXACT.model_copy(update=changed))
     assert words in str(caught.value)
+
+
+def test_plan_and_replay_refuse_loops(parallelogram):
+    robot, log = parallelogram
+    with pytest.raises(SettingsError, match="plan: takes a robot for a tree"):
+        plan("result.json", robot)
+    with pytest.raises(RobotFileError, match="replay takes a robot for a tree"):
+        replay(log, robot, robot.model_path)
 
 
 def test_loops_that_cannot_close_are_refused(parallelogram):
