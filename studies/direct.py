@@ -33,6 +33,7 @@ from studies.walking_cases import WALKERS
 LAW = "coulomb-viscous"
 ARMS = ("tx40", "kinova-gen3")
 REGRESSIONS = ("ordinary", "weighted", "robust")
+OTHER_FILTER = "weighted, filter of curve-fit"
 WALK_METHODS = {"curve-fit": {"method": "curve-fit"}, "whole-log": {}, "direct": {"method": "direct"}}
 WALK_CASES = ("A", "A, wrong model")
 NAMES = ("coulomb", "viscous")
@@ -43,18 +44,20 @@ def held_out(folder: Path, band: float) -> dict[str, dict[str, float]]:
     robot = Robot.from_file(folder / "robot.toml")
     parts = parts_of([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
     slowest, found = slowest_speeds(parts), {}
-    for regression in REGRESSIONS:
-        settings = robot.settings.model_copy(update={"method": "direct", "law": LAW, "regression": regression})
+    columns: dict[str, dict[str, object]] = {regression: {"regression": regression} for regression in REGRESSIONS}
+    columns[OTHER_FILTER] = {"filter": Robot.from_file(folder / "curve-fit.toml").settings.filter}
+    for column, own in columns.items():
+        settings = robot.settings.model_copy(update={"method": "direct", "law": LAW, **own})
         errors = [
             torque_errors(
                 part, robot, identify([each for each in parts if each is not part], robot, settings), band, slowest
             )
             for part in parts
         ]
-        found[regression] = np.sqrt(np.nanmean(np.concatenate(errors) ** 2, axis=0))
+        found[column] = np.sqrt(np.nanmean(np.concatenate(errors) ** 2, axis=0))
     return {
-        joint: {name: float(f"{errors[column]:.3g}") for name, errors in found.items()}
-        for column, joint in enumerate(robot.joint_names)
+        joint: {name: float(f"{errors[k]:.3g}") for name, errors in found.items()}
+        for k, joint in enumerate(robot.joint_names)
     }
 
 

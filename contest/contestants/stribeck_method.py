@@ -84,7 +84,9 @@ def predicted(path: Path, robot: Robot, result: Result) -> Array:
     """Return the torques that a log would have [N m], shape (T, n), by the model and friction found."""
     with np.load(path) as file:
         motion = {name: file[name] for name in ("time", "position", "velocity", "acceleration")}
-    torque, _ = predicted_torque(robot, result, motion["position"], motion["velocity"], motion["acceleration"])
+    period = float(np.median(np.diff(motion["time"])))
+    position, velocity, acceleration = (motion[name] for name in ("position", "velocity", "acceleration"))
+    torque, _ = predicted_torque(robot, result, position, velocity, acceleration, period=period)
     late = result.corrections.torque_delay if result.corrections else None
     return linear(motion["time"] - late[0], motion["time"], torque) if late else torque
 

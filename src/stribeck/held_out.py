@@ -8,6 +8,7 @@ import numpy as np
 
 from stribeck.errors import errors_about
 from stribeck.friction_torque.stage import torque_chunks
+from stribeck.friction_torque.thinning import MOST_KEPT
 from stribeck.identification.judgement.speed import top_speed
 from stribeck.identification.judgement.torque_r2 import LEAST_SAMPLES
 from stribeck.methods import Fitted
@@ -43,6 +44,7 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     given = prepared.log
     log = fitted.correct(given) if fitted.correct else given
     settings = settings.model_copy(update=COMMON | {"observer_bandwidth": None})
+    stride = max(1, -(-len(log.time) // MOST_KEPT))
     parts: list[tuple[Array, ...]] = []
     names: tuple[str, ...] = ()
     with errors_about(given.path):
@@ -59,8 +61,16 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
                     result, names, robot, motion, torque[rows] - left, warm, prepared.sampling.period
                 )
                 usable = np.where(samples.usable[rows], 1.0, np.nan)
-                parts.append((motion[0], torque[rows], usable * (left - rotor), left - rotor - friction))
-    velocity, torque, without, error = (np.concatenate(part) for part in zip(*parts, strict=True))
+                found = motion[0], torque[rows], usable * (left - rotor), left - rotor - friction
+                parts.append(tuple(part[::stride] for part in found))
+    duration = float(given.time[-1] - given.time[0])
+    errors = _errors(names, [np.concatenate(part) for part in zip(*parts, strict=True)], settings) if parts else {}
+    return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=errors)
+
+
+def _errors(names: tuple[str, ...], parts: list[Array], settings: Settings) -> dict[str, HeldOutError]:
+    """Return each joint's errors from velocity, torque, and what is left of it without and with friction."""
+    velocity, torque, without, error = parts
     found: dict[str, HeldOutError] = {}
     for column, name in enumerate(names):
         kept = np.isfinite(without[:, column] + error[:, column] + torque[:, column])
@@ -74,8 +84,7 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
                 torque_r2=1 - square / variance,
                 samples=int(kept.sum()),
             )
-    duration = float(given.time[-1] - given.time[0])
-    return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=found)
+    return found
 
 
 def _explained(

@@ -65,6 +65,12 @@ def shape_coordinates(matrix: Array) -> Array:
     return np.asarray(np.where(possible[..., None], np.stack(entries, axis=-1), np.nan))
 
 
+def log_cholesky(matrix: Array) -> Array:
+    """Return log mass, centre of mass [m] and shape of bodies, shape (..., 10), from pseudo-inertias, (..., 4, 4)."""
+    mass = matrix[..., 3, 3:]
+    return np.concatenate([np.log(mass), matrix[..., :3, 3] / mass, shape_coordinates(matrix)], axis=-1)
+
+
 def inertia_of_shape(mass: float, coordinates: Array) -> Array:
     """Return Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre, shape (6,), of a body [kg] of such a shape, shape (6,)."""
     factor = np.diag(np.exp(coordinates[:3]))

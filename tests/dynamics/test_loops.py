@@ -13,7 +13,9 @@ from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.friction import get_law
 from stribeck.methods.whole_log import identify_whole_log
+from stribeck.planning.plan import plan
 from stribeck.preparation import prepare
+from stribeck.replay.replay import replay
 from stribeck.robot.loops import closed_log, loop_terms
 from stribeck.settings import FilterSettings, Settings
 
@@ -151,9 +153,7 @@ def test_the_friction_of_the_motors_is_found(ankle):
 def test_logs_of_the_motors_alone_are_enough(ankle):
     """Neither positions nor velocities of passive joints: derivatives come from the filter."""
     robot, log = ankle
-    position = log.position.copy()
-    position[:, robot.passive_columns] = np.nan
-    log = replace(log, position=position, velocity=None, acceleration=None)
+    log = replace(log, position=_of_motors(robot, log), velocity=None, acceleration=None)
     method = "observer" if robot.base == "fixed" else "curve-fit"
     found = identify(log, robot, EXACT.model_copy(update={"method": method, "filter": FilterSettings()}))
     for joint in found.joints.values():
@@ -219,13 +219,19 @@ def test_what_knows_trees_alone_is_refused(changed, words, parallelogram):
     assert words in str(caught.value)
 
 
+def test_plan_and_replay_refuse_loops(parallelogram):
+    robot, log = parallelogram
+    with pytest.raises(SettingsError, match="plan: takes a robot for a tree"):
+        plan("result.json", robot)
+    with pytest.raises(RobotFileError, match="replay takes a robot for a tree"):
+        replay(log, robot, robot.model_path)
+
+
 def test_loops_that_cannot_close_are_refused(parallelogram):
     robot, log = parallelogram
-    position = log.position.copy()
-    position[:, robot.passive_columns] = np.nan
     bent = replace(robot, tree=replace(robot.tree, model=_with_short_rocker(robot.tree.model)))
     with pytest.raises(LogError, match=r"at 0.000 s the loops of 'coupler_end' and 'rocker_end' cannot be closed: "):
-        closed_log(replace(log, position=position), bent)
+        closed_log(replace(log, position=_of_motors(robot, log)), bent)
 
 
 def _with_short_rocker(model):
@@ -251,6 +257,31 @@ def test_robot_files_whose_loops_make_no_sense(case, tmp_path):
     with pytest.raises(RobotFileError) as caught:
         robot_of(tmp_path, PARALLELOGRAM, text)
     assert words in str(caught.value)
+
+
+def test_joints_that_the_loops_hold_are_no_motors(tmp_path):
+    text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper"]')
+    log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
+    with pytest.raises(RobotFileError, match=r"hold more than the passive joints upper give way to"):
+        closed_log(log, robot_of(tmp_path, PARALLELOGRAM, text))
+
+
+def test_a_model_of_few_digits_closes_as_well_as_it_can(tmp_path):
+    """A rocker that is turned by a tenth of a degree lies beside the coupler: what is left is said."""
+    bent = PARALLELOGRAM.replace('xyz="0.3 0 0"/><axis', 'xyz="0.3 0 0" rpy="0.001 0 0"/><axis', 1)
+    assert bent != PARALLELOGRAM
+    robot = robot_of(tmp_path, bent, PARALLELOGRAM_FILE)
+    log = loop_log(robot, duration=1.0)
+    _, notes = closed_log(replace(log, position=_of_motors(robot, log)), robot)
+    assert any("leave the loops open by up to 0.4 mm" in note for note in notes)
+    motor = robot.joint_names.index("motor")
+    np.testing.assert_allclose(log.position[:, robot.joint_names.index("lower")], log.position[:, motor], atol=1e-4)
+
+
+def _of_motors(robot, log):
+    position = log.position.copy()
+    position[:, robot.passive_columns] = np.nan
+    return position
 
 
 def test_passive_joints_that_the_loops_leave_free(tmp_path):

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from studies.held_out import predicted_torque
 from tests.arm import write_arm
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError, SettingsError
+from stribeck.export.samples import drawn
 from stribeck.friction import get_law
 from stribeck.identification.direct.base_parameters import base_parameters
 from stribeck.inertial_parameters import pseudo_inertia
@@ -94,6 +96,24 @@ def test_intervals_cover_the_truth_under_noise(arm: Robot, log: RobotLog) -> Non
                 assert key != "coulomb" or high - low < 0.1 * truth
                 inside.append(low <= truth <= high)
     assert np.mean(inside) > 0.8
+
+
+def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: Robot, log: RobotLog) -> None:
+    """Errors of friction and bodies make up for one another: drawn one by one, they would be off by far more."""
+    result = identify(with_noise(log, position=5e-5, torque=0.3), arm, settings())
+    assert result.corrections is not None
+    alone = replace(
+        result,
+        corrections=replace(result.corrections, correlations=[]),
+        joints={name: replace(joint, correlation=None) for name, joint in result.joints.items()},
+    )
+    velocity = np.gradient(log.position, log.time, axis=0)
+    motion = [each[20:-20:50] for each in (log.position, velocity, np.gradient(velocity, log.time, axis=0))]
+    spread = [
+        np.std([predicted_torque(arm, each, *motion)[0] for each in drawn(of, 60)], axis=0).mean(axis=0)
+        for of in (result, alone)
+    ]
+    assert (spread[0] < 0.5 * spread[1]).all(), spread
 
 
 def test_robust_regression_heeds_outliers_less(arm: Robot, log: RobotLog) -> None:

@@ -15,7 +15,7 @@ from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.curve_fit.problem import ARMATURE, joint_problem
 from stribeck.identification.curve_fit.validation import validate_values
-from stribeck.identification.direct.describe import JointColumns, body_corrections, joint_fits
+from stribeck.identification.direct.describe import JointColumns, corrections, joint_fits
 from stribeck.identification.direct.estimate import DirectFit, fit_direct
 from stribeck.identification.direct.rows import DirectRows
 from stribeck.identification.joint_fit import PRIOR_FACTOR, parameter_units
@@ -27,7 +27,7 @@ from stribeck.methods.direct_rows import ROOT_ROWS, Block, RowMaker
 from stribeck.methods.moving import joints_that_move
 from stribeck.methods.unseen import Unseen, cut
 from stribeck.preparation import PreparedLog, Progress
-from stribeck.result import Corrections, Validation, law_values
+from stribeck.result import Validation, law_values
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -55,19 +55,7 @@ def find(
             "expected true or false, or --method ground-reaction"
         )
     progress("building the regressor", 0.0)
-    filtered = with_filter(prepared[0], robot, settings)[0].model_copy(update={"filter_torque": True})
-    joints, couplings, top_speed = joints_that_move(prepared, robot, law)
-    names = (*(robot.joint_names[column] for column in joints), *couplings)
-    corrections = replace(find_corrections(robot, names, settings), delays=0)
-    maker = RowMaker(
-        robot=robot,
-        law=law,
-        settings=filtered,
-        joints=joints,
-        couplings=robot.coefficients(names[: len(joints)], couplings),
-        rest=settings.rest * top_speed,
-        corrections=corrections,
-    )
+    maker, names, top_speed = _row_maker(prepared, robot, law, settings)
     training, held_out = _split(maker.blocks(prepared), settings.holdout)
     numbers = np.arange(len(training)) * min(MOST_BLOCKS, len(training)) // max(len(training), 1)
     rows = maker.rows(prepared, training, numbers.tolist())
@@ -82,27 +70,39 @@ def find(
     fits = joint_fits(fit, columns, rows)
     if not fits:
         raise NothingIdentifiedError("no joint can be identified from this log: none moves in enough blocks of it")
-    found = corrected_robot(robot, corrections, fit.change.ravel())
+    found = corrected_robot(robot, maker.corrections, fit.change.ravel())
     guess = "skip" if settings.double_support == "fit" else settings.double_support
-    shown = settings.model_copy(update={"filter_torque": True, "double_support": guess})
-    unseen = _parts(prepared, held_out)
     fitted = Fitted(
         fits=fits,
         validations=dict.fromkeys(fits),
-        unseen=Unseen(fits=fits, robot=found, logs=unseen),
+        unseen=Unseen(fits=fits, robot=found, logs=_parts(prepared, held_out)),
         robot=found,
         logs=prepared,
-        settings=shown,
-        corrections=Corrections(
-            chi_square=1.0,
-            disagreement=fit.overdispersion,
-            bodies=body_corrections(fit, corrections.bodies, corrections.inertial_parameters),
-        ),
+        settings=settings.model_copy(update={"filter_torque": True, "double_support": guess}),
+        corrections=corrections(fit, columns, maker.corrections.bodies, maker.corrections.inertial_parameters),
         couplings=tuple(robot.couplings),
         notes=[_note(fit)],
     )
-    check = filtered.model_copy(update={"double_support": guess, "fit_armature": False})
+    check = maker.settings.model_copy(update={"double_support": guess, "fit_armature": False})
     return replace(fitted, validations=_validations(fitted, law, check, _parts(prepared, training)))
+
+
+def _row_maker(
+    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
+) -> tuple[RowMaker, tuple[str, ...], Array]:
+    """Return what makes the rows, the names of joints and couplings that move, and their top speeds [rad/s]."""
+    joints, couplings, top_speed = joints_that_move(prepared, robot, law)
+    names = (*(robot.joint_names[column] for column in joints), *couplings)
+    maker = RowMaker(
+        robot=robot,
+        law=law,
+        settings=with_filter(prepared[0], robot, settings)[0].model_copy(update={"filter_torque": True}),
+        joints=joints,
+        couplings=robot.coefficients(names[: len(joints)], couplings),
+        rest=settings.rest * top_speed,
+        corrections=replace(find_corrections(robot, names, settings), delays=0),
+    )
+    return maker, names, top_speed
 
 
 def _split(blocks: Sequence[Block], every: int) -> tuple[list[Block], list[Block]]:

@@ -120,6 +120,8 @@ def plan(
     {}
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    if robot.loops:
+        raise SettingsError(f"plan: takes a robot for a tree, and [[robot.loops]] of {robot.path} close it")
     if duration is not None and not SHORTEST <= duration <= LONGEST:
         raise SettingsError(f"plan: the duration is {duration:g} s; expected {SHORTEST:g} to {LONGEST:g} s")
     found = read_result(result)

@@ -27,13 +27,17 @@ if TYPE_CHECKING:
     from stribeck.robot.robot import Robot
 
 CLOSED = 1e-12
-"""Gap [m], [rad] below which a loop is closed."""
+"""Gap [m], [rad], or step [rad], [m], at which Gauss-Newton ends."""
+OPEN = 1e-3
+"""Gap [m], [rad] that is left by more than the digits of a model."""
 MOST_STEPS = 30
 """Of Gauss-Newton for a sample; three are usual."""
 STRIDE = 0.05
 """[rad], [m] that independent joints may move between two solutions: further ones may lie on another branch."""
 RANK = 1e-6
 """Singular values below this share of the largest [1] are of what two loops say twice, or of a dead centre."""
+ROUNDED = 1e-3
+"""The same of a model whose axes are rounded: what it holds by that little is not held."""
 
 
 @dataclass(frozen=True)
@@ -166,20 +170,24 @@ def closed_log(log: RobotLog, robot: Robot) -> tuple[RobotLog, list[str]]:
     known = np.isfinite(position).all(axis=1)
     if not known.any():
         return log, []
-    terms = loop_terms(robot, position[known][:1])
-    if np.linalg.matrix_rank(terms.jacobian[0][:, passive], tol=RANK) < len(passive):
-        free = ", ".join(robot.joint_names[k] for k in passive)
+    some = position[known][:: max(1, len(position) // 200)]
+    terms = loop_terms(robot, some)
+    free = ", ".join(robot.joint_names[k] for k in passive)
+    if np.linalg.matrix_rank(terms.jacobian[0][:, passive], rtol=RANK) < len(passive):
         raise RobotFileError(
             f"{robot.path}: [[robot.loops]] do not say how {free} move with the other joints; expected as many passive "
             "joints as the loops hold, away from a dead centre"
         )
+    if np.linalg.matrix_rank(terms.jacobian[0], rtol=ROUNDED) > len(passive):
+        raise RobotFileError(
+            f"{robot.path}: [[robot.loops]] hold more than the passive joints {free} give way to, so that the others "
+            "do not move freely; expected every joint of the loops without a motor in [robot] passive"
+        )
     velocity, acceleration = _rates(robot, position, log.velocity, log.acceleration)
+    widest = 1e3 * float(np.abs(terms.gap).max())
+    note = f"The positions leave the loops open by up to {widest:.2g} mm or mrad."
     if missing:
-        note = f"Positions of the passive joints {', '.join(missing)} are those that close the loops."
-    else:
-        some = position[known][:: max(1, len(position) // 200)]
-        widest = float(np.abs(loop_terms(robot, some).gap).max())
-        note = f"The logged positions leave the loops open by up to {1e3 * widest:.2g} mm or mrad."
+        note = f"Positions of the passive joints {', '.join(missing)} are those that close the loops. {note}"
     taken = "Friction of passive joints cannot be told from that of the joints that move them, and is taken for theirs."
     log = replace(log, position=position, torque=torque, velocity=velocity, acceleration=acceleration)
     return log, [note, taken]
@@ -218,7 +226,7 @@ def _solved(robot: Robot, log: RobotLog) -> Array:
         for part in range(1, parts + 1):
             now[independent] = before + step * part / parts
             gap = _close(robot, now)
-            if not gap < CLOSED:
+            if not gap < OPEN:
                 loops, left = ", ".join(map(str, robot.loops)), f"{1e3 * gap:.3g} mm or mrad"
                 raise LogError(
                     f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {left} are "
@@ -235,9 +243,10 @@ def _close(robot: Robot, position: Array) -> float:
     for _ in range(MOST_STEPS):
         terms = loop_terms(robot, position[None])
         gap = float(np.abs(terms.gap).max())
-        if not gap >= CLOSED:
+        step = np.linalg.lstsq(terms.jacobian[0][:, passive], terms.gap[0], rcond=RANK)[0]
+        if not gap >= CLOSED or np.abs(step).max() < CLOSED:
             break
-        position[passive] -= np.linalg.lstsq(terms.jacobian[0][:, passive], terms.gap[0], rcond=RANK)[0]
+        position[passive] -= step
     return gap
 
 

@@ -14,9 +14,13 @@ from stribeck.identification.direct.rows import DirectRows
 from stribeck.identification.joint_fit import JointFit, near_bound
 from stribeck.identification.judgement.excitation import MIN_BLOCKS, MIN_SAMPLES_PER_PARAMETER
 from stribeck.identification.whole_log.describe import body_correction
-from stribeck.inertial_parameters import SIZE
-from stribeck.result import BodyCorrection
+from stribeck.identification.whole_log.uncertainty.joint_errors import told_correlations
+from stribeck.inertial_parameters import SIZE, log_cholesky, pseudo_inertia
+from stribeck.result import BODY_COORDINATES, Corrections
 from stribeck.typing import Array
+
+STEP = 1e-4
+"""Of differences, in standard errors [1]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,16 +85,38 @@ def _joint_fit(fit: DirectFit, joint: JointColumns, samples: int, blocks: int) -
     )
 
 
-def body_corrections(fit: DirectFit, names: Sequence[str], model: Array) -> dict[str, BodyCorrection]:
-    """Return the correction of each body that the model has a mass of, from its parameters there, shape (L, 10)."""
-    found = {}
-    for k, name in enumerate(names):
-        before, after = model[k], model[k] + fit.change[k]
-        if before[0] > 0:
-            own = slice(SIZE * k, SIZE * k + 4)
-            # of the mass, and of c = (m c) / m: dc = (d(m c) - c dm) / m
-            slopes = np.column_stack([-after[1:4] / after[0], np.eye(3)]) / after[0]
-            of_mass = fit.covariance[own, own]
-            centre = np.sqrt(np.diag(slopes @ of_mass @ slopes.T))
-            found[name] = body_correction(before, after, float(np.sqrt(of_mass[0, 0])), centre, float(fit.known[k]))
-    return found
+def corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence[str], model: Array) -> Corrections:
+    """Return what was found beside friction, of bodies with their parameters in the model, shape (L, 10).
+
+    Bodies that the model gives no mass are left out.
+    """
+    turn, kept = np.eye(len(fit.covariance)), [k for k in range(len(names)) if model[k, 0] > 0]
+    for k in kept:
+        own = slice(SIZE * k, SIZE * (k + 1))
+        turn[own, own] = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[own]))
+    covariance = turn @ fit.covariance @ turn.T
+    errors = np.sqrt(np.diag(covariance))
+    bodies = {}
+    for k in kept:
+        mass, after = float(np.sqrt(fit.covariance[SIZE * k, SIZE * k])), model[k] + fit.change[k]
+        centre, shape = (errors[SIZE * k + first : SIZE * k + last] for first, last in ((1, 4), (4, SIZE)))
+        bodies[names[k]] = body_correction(model[k], after, mass, centre, float(fit.known[k]), tuple(shape.tolist()))
+    places = [fit.change.size + joint.first + k for joint in joints for k in range(len(joint.parameters))]
+    places += [SIZE * k + coordinate for k in kept for coordinate in range(SIZE)]
+    return Corrections(
+        chi_square=1.0,
+        disagreement=fit.overdispersion,
+        bodies=bodies,
+        correlations=told_correlations(
+            covariance[np.ix_(places, places)],
+            [f"{joint.name}.{parameter.name}" for joint in joints for parameter in joint.parameters],
+            [f"{names[k]}.{coordinate}" for k in kept for coordinate in BODY_COORDINATES],
+        ),
+    )
+
+
+def _slopes(parameters: Array, errors: Array) -> Array:
+    """Return the derivatives of a body's log-Cholesky coordinates by its parameters, shape (10, 10)."""
+    steps = STEP * np.diag(errors)
+    ahead, behind = (log_cholesky(pseudo_inertia(parameters + sign * steps)) for sign in (1, -1))
+    return np.asarray((ahead - behind).T / (2 * STEP * errors))

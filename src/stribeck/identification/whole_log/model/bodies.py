@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.inertial_parameters import SIZE, inertial_parameters, pseudo_inertia, shape_coordinates
+from stribeck.inertial_parameters import SIZE, inertial_parameters, log_cholesky, pseudo_inertia
 from stribeck.settings import Priors
 from stribeck.typing import Array
 
@@ -64,9 +64,7 @@ class Bodies:
     def log_cholesky(self, coordinates: Array) -> Array:
         """Return log mass, centre of mass and coordinates of the shape, shape (L, 10), of coordinates of that shape."""
         before = _matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1))
-        matrix = before + pseudo_inertia(self.corrections(coordinates)[0])
-        mass = matrix[:, 3, 3:]
-        return np.concatenate([np.log(mass), matrix[:, :3, 3] / mass, shape_coordinates(matrix)], axis=1)
+        return log_cholesky(before + pseudo_inertia(self.corrections(coordinates)[0]))
 
 
 def bodies_of(parameters: Array, priors: Priors) -> Bodies:

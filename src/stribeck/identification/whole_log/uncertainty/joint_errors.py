@@ -58,12 +58,17 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
     for k, slopes in enumerate(_slopes(fit)):
         own_body = slice(friction + SIZE * k, friction + SIZE * (k + 1))
         turn[own_body, own_body] = slopes
-    covariance = turn @ covariance @ turn.T
+    return told_correlations(turn @ covariance @ turn.T, labels[:friction], labels[friction:])
+
+
+def told_correlations(covariance: Array, friction: list[str], bodies: list[str]) -> list[tuple[str, str, float]]:
+    """Return the correlations that a result tells, of errors in the order of labels of friction, then of bodies."""
+    labels = friction + bodies
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     unit = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
     found = np.round(covariance * np.outer(unit, unit), DIGITS)
     rows, columns = np.nonzero(np.triu(np.abs(found) >= LEAST_CORRELATION, 1))
-    owner = [label.rpartition(".")[0] if k < friction else "" for k, label in enumerate(labels)]
+    owner = [label.rpartition(".")[0] for label in friction] + [""] * len(bodies)
     return [
         (labels[i], labels[j], float(found[i, j]))
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
