@@ -4,6 +4,7 @@ import os
 import re
 import runpy
 import shutil
+import tomllib
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
 from stribeck import Robot, Settings, identify, read_log
+from stribeck.draft import draft_robot_file
 from stribeck.errors import LogError, NothingIdentifiedError, RobotFileError
 from stribeck.inspection import inspect_log
 from stribeck.settings import FilterSettings, LogTable
@@ -39,6 +41,34 @@ def opened(folder, settings="robot"):
 
 def by_curves(folder):
     return opened(folder, "curve-fit")
+
+
+@pytest.mark.parametrize(
+    ("name", "left_out"),
+    [
+        ("kinova-gen3", {"max_gap"}),
+        ("double-pendulum", {"max_gap", "joint_order"}),  # the columns are matched by joint_names instead
+        ("so101", {"max_gap"}),
+        ("icub-walk", {"max_gap"}),
+    ],
+)
+def test_init_writes_what_was_written_by_hand(name, left_out, converted, tmp_path):
+    folder = converted(name)
+    by_hand = tomllib.loads((folder / "robot.toml").read_text())
+    log = sorted(folder.glob("log*.npz"))[0]
+    output = tmp_path / "robot.toml"
+    output.write_text(draft_robot_file(str(folder / by_hand["robot"]["model"]), log, output).text)
+    drafted, robot = tomllib.loads(output.read_text()), Robot.from_file(folder / "robot.toml")
+    assert drafted["robot"]["base"] == by_hand["robot"]["base"]
+    assert set(drafted["robot"].get("position_controlled", [])) == set(robot.position_controlled)
+    assert drafted["robot"].get("locked", {}) == by_hand["robot"].get("locked", {})
+    feet = {foot: contact["frame"] for foot, contact in drafted.get("contacts", {}).items()}
+    assert feet == {foot: contact.frame for foot, contact in robot.contacts.items()}
+    for key, value in by_hand.get("log", {}).items():
+        assert key in left_out or drafted["log"][key] == value, key
+    same, other = read_log(log, robot), read_log(log, Robot.from_file(output))
+    np.testing.assert_array_equal(same.position, other.position)
+    np.testing.assert_array_equal(same.torque, other.torque)
 
 
 def values(result, name):

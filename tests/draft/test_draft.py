@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv
 import pytest
 from tests.models import EXAMPLES, POSTURES, STRIBECK, example_robot
 
@@ -159,6 +161,30 @@ def test_a_log_as_it_should_be_is_left_as_it_is(logs: Callable[[str], RobotLog],
     robot, text = drafted(ARM, path, tmp_path)
     assert "[log" not in text
     assert robot.base == "fixed"
+
+
+@pytest.mark.parametrize(
+    ("position", "torque", "source"),
+    [
+        ("{joint}_pos", "{joint}_effort", "link_side_sensor"),
+        ("actual_q_{k}", "target_moment_{k}", "command"),
+        ("q[{k}]", "tau_meas[{k}]", "link_side_sensor"),
+    ],
+)
+def test_columns_of_a_table_are_found_by_their_words(
+    position: str, torque: str, source: str, logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log = logs("ur5")
+    names = [name.removesuffix("_joint") for name in log.joint_names]
+    columns = {"timestamp": log.time}
+    for name, values in (("target_q_{k}", log.position + 1), (position, log.position), (torque, log.torque)):
+        columns |= {name.format(joint=joint, k=k): values[:, k] for k, joint in enumerate(names)}
+    path = tmp_path / "log.csv"
+    pa.csv.write_csv(pa.table(columns), path)
+    robot, _ = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == source
+    np.testing.assert_array_equal(read_log(path, robot).position, log.position)
+    np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
 
 
 def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:

@@ -19,9 +19,9 @@ WORDS: dict[str, set[str]] = {
 """Words of names that a channel may have."""
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
 """Words of what was measured, which is taken before others of its kind."""
-OTHERS = {"des", "desired", "ref", "reference", "target", "goal", "error", "fric", "friction", "model", "limit", "filt"}
+OTHERS = {"error", "fric", "friction", "model", "limit", "filt"}
 """Words of what was not."""
-COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl"}
+COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
 """Words of what was asked for: a torque of them is taken where there is no other."""
 
 

@@ -253,8 +253,7 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
                 draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
     if renamed:
         draft.document["log"]["joint_names"] = renamed
-        text = "matched by likeness: see whether they are right."
-        draft.note("log.joint_names", text)
+        draft.note("log.joint_names", "matched by likeness: see whether they are right.")
     if unsure:
         draft.ask("log.joint_names", f"their names say nothing; is this the order of {', '.join(unsure)}?")
     return names, absent, unsure
@@ -369,8 +368,8 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
         cured = [_cure(draft, finding) for finding in left]
         if any(cured):
             continue
-        if searched:
-            break
+        if searched or any(finding.check == "torque-unsigned" for finding in left):
+            break  # a torque without a sign says nothing of signs
         searched = True
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns)[0], read):
@@ -391,13 +390,7 @@ def _bridge(draft: Draft, prepared: PreparedLog, log: RobotLog) -> bool:
     longest = LONGEST_BRIDGED * sampling.period
     steps = np.diff(log.time)
     gap = float(np.ceil(100 * 1.05 * steps[steps < longest].max()) / 100)
-    _set(
-        draft,
-        "log",
-        "max_gap",
-        gap,
-        f"{len(sampling.gaps)} steps are longer than the others; up to here they are bridged.",
-    )
+    _set(draft, "log", "max_gap", gap, f"{len(sampling.gaps)} steps are longer than others; these are bridged.")
     return True
 
 
