@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 from unittest import mock
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import typer
@@ -35,6 +36,7 @@ from studies import (
     walking_compensation,
     what_is_told,
 )
+from studies import plan as planned
 from tests.arm import arm_log, save_npz, write_arm
 from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
@@ -295,6 +297,17 @@ def test_the_replayed_logs_shown_are_the_studys() -> None:
     assert replayed.table(rows) in PAGES["docs/replay.md"]
     for row in rows:
         assert row["exported"]["velocity"][replayed.SHOWN] < row["as given"]["velocity"][replayed.SHOWN]
+
+
+def test_the_promises_shown_are_the_studys() -> None:
+    """What is planned from friction that is known comes true within 30 %, but for a few numbers."""
+    plans = json.loads((ROOT / "studies/plan.json").read_text())["plans"]
+    for one in plans:
+        assert planned.row(one) in PAGES["docs/plan.md"]
+    for one in plans:
+        if one["plan"] == 2 or one["law"] == "coulomb-viscous":
+            ratios = [ratio for each in one["runs"] for joint in each.values() for ratio in joint["curve"]]
+            assert 1 / 1.3 < np.median(ratios) < 1.3
 
 
 def test_the_verdicts_shown_are_the_studys() -> None:

@@ -20,7 +20,7 @@ from stribeck.preparation import PreparedLog, prepare
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
-from stribeck.typing import Array
+from stribeck.typing import Array, TorqueSource
 
 AGREES = 0.3
 """Correlation with the model from which a torque's sign agrees, unless the audit says that it is inverted."""
@@ -66,6 +66,8 @@ class Inspection:
         What a user should act on, a sentence each: what makes every number wrong comes first.
     audit
         The same in parts: check, evidence, cure, joints.
+    torque_source
+        Where the torques come from.
     """
 
     robot: str
@@ -85,6 +87,7 @@ class Inspection:
     findings: list[str]
     notes: list[str]
     audit: list[Finding] = field(default_factory=list)
+    torque_source: TorqueSource = "link_side_sensor"
 
     def to_json(self) -> str:
         """Return the inspection as JSON text."""
@@ -162,6 +165,7 @@ def _inspect(
         findings=[str(each) for each in found],
         notes=[*prepared.notes, *choices],
         audit=found,
+        torque_source=log.torque_source,
     )
 
 

@@ -45,7 +45,8 @@ def test_gravity_says_how_much_torque_an_ampere_makes(arm):
         assert coulomb.standard_error > known.standard_error
         gain = found.joints[joint].parameters["offset"].value / TRUTH["offset"]
         assert gain == pytest.approx(1.0, abs=0.05)
-    assert inspect_log(in_amperes(robot, log), robot, EXACT).audit[0].check == "torque-constant"
+    shown = inspect_log(in_amperes(robot, log), robot, EXACT)
+    assert (shown.audit[0].check, shown.torque_source) == ("torque-constant", "motor_current")
 
 
 def test_the_interval_of_the_gain_holds_the_truth(arm):

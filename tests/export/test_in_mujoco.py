@@ -76,6 +76,37 @@ def test_the_form_that_loses_least_is_taken(tmp_path: Path) -> None:
         export(result, robot, tmp_path / "no.xml", "mjcf", friction="dahl")
 
 
+def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None:
+    """After a reversal at 0.2 rad/s, until friction is steady again."""
+    bristles = {"bristle_travel": 0.01, "bristle_damping": 1.5}
+    result, robot, name = toro_with_friction(tmp_path, **bristles)
+    own = replace(result.joints[name], law="lugre")
+    result = replace(result, law="lugre", joints={name: own})
+    lines = export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
+    (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+    assert "sigma_1 1.5 N m s/rad, sigma_0 200 N m/rad" in line
+    assert "bristle" not in line
+    model = compiled(tmp_path / "new.xml")
+    data, dof, place = mujoco.MjData(model), model.joint(name).dofadr[0], model.joint(name).qposadr[0]
+    velocity, found = np.repeat([0.2, -0.2], round(0.4 / STEP)), []
+    for speed in velocity:
+        data.qvel[:], data.qpos[place] = 0.0, 0.0
+        data.qvel[dof] = speed
+        mujoco.mj_forward(model, data)
+        found.append(-(data.qfrc_passive + data.qfrc_actuator + data.qfrc_constraint)[dof])
+        mujoco.mj_step(model, data)
+    law = own.friction(velocity, period=STEP)
+    after = slice(len(velocity) // 2, None)
+    np.testing.assert_allclose(found[after], law[after], atol=0.02)
+    weak = replace(
+        own, parameters={k: replace(p, verdict="weak") if "bristle" in k else p for k, p in own.parameters.items()}
+    )
+    lines = export(replace(result, joints={name: weak}), robot, tmp_path / "weak.xml", "mjcf", friction="lugre")
+    (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+    assert "sigma" not in line
+    assert "bristle_travel 0.01, bristle_damping 1.5" in line
+
+
 def test_lugre_holds_at_rest_where_frictionloss_creeps(tmp_path: Path) -> None:
     """A torque of 60 % of Coulomb friction, after three seconds."""
     crept = {}

@@ -109,6 +109,7 @@ def test_simulate_writes_log_and_truth_together(tmp_path: Path, capsys: pytest.C
         ("simulator = 'exact'\n[[walk]]\ncount = 2\n", ["exact", "[[walk]]"]),
         ("simulator = 'constrained'\nmodel_error = 0.1\n", ["constrained", "model_error"]),
         ("[friction.joints.left_knee]\ncoulomb = 1.0\n", ["left_knee", "viscous"]),
+        ("[friction]\nlaw = 'lugre'\n[friction.joints.left_knee]\ncoulomb = 1.0\n", ["'lugre'", "[friction.lugre]"]),
         ("robot = 'arm'\n[[walk]]\ncount = 2\n", ["two contacts"]),
         ("[[walk]]\ncount = 2\nforward = 5.0\n", []),
         ("simulator = 'exact'\nduration = 1e9\n", ["'duration'", "1000000000.0", "less than or equal to 1000"]),

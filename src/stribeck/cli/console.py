@@ -176,7 +176,7 @@ def print_inspection(found: Inspection) -> None:
     lines = [
         f"{found.path}: {found.samples} samples, {found.duration:.2f} s at {found.rate:.6g} Hz, "
         f"jitter {1e3 * found.jitter:.3g} ms",
-        f"channels: {', '.join(found.channels)}",
+        f"channels: {', '.join(found.channels)}; torques are those of a {found.torque_source}",
         f"gaps: {len(found.gaps)}, repeated stamps: {found.duplicates}, "
         f"rows with missing values: {sum(found.missing.values())}",
         f"contact modes from {found.support_source}: {_support_shares(found)}",

@@ -22,6 +22,13 @@ from stribeck.typing import Array
 LONGEST = 3600.0
 """Of a log that is worth advising [s]."""
 
+PARTS = {
+    "model": "what is not known of model and calibration",
+    "repeated errors": "what comes back with every step",
+    "common gain": "what is not known of the torques' gain",
+}
+"""Parts of a variance that no length takes away, in words."""
+
 PACES = {"the present motion twice as fast": 2.0, "the present motion half as fast": 0.5}
 """Changes of the present motion, and their factors of speed [1]."""
 
@@ -61,7 +68,7 @@ class JointAdvice:
     guessed
         Whether its friction is a guess from other joints: then widths are as uncertain as that.
     longer
-        Length of the present motion that would do [s]; None if no length does.
+        Length of a log of the present motion that would do [s]; None if no length does.
     candidates
         From the best to the worst.
     """
@@ -80,6 +87,7 @@ def advise(
     assumed: AssumedFriction,
     verdict: Verdict,
     motion: PresentMotion,
+    duration: float,
     noise: float,
     reach: Reach,
     dynamics: Dynamics,
@@ -92,8 +100,8 @@ def advise(
     ----------
     column
         Of the joint.
-    assumed, verdict, motion, noise
-        What is known of it.
+    assumed, verdict, motion, duration, noise
+        What is known of it, and the length of the log [s].
     reach
         How it may move.
     dynamics, posture
@@ -109,10 +117,10 @@ def advise(
     ]
     longer = None
     if verdict != "not excited":
-        longer = present_length(assumed, motion.duration)
+        longer = present_length(assumed, duration)
         found += [_of_pace(pace, factor, assumed, motion, top, noise) for pace, factor in PACES.items()]
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
-    said = [_of_longer(verdict, assumed, motion, longer)]
+    said = [_of_longer(verdict, assumed, duration, longer)]
     if verdict == "not excited" or relative_width(assumed.joint.curve) > WIDEST:
         said.append(_of_best(found, unit, how))
     if verdict != "not excited":
@@ -180,21 +188,23 @@ def present_length(assumed: AssumedFriction, duration: float) -> float | None:
     room = (WIDEST / width) ** 2 - (1 - share)
     if room <= 0:
         return None
-    needed = duration * max(share / room, 1.0)
-    return needed if needed <= LONGEST else None
+    return duration * max(share / room, 1.0)
 
 
-def _of_longer(verdict: Verdict, assumed: AssumedFriction, motion: PresentMotion, longer: float | None) -> str:
+def _of_longer(verdict: Verdict, assumed: AssumedFriction, duration: float, longer: float | None) -> str:
     if verdict == "not excited":
-        return f"no length of the present motion helps, as {assumed.joint.reason}"
+        return f"its present motion is not enough: {assumed.joint.reason}"
     if verdict == "identified":
         return "its friction is known"
     if relative_width(assumed.joint.curve) <= WIDEST:
         return f"no motion is missing: {assumed.joint.reason}"
-    if longer is not None:
-        return f"the present motion would do in {longer:.0f} s, {longer / motion.duration:.2g} times its length"
-    part = fixed_part(assumed)
-    return "no length of the present motion helps" + (f", as its interval is mostly of its {part}" if part else "")
+    if longer is None:
+        part = PARTS.get(fixed_part(assumed), "")
+        return "no length of the present motion helps" + (f", as {part} stays" if part else "")
+    if longer > LONGEST:
+        return "the present motion would take more than an hour"
+    times = longer / duration
+    return f"the present motion would do if it lasted {times:.{1 if times < 10 else 0}f} times as long, {longer:.0f} s"
 
 
 def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str]) -> str:
@@ -202,6 +212,8 @@ def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str]) -> str:
     spans = best.slowest not in (0.0, best.fastest)
     speed = f"{best.slowest:.2g} to {best.fastest:.2g} {unit}" if spans else f"up to {best.fastest:.2g} {unit}"
     what = f"{best.motion}{how.get(best.motion, '')} ({speed}"
+    if best.needed is None and best.relative_width >= 1:
+        return "no motion tried is enough: its friction, if it has any, is small against its torque's noise"
     if best.needed is None:
         width = f"± {100 * best.relative_width:.2g} % after {best.duration:.0f} s"
         return f"no motion tried is enough; the best is {what}), which leaves {width}"

@@ -137,7 +137,7 @@ def plan(
     advice = {}
     for k, (name, column) in enumerate(columns.items()):
         progress(f"moving {name}", k / len(columns) * SHARE_OF_ADVICE)
-        known = friction[name], every[name].verdict, motions[name], noise[name], reach[name]
+        known = friction[name], every[name].verdict, motions[name], found.log.duration, noise[name], reach[name]
         advice[name] = advise(column, *known, dynamics, posture, _how(robot, column))
     notes = _notes(found, chosen)
     if duration is None or not chosen:

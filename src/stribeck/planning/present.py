@@ -21,8 +21,9 @@ from stribeck.typing import Array
 FINE = WINDOW_LENGTH / 8
 """Longest time between samples that friction is worked out at [s]: a window averages it."""
 
-SHRINKING = ("noise", "overdispersion", "heterogeneity over folds")
-"""Parts of a variance that fall as a log gets longer: the torques' noise, and what differs from part to part."""
+SHRINKING = ("noise", "overdispersion", "heterogeneity over folds", "group mean")
+"""Parts of a variance that fall as a log gets longer: the torques' noise, what differs from part to part, and what is
+not known yet of all joints together."""
 
 LEAST_ERROR = 1e-9
 """Standard error of a friction curve [N m]: smaller ones are rounding."""

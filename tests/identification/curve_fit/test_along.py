@@ -127,6 +127,9 @@ def test_bristles_are_found_in_a_noisy_log_and_said_honestly() -> None:
         assert joint.validation is not None
         assert static.joints[name].validation is not None
         assert joint.validation.rms < 0.6 * static.joints[name].validation.rms
+        assert joint.torque_r2 is not None
+        assert static.joints[name].torque_r2 is not None
+        assert 1 - joint.torque_r2.nominal < 0.5 * (1 - static.joints[name].torque_r2.nominal)
     assert sum(holds) >= 0.8 * len(holds)
     velocity = np.array([0.01, 0.01, -0.01, -0.01])
     one = result.joints["elbow"]

@@ -180,6 +180,13 @@ def test_units_that_do_not_fit_the_source(log, tmp_path):
         read_log(path, robot(tmp_path, 'torque_source = "motor_current"\n' + motors()))
 
 
+def test_a_ratio_alone_leaves_a_current_as_it_is(log, tmp_path):
+    text = 'torque_source = "motor_current"\n' + motors(constant=False) + '[log.torque]\nunit = "A"\n'
+    found = read_log(save_npz(log, tmp_path / "log.npz"), robot(tmp_path, text))
+    assert found.in_amperes == JOINTS
+    np.testing.assert_array_equal(found.torque, log.torque)
+
+
 def test_currents_are_not_written_as_torques(log, tmp_path):
     arm = robot(tmp_path, 'torque_source = "motor_current"\n[log.torque]\nunit = "A"\n')
     found = read_log(save_npz(log, tmp_path / "log.npz"), arm)

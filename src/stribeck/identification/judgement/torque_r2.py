@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stribeck.friction import FrictionLaw
+from stribeck.friction import FrictionLaw, LawWithState
+from stribeck.identification.curve_fit.along import along
 from stribeck.identification.joint_fit import JointFit
 from stribeck.result import law_values
 from stribeck.samples import Samples
@@ -41,6 +42,11 @@ def torque_r2(samples: Samples, fits: Mapping[str, JointFit], law: FrictionLaw) 
         variance = float(np.var(torque[kept])) if np.count_nonzero(kept) >= LEAST_SAMPLES else 0.0
         if values is None or variance <= 0:
             continue
-        error = friction[kept] - law.torque(samples.velocity[kept, column], values)
+        if isinstance(law, LawWithState):
+            part = along(samples, column, np.flatnonzero(kept))
+            predicted = part.average(law.torque_along(part.motion, values))
+        else:
+            predicted = law.torque(samples.velocity[kept, column], values)
+        error = friction[kept] - predicted
         found[joint] = 1 - float(np.mean(error**2)) / variance
     return {joint: value for joint, value in found.items() if np.isfinite(value)}

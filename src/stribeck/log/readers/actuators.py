@@ -49,10 +49,10 @@ def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
     for column in robot.torque_controlled if currents or robot.motors else ():
         name = robot.joint_names[column]
         motor = robot.motors.get(name)
-        if motor is not None:
-            torque[:, column] *= motor.ratio * (motor.torque_constant or 1.0)
         if currents and (motor is None or motor.torque_constant is None):
             unknown.append(name)
+        elif motor is not None:
+            torque[:, column] *= motor.ratio * (motor.torque_constant or 1.0)
     return tuple(unknown)
 
 
