@@ -15,7 +15,7 @@ from stribeck_simulation.scenario import read_scenario
 
 ROBOTS = Path(__file__).parents[1] / "examples/robots"
 NAMES = sorted(path.name for path in ROBOTS.iterdir() if path.is_dir())
-LONG = {"a1", "anymal-c", "g1", "go1", "icub"}
+LONG = {"a1", "anymal-c", "g1", "go1", "icub", "solo12"}
 """Robots like others that are tested every time."""
 TOLERANCE = 0.05
 """Of Coulomb friction, relative, as docs/robots.md says."""
