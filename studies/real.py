@@ -2,9 +2,10 @@
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.real
 
-Each log by itself, and a robot's logs together, go through `inspect`, `identify` with its robot file's settings and
-with every method, law and correction, `export` and `compare`. A refusal in one sentence (exit code 2 or 3) is an
-answer; anything else that is not success, and any traceback, is a failure, and this ends with exit code 1.
+Each log by itself, and a robot's logs together, go through `inspect`, `convert`, `init`, `identify` with its robot
+file's settings and with every method, law and correction, `export`, `compare` and `plan`. A refusal in one sentence
+(exit code 2 or 3) is an answer; anything else that is not success, and any traceback, is a failure, and this ends with
+exit code 1.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from statistics import median
 from unittest.mock import patch
 
 from stribeck import cli
-from stribeck.friction import AUTO, LAWS
+from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
 
 ROOT = Path(__file__).parents[1]
@@ -111,6 +112,9 @@ def log_sets(folder: Path) -> dict[str, list[Path]]:
 
 def choices(law: str) -> Iterator[dict[str, str]]:
     """Yield the methods and corrections that a law may be fitted with."""
+    if law in LAWS_WITH_STATE:
+        yield {"method": "curve-fit"}
+        return
     if law != AUTO:
         yield {"method": "curve-fit"}
         yield {"method": "observer"}
@@ -136,7 +140,7 @@ def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only:
         Corrections to try; all where it is empty.
     """
     robot = logs[0].parent / "robot.toml"
-    model = next(path for path in sorted(robot.parent.iterdir()) if path.suffix in (*FORMATS, ".sdf"))
+    model = model_of(robot)
     ran: list[Ran] = []
     first: Path | None = None
     for choice in choices(law) if law else [{}]:
@@ -157,12 +161,26 @@ def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only:
         first = first or out
         others = [str(out)] if first != out else []
         ran.append(run(name, ["compare", str(first), *others], f"compare {'' if others else 'sides '}{shown}"))
+        if not law:
+            ran.append(run(name, ["plan", str(out), "-r", str(robot), "-o", str(out / "plan")], "plan"))
     return ran
 
 
-def inspected(name: str, log: Path) -> list[Ran]:
-    """Run `inspect` on a log."""
-    return [run(name, ["inspect", str(log), "-r", str(log.parent / "robot.toml")], "inspect")]
+def looked_at(name: str, log: Path, scratch: Path) -> list[Ran]:
+    """Run `inspect` and `convert` on a log, and `init` on it and its model."""
+    robot = log.parent / "robot.toml"
+    out = scratch / name.replace(" ", "-")
+    out.mkdir(parents=True, exist_ok=True)
+    return [
+        run(name, ["inspect", str(log), "-r", str(robot)], "inspect"),
+        run(name, ["convert", str(log), "-r", str(robot), "-o", str(out / "log.mcap")], "convert mcap"),
+        run(name, ["init", str(model_of(robot)), str(log), "-o", str(out / "robot.toml")], "init"),
+    ]
+
+
+def model_of(robot: Path) -> Path:
+    """Return the model beside a robot file."""
+    return next(path for path in sorted(robot.parent.iterdir()) if path.suffix in (*FORMATS, ".sdf"))
 
 
 def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterator[Ran]:
@@ -176,10 +194,10 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
             sets = log_sets(script["convert"](robot, data, scratch / "logs"))
             for name, logs in list(sets.items())[-1 if thin else 0 :]:
                 if len(logs) == 1:
-                    jobs.append(pool.submit(inspected, name, logs[0]))
+                    jobs.append(pool.submit(looked_at, name, logs[0], scratch / "looked-at"))
                 if robot == "cassie-landings" and len(logs) == 1 and not thin:
                     continue  # fifty milliseconds: to be looked at, and fitted together
-                for law in (None, "coulomb-viscous") if thin else (None, *LAWS, AUTO):
+                for law in (None, "coulomb-viscous") if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
                     jobs.append(pool.submit(chain, name, logs, scratch / "found", law, ("inertia",) if thin else ()))
         for job in jobs:
             yield from job.result()

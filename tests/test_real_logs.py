@@ -254,7 +254,7 @@ def test_every_command_runs_on_a_log_of_each_robot_that_is_quick(tmp_path):
     ran = list(real.all_runs(DATA, tmp_path, only=None, thin=True))
     assert not [each.said for each in ran if each.failed]
     assert {each.log.split()[0] for each in ran} == set(real.THIN)
-    for command in ("inspect", "identify whole-log", "export urdf", "compare whole-log"):
+    for command in ("inspect", "convert", "init", "identify whole-log", "export urdf", "compare whole-log", "plan"):
         assert any(each.command.startswith(command) and each.code == 0 for each in ran), command
 
 
