@@ -28,7 +28,10 @@ from stribeck.export import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
 
-ON_FEET = {"npz of contact forces", "parquet with half a wrench"}
+ON_FEET = {
+    *("npz of contact forces", "parquet with half a wrench"),
+    *("parquet with vertical forces as wrenches", "npz with vertical forces as wrenches"),
+}
 """Damages that a robot without feet does not meet."""
 OUTPUTS = ["friction_torque.parquet", "report.html", "result.json"]
 
