@@ -116,6 +116,16 @@ def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: 
     assert (spread[0] < 0.5 * spread[1]).all(), spread
 
 
+def test_a_body_whose_shape_cannot_exist_has_no_errors_of_it(arm: Robot, log: RobotLog) -> None:
+    model = pin.Model(arm.tree.model)
+    model.inertias[3] = pin.Inertia(model.inertias[3].mass, model.inertias[3].lever, np.zeros((3, 3)))
+    result = identify(log, replace(arm, tree=replace(arm.tree, model=model)), settings())
+    assert result.corrections is not None
+    shapes = {name: body.shape_error for name, body in result.corrections.bodies.items()}
+    assert [name for name, errors in shapes.items() if errors is None] == ["slide"]
+    assert "NaN" not in result.to_json()
+
+
 def test_robust_regression_heeds_outliers_less(arm: Robot, log: RobotLog) -> None:
     generator = np.random.default_rng(5)
     torque = log.torque.copy()

@@ -19,6 +19,9 @@ from stribeck.inertial_parameters import SIZE, log_cholesky, pseudo_inertia
 from stribeck.result import BODY_COORDINATES, Corrections
 from stribeck.typing import Array
 
+SHAPELESS = 4
+"""Coordinates of a body without those of its shape: mass and centre."""
+
 STEP = 1e-4
 """Of differences, in standard errors [1]."""
 
@@ -88,21 +91,25 @@ def _joint_fit(fit: DirectFit, joint: JointColumns, samples: int, blocks: int) -
 def corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence[str], model: Array) -> Corrections:
     """Return what was found beside friction, of bodies with their parameters in the model, shape (L, 10).
 
-    Bodies that the model gives no mass are left out.
+    Bodies that the model gives no mass are left out, and errors of a shape that could just not exist.
     """
     turn, kept = np.eye(len(fit.covariance)), [k for k in range(len(names)) if model[k, 0] > 0]
+    told = {}  # how many of its coordinates each body has
     for k in kept:
         own = slice(SIZE * k, SIZE * (k + 1))
-        turn[own, own] = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[own]))
+        slopes = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[own]))
+        told[k] = SIZE if np.isfinite(slopes).all() else SHAPELESS
+        turn[own, own][: told[k]] = slopes[: told[k]]
     covariance = turn @ fit.covariance @ turn.T
     errors = np.sqrt(np.diag(covariance))
     bodies = {}
     for k in kept:
         mass, after = float(np.sqrt(fit.covariance[SIZE * k, SIZE * k])), model[k] + fit.change[k]
         centre, shape = (errors[SIZE * k + first : SIZE * k + last] for first, last in ((1, 4), (4, SIZE)))
-        bodies[names[k]] = body_correction(model[k], after, mass, centre, float(fit.known[k]), tuple(shape.tolist()))
+        said = tuple(shape.tolist()) if told[k] == SIZE else None
+        bodies[names[k]] = body_correction(model[k], after, mass, centre, float(fit.known[k]), said)
     places = [fit.change.size + joint.first + k for joint in joints for k in range(len(joint.parameters))]
-    places += [SIZE * k + coordinate for k in kept for coordinate in range(SIZE)]
+    places += [SIZE * k + coordinate for k in kept for coordinate in range(told[k])]
     return Corrections(
         chi_square=1.0,
         disagreement=fit.overdispersion,
@@ -110,7 +117,7 @@ def corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence[
         correlations=told_correlations(
             covariance[np.ix_(places, places)],
             [f"{joint.name}.{parameter.name}" for joint in joints for parameter in joint.parameters],
-            [f"{names[k]}.{coordinate}" for k in kept for coordinate in BODY_COORDINATES],
+            [f"{names[k]}.{coordinate}" for k in kept for coordinate in BODY_COORDINATES[: told[k]]],
         ),
     )
 
