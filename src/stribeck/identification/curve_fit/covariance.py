@@ -67,8 +67,8 @@ def jackknife(information: Array, scores: Array) -> Uncertainty:
     `information` are the A_b over s^2, shape (B, p, p), and `scores` the g_b over s^2, shape (B, p).
     """
     total = information.sum(axis=0) + np.eye(scores.shape[1])
-    inverse = _inverse(total[None])[0]
-    left_out = _inverse(total - information)
+    inverse = inverses(total[None])[0]
+    left_out = inverses(total - information)
     changes = np.einsum("bij,bj->bi", left_out, scores)
     blocks = len(information)
     covariance = (blocks - 1) / blocks * changes.T @ changes + inverse @ inverse
@@ -79,7 +79,7 @@ def jackknife(information: Array, scores: Array) -> Uncertainty:
     return Uncertainty(covariance, np.maximum(freedom, 1.0))
 
 
-def _inverse(matrices: Array) -> Array:
+def inverses(matrices: Array) -> Array:
     """Return the inverses of positive definite matrices, shape (B, p, p), whose eigenvalues are at least 1."""
     scale = 1 / np.sqrt(np.maximum(np.diagonal(matrices, axis1=1, axis2=2), 1.0))
     correlation = matrices * scale[:, :, None] * scale[:, None, :]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from stribeck.identification.curve_fit.covariance import Uncertainty, jackknife
+from stribeck.identification.curve_fit.covariance import Uncertainty, inverses, jackknife
 from stribeck.identification.curve_fit.robust import TUNING, robust_scale
 from stribeck.identification.direct.base_parameters import BaseParameters, base_parameters
 from stribeck.identification.direct.consistent import minimise
@@ -156,7 +156,8 @@ def _two_way(information: Sequence[Array], scores: Sequence[Array]) -> Uncertain
     by_block, *more = (jackknife(*own) for own in zip(information, scores, strict=True) if len(own[0]) > 1)
     if not more:
         return by_block
-    inverse = np.linalg.inv(information[0].sum(axis=0) + np.eye(len(by_block.covariance)))
+    # rounded as in the covariance that it is taken from: the difference would be negative otherwise
+    inverse = inverses((information[0].sum(axis=0) + np.eye(len(by_block.covariance)))[None])[0]
     return Uncertainty(
         by_block.covariance + more[0].covariance - inverse @ inverse,
         np.minimum(by_block.degrees_of_freedom, more[0].degrees_of_freedom),
