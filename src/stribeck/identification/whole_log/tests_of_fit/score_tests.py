@@ -141,7 +141,7 @@ def run_score_tests(
     )
 
     def mixed(rows: Array) -> Array:
-        return parameters.times_jacobian(rows, solution.x)
+        return parameters.times_jacobian(rows, parameters.blocks(solution.x))
 
     lost = cho_solve(  # T^T J H^-1
         cho_factor(curvature(plain, curves, model, solution)), mixed(normal_equations.information[tested, fitted]).T
