@@ -187,6 +187,17 @@ def test_columns_of_a_table_are_found_by_their_words(
     np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
 
 
+def test_of_currents_the_motors_are_asked_and_no_scale_is_made(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    columns = {"t": log.time} | {f"q_{k}": log.position[:, k] for k in range(6)}
+    columns |= {f"current_{k}": log.torque[:, k] / 10 for k in range(6)}
+    pa.csv.write_csv(pa.table(columns), tmp_path / "log.csv")
+    robot, text = drafted(ARM, tmp_path / "log.csv", tmp_path)
+    assert (robot.torque_source, robot.log_table.torque.unit) == ("motor_current", "A")
+    assert robot.log_table.torque.scale == 1.0
+    assert "torque_constant" in text
+
+
 def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log, robot = logs("talos"), Robot.from_model("package:talos_reduced", base="fixed")
     without = dict.fromkeys(("base_orientation", "angular_velocity", "linear_acceleration", "contact", "foot_wrench"))
@@ -247,7 +258,6 @@ def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], Ro
 
 def test_joints_by_the_alphabet_are_a_known_order() -> None:
     robot = example_robot("ur5")
-    order = np.array(other_orders(robot))
     names = sorted(robot.joint_names)
     assert list(robot.joint_names) in [[names[column] for column in each] for each in other_orders(robot)]
 

@@ -36,6 +36,7 @@ UNNAMED_RATE = 1000.0
 """[Hz] that is written where a log has no time."""
 HANDS = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
 """Words of joints that logs leave out first."""
+CURRENTS = ("A", "mA")
 NOT_TAKEN = ("torque-sign", "joints-swapped", "torque-gain", "position-limits")
 """Checks whose cures are not taken: signs and order are found by what fits, and a gear or a zero is asked for."""
 UNCLAMPED = 0.5
@@ -136,7 +137,7 @@ def _ask_for_torque_source(draft: Draft) -> None:
 def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     """Write what a log says."""
     source = open_log(log, LogTable())
-    table, commanded = find_columns(source)
+    table, torque_source = find_columns(source)
     for channel, found in table.items():
         draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
@@ -154,8 +155,8 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     if source.torque_source:
         draft.document["robot"]["torque_source"] = source.torque_source
         draft.note("robot.torque_source", "as the log says.")
-    elif commanded:
-        draft.document["robot"]["torque_source"] = "command"
+    elif torque_source:
+        draft.document["robot"]["torque_source"] = torque_source
         draft.note("robot.torque_source", "by the name of the log's torques.")
     else:
         _ask_for_torque_source(draft)
@@ -169,8 +170,15 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
         _set(draft, "log.base_orientation", "order", order, "so the base is upright.")
     for channel, unit, why in position_and_velocity_units(read, robot):
         _set(draft, f"log.{channel}", "unit", unit, why)
-    _clamped(draft, facts, log, output)
-    _by_dynamics(draft, log, output, unsure)
+    if robot.log_table.torque.unit in CURRENTS:
+        draft.ask(
+            "log.torque",
+            "which torque constant and gear ratio have the motors ([robot.motors.<joint>] torque_constant, ratio)? "
+            "Without them gravity says how much torque an ampere makes; order and signs have not been looked at.",
+        )
+    else:
+        _clamped(draft, facts, log, output)
+        _by_dynamics(draft, log, output, unsure)
     draft.document = {key: value for key, value in draft.document.items() if value}
 
 

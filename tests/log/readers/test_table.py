@@ -25,6 +25,15 @@ def with_tabs(text):
     return text.replace(",", "\t")
 
 
+def with_blanks_alone(text):
+    return text.replace(",", " ")
+
+
+def with_decimal_commas(text):
+    names, numbers = text.split("\n", 1)
+    return names.replace(",", ";") + "\n" + numbers.replace(",", ";").replace(".", ",")
+
+
 def with_spaces(text):
     return text.replace(",", ", ")
 
@@ -47,7 +56,8 @@ def without_a_last_newline(text):
 
 @pytest.mark.parametrize(
     "dialect",
-    [with_commas, with_semicolons, with_tabs, with_spaces, with_a_hash, with_a_byte_order_mark, with_windows_lines,
+    [with_commas, with_semicolons, with_tabs, with_blanks_alone, with_decimal_commas,
+     with_spaces, with_a_hash, with_a_byte_order_mark, with_windows_lines,
      without_a_last_newline],
 )  # fmt: skip
 def test_csv_as_people_write_it(dialect, tmp_path):
