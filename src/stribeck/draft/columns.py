@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import Any
 
 from stribeck.log.readers.source import JOINT_CHANNELS, Source
+from stribeck.typing import TorqueSource
 
 WORDS: dict[str, set[str]] = {
     "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock"},
@@ -17,12 +17,14 @@ WORDS: dict[str, set[str]] = {
     "contact": {"contact", "contacts"},
 }
 """Words of names that a channel may have."""
+CURRENTS = {"current", "currents"}
+"""Words of motor currents, which are taken for torques that were not measured."""
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
 """Words of what was measured, which is taken before others of its kind."""
 OTHERS = {"error", "fric", "friction", "model", "limit", "filt"}
 """Words of what was not."""
 COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
-"""Words of what was asked for: a torque of them is taken where there is no other."""
+"""Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
 
 
 def words(name: str) -> list[str]:
@@ -30,8 +32,8 @@ def words(name: str) -> list[str]:
     return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
 
 
-def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], bool]:
-    """Return `[log.<channel>] name` of channels that a log holds under other names, and whether torques are commands.
+def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
+    """Return `[log.<channel>]` of channels that a log holds under other names, and what its torques are, if names say.
 
     Of several that a channel may be, the one with the fewest words that say otherwise is taken.
     """
@@ -39,19 +41,24 @@ def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], bool]:
     for name in source.others:
         groups.setdefault(tuple(words(name)), []).append(name)
     found: dict[str, dict[str, Any]] = {}
-    commanded = False
     for channel, kinds in WORDS.items():
-        if channel in source.channels:
-            continue
-        ranks = {key: _rank(key, kinds, channel) for key in groups}
-        ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
-        if not ranked:
-            continue
-        names = groups[ranked[0][1]]
-        commanded |= channel == "torque" and bool(COMMANDS & set(words(names[0])))
-        found[channel] = {"name": names[0] if len(names) == 1 else names}
-    labelled = _labelled(source, [channel for channel in JOINT_CHANNELS if channel not in source.channels])
-    return {**found, **labelled}, commanded
+        names = _labelled(source, kinds) if channel in JOINT_CHANNELS else []
+        if channel not in source.channels and (names := names or _called(groups, kinds, channel)):
+            found[channel] = {"name": names[0] if len(names) == 1 else names}
+    commanded = "torque" in found and bool(COMMANDS & set(words(str(found["torque"]["name"]))))
+    if "torque" not in source.channels and (commanded or "torque" not in found):
+        names = _called(groups, CURRENTS, "current") or _labelled(source, CURRENTS)
+        if names:
+            found["torque"] = {"name": names[0] if len(names) == 1 else names, "unit": "A"}
+            return found, "motor_current"
+    return found, "command" if commanded else None
+
+
+def _called(groups: dict[tuple[str, ...], list[str]], kinds: set[str], channel: str) -> list[str]:
+    """Return the names of a log that say a channel, best of several."""
+    ranks = {key: _rank(key, kinds, channel) for key in groups}
+    ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
+    return groups[ranked[0][1]] if ranked else []
 
 
 def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int] | None:
@@ -64,15 +71,8 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
     return len(COMMANDS & set(key)), -len(MEASURED & set(key))
 
 
-def _labelled(source: Source, channels: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return the columns of channels whose names hold the joint's: `knee_pos`, `q_knee`."""
-    found: dict[str, dict[str, Any]] = {}
-    for channel in channels:
-        kinds = WORDS.get(channel, set())
-        own = [
-            name for name in source.others if kinds & set(words(name)) and not (OTHERS | COMMANDS) & set(words(name))
-        ]
-        rests = [tuple(word for word in words(name) if word not in kinds) for name in own]
-        if len(own) > 1 and len(set(rests)) > 1:
-            found[channel] = {"name": own}
-    return found
+def _labelled(source: Source, kinds: set[str]) -> list[str]:
+    """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`."""
+    own = [name for name in source.others if kinds & set(words(name)) and not (OTHERS | COMMANDS) & set(words(name))]
+    rests = {tuple(word for word in words(name) if word not in kinds) for name in own}
+    return own if len(rests) > 1 else []

@@ -40,7 +40,7 @@ def open_parquet(path: Path, table: LogTable) -> Source:
 def open_csv(path: Path, table: LogTable) -> Source:
     """Open a CSV file whose first line, or `[log] columns`, names the columns.
 
-    Commas, semicolons or tabs separate them.
+    Commas, semicolons or tabs separate them, or else single spaces.
 
     Raises
     ------
@@ -117,10 +117,12 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
 def first_line(path: Path) -> tuple[list[str], str]:
     """Return the cells of a CSV file's first line, and what separates them."""
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        line = file.readline(LONGEST_HEADER).decode("utf-8-sig").strip()
+        line = file.readline(LONGEST_HEADER).decode("utf-8-sig").strip().removeprefix("#").lstrip()
         bare = re.sub(r'"[^"]*"|\[[^]]*\]', "", line)
         separator = max(SEPARATORS, key=bare.count)
-        cells = csv.reader([line.removeprefix("#")], delimiter=separator, skipinitialspace=True)
+        if separator not in bare:
+            separator = " "
+        cells = csv.reader([line], delimiter=separator, skipinitialspace=True)
         names = [name.strip() for name in next(cells, [])]
     if not names:
         raise LogError(f"{path}: is empty; expected a line of column names, then one line a sample")
