@@ -149,6 +149,16 @@ def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(ho
     assert "channel-frozen" not in checks_of(log, arm.robot)[0]
 
 
+@pytest.mark.parametrize(("noise", "found"), [(0.0, True), (2.0, False)])
+def test_a_delay_that_explains_next_to_nothing_is_not_counted(
+    noise: float, found: bool, honest: dict[str, Honest]
+) -> None:
+    arm = honest["arm"]
+    log, robot = LIES["torques 8 ms late"].tell(arm.log, arm.robot)
+    torque = log.torque + noise * np.random.default_rng(3).normal(size=log.torque.shape)
+    assert ("torque-delay" in checks_of(replace(log, torque=torque), robot)[0]) == found
+
+
 @pytest.mark.parametrize(("lie", "channel"), [("a position frozen halfway", "position"), ("a dead torque", "torque")])
 def test_a_finding_says_its_channel(lie: str, channel: str, honest: dict[str, Honest]) -> None:
     _, found = _said(honest["arm"], lie)
