@@ -116,6 +116,20 @@ def test_covariances_are_those_of_least_squares_with_bodies_known_and_larger_oth
     assert open_[2, 2] > 10 * sure[2, 2]  # gravity makes up for an offset
 
 
+def test_a_torque_without_noise_makes_friction_known_however_far_bodies_outweigh_their_priors(
+    out: Path, result: Result
+) -> None:
+    robot = Robot.from_file(out / "robot.toml")
+    assumed = assumed_of(result.joints["shoulder"])
+    motion = motions_of(assumed.joint, prismatic=False, reach=Reach(low=-1.0, high=1.0, speed=2.0))[1]
+    dynamics, state = dynamics_of(robot, gravity(robot, "z"), Settings().priors), motion.state(0, np.zeros(3))
+    by_noise = [covariances(dynamics, state, {0: assumed}, {0: noise}, PERIOD)[0] for noise in (1e-6, 1e-20, 1e-40)]
+    errors = np.array([np.sqrt(np.diag(each)) for each in by_noise])
+    assert np.all(errors > 0)
+    np.testing.assert_allclose(errors[1], errors[2])
+    assert np.all(errors[1] < 1e-2 * errors[0])
+
+
 def test_a_guess_is_the_median_of_the_others(result: Result) -> None:
     others = [result.joints["shoulder"]]
     found = guess(result.joints["elbow"], others)
