@@ -30,6 +30,7 @@ from studies import (
     lies,
     lugre,
     observer,
+    plan_walks,
     replayed,
     step_coverage,
     verdicts,
@@ -308,6 +309,15 @@ def test_the_promises_shown_are_the_studys() -> None:
         if one["plan"] == 2 or one["law"] == "coulomb-viscous":
             ratios = [ratio for each in one["runs"] for joint in each.values() for ratio in joint["curve"]]
             assert 1 / 1.3 < np.median(ratios) < 1.3
+
+
+def test_the_promises_for_walks_shown_are_the_studys() -> None:
+    walks = json.loads((ROOT / "studies/plan_walks.json").read_text())["walks"]
+    for row in plan_walks.rows(walks):
+        assert row in PAGES["docs/plan.md"]
+    for walk in walks:
+        for key in ("longer", "faster"):
+            assert 1 / 1.5 < np.median([joint[key] for joint in walk["joints"].values()]) < 1.5
 
 
 def test_the_verdicts_shown_are_the_studys() -> None:
