@@ -12,7 +12,7 @@ from stribeck import Robot, Settings, identify, plan
 from stribeck.cli.app import app
 from stribeck.errors import SettingsError
 from stribeck.identification.judgement.curve import WIDEST, relative_width
-from stribeck.planning.advice import present_length
+from stribeck.planning.advice import of_pace, present_length
 from stribeck.planning.assumed import AssumedFriction, guess
 from stribeck.planning.information import covariances, dynamics_of, expected_curve
 from stribeck.planning.motions import PERIOD, Reach, motions_of
@@ -86,6 +86,22 @@ def test_a_longer_motion_is_as_much_longer_as_the_interval_is_too_wide(result: R
     assert present_length(assumed_of(some), 10.0) == pytest.approx(10 * 0.8 / (0.25 - 0.2))
     most = wider(shoulder, 2 * WIDEST, {"noise": 0.7, "repeated errors": 0.3})
     assert present_length(assumed_of(most), 10.0) is None
+
+
+def test_the_present_motion_at_its_own_pace_brings_what_it_has_brought(result: Result) -> None:
+    """Twice as fast it halves what falls with the length of viscous friction, and nothing of what stays."""
+    velocity = np.repeat(np.random.default_rng(2).uniform(-2, 2, 50), 100)
+    motion = PresentMotion(
+        velocity=velocity, friction_torque=velocity, usable=np.ones(len(velocity), dtype=bool), period=0.005
+    )
+    shoulder = result.joints["shoulder"]
+    for stays in (0.0, 1.0):
+        joint = wider(shoulder, WIDEST / 2, {"noise": 1 - stays, "repeated errors": stays})
+        same, faster = (of_pace("", pace, assumed_of(joint), motion, 2.0, 1e-3) for pace in (1.0, 2.0))
+        for now, again in zip(joint.curve, same.curve, strict=True):
+            assert again.half_width == pytest.approx(now.half_width)
+        gain = faster.curve[-1].half_width / joint.curve[-1].half_width
+        assert gain == pytest.approx(1.0) if stays else 0.4 < gain < 0.9
 
 
 def test_the_noise_is_that_which_explains_the_intervals(result: Result) -> None:
