@@ -17,7 +17,7 @@ def columns(*kinds: str) -> list[str]:
     return [kind.format(joint=joint, k=k) for kind in kinds for k, joint in enumerate(JOINTS)]
 
 
-def found(folder: Path, *names: str) -> tuple[dict[str, dict[str, Any]], str]:
+def found(folder: Path, *names: str) -> tuple[dict[str, dict[str, Any]], str | None]:
     path = folder / "log.csv"
     path.write_text(",".join(names) + "\n" + ",".join("0" for _ in names) + "\n")
     return find_columns(open_log(path, LogTable()))
@@ -40,7 +40,7 @@ def test_joints_units_and_kinds_in_one_name(
     assert table["time"] == {"name": "Time (s)"}
     for channel, name, unit in (("position", position, units[0]), ("torque", torque, units[1])):
         assert table[channel] == {"name": columns(name)} | ({"unit": unit} if unit else {})
-    assert source == ""
+    assert source is None
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_currents_are_taken_where_there_is_no_torque(current: str, unit: str, tm
     assert source == "motor_current"
     table, source = found(tmp_path, *names, *columns("tau_{joint}"))
     assert table["torque"] == {"name": columns("tau_{joint}")}
-    assert source == ""
+    assert source is None
 
 
 def test_a_folder_s_file_is_no_column(tmp_path: Path) -> None:

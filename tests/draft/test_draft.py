@@ -187,15 +187,20 @@ def test_columns_of_a_table_are_found_by_their_words(
     np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
 
 
-def test_of_currents_the_motors_are_asked_and_no_scale_is_made(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log = logs("ur5")
-    columns = {"t": log.time} | {f"q_{k}": log.position[:, k] for k in range(6)}
-    columns |= {f"current_{k}": log.torque[:, k] / 10 for k in range(6)}
-    pa.csv.write_csv(pa.table(columns), tmp_path / "log.csv")
-    robot, text = drafted(ARM, tmp_path / "log.csv", tmp_path)
-    assert (robot.torque_source, robot.log_table.torque.unit) == ("motor_current", "A")
-    assert robot.log_table.torque.scale == 1.0
-    assert "torque_constant" in text
+    gains = np.array([10.0, 10.0, 8.0, 10.0, 9.0, 10.0])
+    columns = {"timestamp": log.time}
+    values = {"target_moment": 0 * log.torque, "actual_q": log.position, "actual_current": log.torque / gains}
+    columns |= {f"{name}_{k}": array[:, k] for name, array in values.items() for k in range(6)}
+    path = tmp_path / "log.csv"
+    pa.csv.write_csv(pa.table(columns), path, pa.csv.WriteOptions(delimiter=" ", quoting_style="none"))
+    robot, text = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == "motor_current"
+    assert "gravity does not say how much torque an ampere makes in shoulder_pan_joint" in " ".join(
+        text.replace("#", " ").split()
+    )
+    np.testing.assert_allclose(read_log(path, robot).torque, log.torque / gains, rtol=1e-12)
 
 
 def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:

@@ -6,30 +6,19 @@ import re
 from typing import Any
 
 from stribeck.log.readers.source import JOINT_CHANNELS, Source
+from stribeck.typing import TorqueSource
 
 WORDS: dict[str, set[str]] = {
     "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock", "zeit"},
-    "position": {
-        "position",
-        "positions",
-        "pos",
-        "q",
-        "qpos",
-        "angle",
-        "angles",
-        "theta",
-        "jpos",
-        "encoder",
-        "encoders",
-    },
+    "position": {"position", "positions", "pos", "q", "qpos", "angle", "angles", "theta", "jpos", "encoders"},
     "torque": {"torque", "torques", "tau", "effort", "efforts", "eff", "moment", "moments"},
     "velocity": {"velocity", "velocities", "vel", "dq", "qd", "qvel", "speed", "omega", "jvel"},
     "base_orientation": {"orientation", "quat", "quaternion", "attitude"},
     "contact": {"contact", "contacts"},
 }
 """Words of names that a channel may have."""
-CURRENT = {"current", "currents", "amps", "ampere", "amperes"}
-"""Words of motor currents, which are taken where there is no torque."""
+CURRENTS = {"current", "currents", "amps", "ampere", "amperes"}
+"""Words of motor currents, which are taken for torques that were not measured."""
 UNITS: dict[str, dict[str, str]] = {
     "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
     "torque": {"mnm": "mNm", "nm": "Nm"},
@@ -39,39 +28,14 @@ UNITS: dict[str, dict[str, str]] = {
 """Words that are units, and their names in a robot file."""
 TIMES = {"s", "sec", "ms", "us", "ns"}
 """Units of time, which its steps tell."""
-MEASURED = {
-    "meas",
-    "measured",
-    "msr",
-    "actual",
-    "act",
-    "state",
-    "raw",
-    "joint",
-    "joints",
-    "dof",
-    "est",
-    "estimated",
-    "ist",
-}
+MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
+MEASURED |= {"ist"}
 """Words of what was measured, which is taken before others of its kind."""
 OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot"}
 """Words of what was not."""
-COMMANDS = {
-    "cmd",
-    "command",
-    "commanded",
-    "con",
-    "control",
-    "ctrl",
-    "target",
-    "des",
-    "desired",
-    "ref",
-    "reference",
-    "soll",
-}
-"""Words of what was asked for: a torque of them is taken where there is no other."""
+COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
+COMMANDS |= {"soll"}
+"""Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
 FILES = (".csv", ".parquet")
 """Ends of names of files that a folder has beside its columns."""
 
@@ -81,32 +45,27 @@ def words(name: str) -> list[str]:
     return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
 
 
-def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], str]:
-    """Return `[log.<channel>]` of channels that a log holds under other names, and what torques are by theirs.
+def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
+    """Return `[log.<channel>]` of channels that a log holds under other names, and what its torques are, if names say.
 
-    Of several that a channel may be, the one with the fewest words that say otherwise is taken. Torques are a
-    "command" or "motor_current", or their names do not say.
+    Of several that a channel may be, the one with the fewest words that say otherwise is taken.
     """
     groups: dict[tuple[str, ...], list[str]] = {}
     for name in source.others:
         groups.setdefault(tuple(words(name)), []).append(name)
     found: dict[str, dict[str, Any]] = {}
     for channel, kinds in WORDS.items():
-        if channel not in source.channels:
-            names = _labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
-            names = names or _named(groups, channel, kinds)
-            if names:
-                found[channel] = {"name": names if len(names) > 1 else names[0]} | _unit(channel, names[0])
-    if "torque" in found:
-        name = found["torque"]["name"]
-        return found, "command" if COMMANDS & set(words(name if isinstance(name, str) else name[0])) else ""
-    if "torque" in source.channels:
-        return found, ""
-    names = _labelled(source, "current", CURRENT) or _named(groups, "current", CURRENT)
-    if not names:
-        return found, ""
-    found["torque"] = {"name": names if len(names) > 1 else names[0]} | (_unit("current", names[0]) or {"unit": "A"})
-    return found, "motor_current"
+        names = _labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
+        if channel not in source.channels and (names := names or _called(groups, channel, kinds)):
+            found[channel] = {"name": names if len(names) > 1 else names[0]} | _unit(channel, names[0])
+    commanded = "torque" in found and bool(COMMANDS & set(words(str(found["torque"]["name"]))))
+    if "torque" not in source.channels and (commanded or "torque" not in found):
+        names = _called(groups, "current", CURRENTS) or _labelled(source, "current", CURRENTS)
+        if names:
+            unit = _unit("current", names[0]) or {"unit": "A"}
+            found["torque"] = {"name": names if len(names) > 1 else names[0]} | unit
+            return found, "motor_current"
+    return found, "command" if commanded else None
 
 
 def _unit(channel: str, name: str) -> dict[str, str]:
@@ -117,7 +76,7 @@ def _unit(channel: str, name: str) -> dict[str, str]:
     return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), {})
 
 
-def _named(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
+def _called(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
     """Return the columns whose names are the channel's but for numbers and for words that say nothing else."""
     ranks = {key: _rank(key, kinds, channel) for key in groups}
     ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
@@ -138,7 +97,7 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
 
 def _labelled(source: Source, channel: str, kinds: set[str]) -> list[str]:
     """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`, `knee [deg]`."""
-    of_others = {"position": CURRENT, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
+    of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
     for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
         names = [name for name in source.others if own & set(words(name)) and not name.endswith(FILES)]
         names = [name for name in names if not (OTHERS | COMMANDS | wrong) & set(words(name))]

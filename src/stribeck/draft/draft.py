@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.audit import delays, findings, gather
+from stribeck.audit import delays, findings, gather, torques_of_currents
 from stribeck.draft.columns import find_columns
 from stribeck.draft.model import ModelFacts, read_model
 from stribeck.draft.names import match, words
@@ -36,7 +36,6 @@ UNNAMED_RATE = 1000.0
 """[Hz] that is written where a log has no time."""
 HANDS = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
 """Words of joints that logs leave out first."""
-CURRENTS = ("A", "mA")
 NOT_TAKEN = ("torque-sign", "joints-swapped", "torque-gain", "position-limits")
 """Checks whose cures are not taken: signs and order are found by what fits, and a gear or a zero is asked for."""
 UNCLAMPED = 0.5
@@ -149,6 +148,8 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
                 f"that [log.{channel}] name says (found {listed([*source.channels, *source.others])})"
             )
     draft.document["log"] = table
+    if torque_source == "motor_current":
+        draft.ask("log.torque", "are the motors' currents in A?")
     _time(draft, source)
     unsure = _joints(draft, facts, source)
     _base(draft, facts, source)
@@ -170,15 +171,8 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
         _set(draft, "log.base_orientation", "order", order, "so the base is upright.")
     for channel, unit, why in position_and_velocity_units(read, robot):
         _set(draft, f"log.{channel}", "unit", unit, why)
-    if robot.log_table.torque.unit in CURRENTS:
-        draft.ask(
-            "log.torque",
-            "which torque constant and gear ratio have the motors ([robot.motors.<joint>] torque_constant, ratio)? "
-            "Without them gravity says how much torque an ampere makes; order and signs have not been looked at.",
-        )
-    else:
-        _clamped(draft, facts, log, output)
-        _by_dynamics(draft, log, output, unsure)
+    _clamped(draft, facts, log, output)
+    _by_dynamics(draft, log, output, unsure)
     draft.document = {key: value for key, value in draft.document.items() if value}
 
 
@@ -365,7 +359,7 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
             if robot.base == "floating" and (not robot.contacts or _base_unknown(read)):
                 draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
                 return
-            prepared = prepare(read, robot, robot.settings)
+            (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used so: {error}.")
             return

@@ -25,7 +25,7 @@ def with_tabs(text):
     return text.replace(",", "\t")
 
 
-def with_blanks_alone(text):
+def with_spaces(text):
     return text.replace(",", " ")
 
 
@@ -34,12 +34,16 @@ def with_decimal_commas(text):
     return names.replace(",", ";") + "\n" + numbers.replace(",", ";").replace(".", ",")
 
 
-def with_spaces(text):
+def with_commas_and_spaces(text):
     return text.replace(",", ", ")
 
 
 def with_a_hash(text):
     return "# " + text.replace('"', "")
+
+
+def with_a_hash_and_spaces(text):
+    return "# " + text.replace('"', "").replace(",", " ")
 
 
 def with_a_byte_order_mark(text):
@@ -56,9 +60,8 @@ def without_a_last_newline(text):
 
 @pytest.mark.parametrize(
     "dialect",
-    [with_commas, with_semicolons, with_tabs, with_blanks_alone, with_decimal_commas,
-     with_spaces, with_a_hash, with_a_byte_order_mark, with_windows_lines,
-     without_a_last_newline],
+    [with_commas, with_semicolons, with_tabs, with_decimal_commas, with_spaces, with_commas_and_spaces, with_a_hash,
+     with_a_hash_and_spaces, with_a_byte_order_mark, with_windows_lines, without_a_last_newline],
 )  # fmt: skip
 def test_csv_as_people_write_it(dialect, tmp_path):
     path = write_csv(tmp_path, LOG)

@@ -42,7 +42,7 @@ def open_parquet(path: Path, table: LogTable) -> Source:
 def open_csv(path: Path, table: LogTable) -> Source:
     """Open a CSV file whose first line, or `[log] columns`, names the columns.
 
-    Commas, semicolons or tabs separate them.
+    Commas, semicolons or tabs separate them, or else single spaces.
 
     Raises
     ------
@@ -122,11 +122,12 @@ def first_line(path: Path) -> tuple[list[str], str]:
     """Return the cells of a CSV file's first line, and what separates them."""
     with foreign(str(path), "CSV"), path.open("rb") as file:
         line, second = (file.readline(LONGEST_HEADER).decode("utf-8-sig").strip() for _ in range(2))
+        line = line.removeprefix("#").lstrip()
         bare = re.sub(r'"[^"]*"|\[[^]]*\]', "x", line)
         separator = max(SEPARATORS, key=bare.count)
-        if separator not in bare and 1 < len(bare.removeprefix("#").split()) == len(second.split()):
+        if separator not in bare and (not second or bare.count(" ") == second.count(" ")):  # else one name, `Time (s)`
             separator = " "
-        cells = csv.reader([line.removeprefix("#")], delimiter=separator, skipinitialspace=True)
+        cells = csv.reader([line], delimiter=separator, skipinitialspace=True)
         names = [name.strip() for name in next(cells, [])]
     if not names:
         raise LogError(f"{path}: is empty; expected a line of column names, then one line a sample")
