@@ -70,4 +70,4 @@ real: .venv/.dev
 	$(PYTEST) -m long tests/test_real_logs.py
 
 clean:
-	rm -rf .venv build site .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv build site jupyter_execute .pytest_cache .mypy_cache .ruff_cache

@@ -24,8 +24,9 @@ from typing import TypedDict
 import numpy as np
 
 from stribeck import Settings, identify
+from stribeck.finding import FRICTION
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, SENTENCES
+from stribeck.identification.whole_log.tests_of_fit.findings import SENTENCES
 from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import JointResult, Result
 from stribeck_simulation.run import Simulated
@@ -73,7 +74,7 @@ def tell(case: str, method: str, seed: int, simulated: Simulated) -> Told:
 
 def kinds_told(result: Result, joints: Iterable[str]) -> dict[str, int]:
     """Return how many of some joints a warning says something of, by what it says."""
-    told = {finding.check.removeprefix(BEFORE): finding.joints for finding in result.findings}
+    told = {finding.check.removeprefix(FRICTION): finding.joints for finding in result.findings}
     return {kind: len(set(told[kind]) & set(joints)) for kind in SENTENCES if kind in told}
 
 

@@ -30,6 +30,7 @@ from studies import (
     lies,
     lugre,
     observer,
+    plan_walks,
     replayed,
     step_coverage,
     verdicts,
@@ -45,11 +46,11 @@ from stribeck import Robot, identify
 from stribeck.audit import channels
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
-from stribeck.finding import Finding
+from stribeck.finding import FRICTION, Finding
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import WIDEST
-from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, SENTENCES, UNCLEAR
+from stribeck.identification.whole_log.tests_of_fit.findings import SENTENCES, UNCLEAR
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.motion.filters import TAKES
 from stribeck.result import (
@@ -311,6 +312,15 @@ def test_the_promises_shown_are_the_studys() -> None:
             assert 1 / 1.3 < np.median(ratios) < 1.3
 
 
+def test_the_promises_for_walks_shown_are_the_studys() -> None:
+    walks = json.loads((ROOT / "studies/plan_walks.json").read_text())["walks"]
+    for row in plan_walks.rows(walks):
+        assert row in PAGES["docs/plan.md"]
+    for walk in walks:
+        for key in ("longer", "faster"):
+            assert 1 / 1.5 < np.median([joint[key] for joint in walk["joints"].values()]) < 1.5
+
+
 def test_the_verdicts_shown_are_the_studys() -> None:
     said = json.loads((ROOT / "studies/verdicts.json").read_text())["parameters"]
     for row in verdicts.table(said):
@@ -411,7 +421,7 @@ def test_what_lugre_finds_is_the_studys() -> None:
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
     files = sorted((ROOT / "src/stribeck").rglob("*.py"))
     named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
-    named |= {*channels.TEXTS, *(BEFORE + kind for kind in SENTENCES), UNCLEAR, "base-orientation-delay"}
+    named |= {*channels.TEXTS, *(FRICTION + kind for kind in SENTENCES), UNCLEAR, "base-orientation-delay"}
     page = PAGES["docs/findings.md"]
     parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", page, re.MULTILINE | re.DOTALL))
     assert len(named) > 40
@@ -560,7 +570,7 @@ def test_the_readme_has_the_figures_of_the_study_and_no_gaps() -> None:
 def test_every_check_has_a_paragraph_on_findings() -> None:
     """Checks are the names in the code; each has a heading, an example and a cure."""
     source = "\n".join(path.read_text() for path in (ROOT / "src/stribeck").rglob("*.py"))
-    named = set(re.findall(r'check="([\w-]+)"', source)) | {f"{BEFORE}{kind}" for kind in SENTENCES} | {UNCLEAR}
+    named = set(re.findall(r'check="([\w-]+)"', source)) | {f"{FRICTION}{kind}" for kind in SENTENCES} | {UNCLEAR}
     named |= {"torque-delay", "base-orientation-delay"}
     parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", PAGES["docs/findings.md"], re.MULTILINE | re.DOTALL))
     assert named <= set(parts)

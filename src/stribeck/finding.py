@@ -9,6 +9,10 @@ NAMED = 6
 """Logs that a sentence names before it counts the others."""
 
 
+FRICTION = "friction-"
+"""What the names of checks begin with that say so of friction."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Finding:
     """Something that a user should act on.
@@ -42,6 +46,11 @@ class Finding:
     def __str__(self) -> str:
         """Return the text and the cure in one line."""
         return f"{self.text}; {self.cure}" if self.cure else self.text
+
+    @property
+    def on_friction(self) -> bool:
+        """Whether it says that the friction found in its joints is off by more than their intervals say."""
+        return self.check.startswith(FRICTION)
 
     @property
     def place(self) -> str:

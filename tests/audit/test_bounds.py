@@ -1,12 +1,15 @@
 """Torques in another unit are named where no joint's gain can be found, by the robot's weight and its effort limits."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from studies.lies import Honest, checks_of, standing, turntable
+from tests.arm import arm_log, write_arm
 from tests.models import example_robot
 
+from stribeck import Robot
 from stribeck.audit import audit
 from stribeck.finding import Finding
 from stribeck.preparation import prepare
@@ -69,3 +72,12 @@ def test_effort_limits_are_those_of_the_model_file_by_joint() -> None:
     limits = dict(zip(robot.joint_names, robot.effort_limits, strict=True))
     assert limits["leg_left_4_joint"] == 300.0
     assert limits["arm_left_7_joint"] == limits["arm_right_7_joint"]
+
+
+def test_joints_that_stand_still_without_a_torque_are_in_no_other_unit(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    log = arm_log(robot, duration=4.0, rate=250.0)
+    still = replace(log, position=np.full_like(log.position, 0.7), velocity=None, acceleration=None)
+    torque = np.zeros_like(log.torque)
+    torque[:, 2] = 0.01 * np.sin(log.time)  # of the one joint that carries little
+    assert checks_of(replace(still, torque=torque), robot) == ([], "")

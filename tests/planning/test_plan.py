@@ -12,7 +12,7 @@ from stribeck import Robot, Settings, identify, plan
 from stribeck.cli.app import app
 from stribeck.errors import SettingsError
 from stribeck.identification.judgement.curve import WIDEST, relative_width
-from stribeck.planning.advice import present_length
+from stribeck.planning.advice import of_pace, present_length
 from stribeck.planning.assumed import AssumedFriction, guess
 from stribeck.planning.information import covariances, dynamics_of, expected_curve
 from stribeck.planning.motions import PERIOD, Reach, motions_of
@@ -88,6 +88,22 @@ def test_a_longer_motion_is_as_much_longer_as_the_interval_is_too_wide(result: R
     assert present_length(assumed_of(most), 10.0) is None
 
 
+def test_the_present_motion_at_its_own_pace_brings_what_it_has_brought(result: Result) -> None:
+    """Twice as fast it halves what falls with the length of viscous friction, and nothing of what stays."""
+    velocity = np.repeat(np.random.default_rng(2).uniform(-2, 2, 50), 100)
+    motion = PresentMotion(
+        velocity=velocity, friction_torque=velocity, usable=np.ones(len(velocity), dtype=bool), period=0.005
+    )
+    shoulder = result.joints["shoulder"]
+    for stays in (0.0, 1.0):
+        joint = wider(shoulder, WIDEST / 2, {"noise": 1 - stays, "repeated errors": stays})
+        same, faster = (of_pace("", pace, assumed_of(joint), motion, 2.0, 1e-3) for pace in (1.0, 2.0))
+        for now, again in zip(joint.curve, same.curve, strict=True):
+            assert again.half_width == pytest.approx(now.half_width)
+        gain = faster.curve[-1].half_width / joint.curve[-1].half_width
+        assert gain == pytest.approx(1.0) if stays else 0.4 < gain < 0.9
+
+
 def test_the_noise_is_that_which_explains_the_intervals(result: Result) -> None:
     generator = np.random.default_rng(1)
     velocity = np.repeat(generator.uniform(-2, 2, 50), 100)
@@ -114,6 +130,20 @@ def test_covariances_are_those_of_least_squares_with_bodies_known_and_larger_oth
     assert np.sqrt(np.diag(sure)) == pytest.approx(np.sqrt(np.diag(least_squares)), rel=0.05)
     assert np.all(np.diag(open_) >= np.diag(sure))
     assert open_[2, 2] > 10 * sure[2, 2]  # gravity makes up for an offset
+
+
+def test_a_torque_without_noise_makes_friction_known_however_far_bodies_outweigh_their_priors(
+    out: Path, result: Result
+) -> None:
+    robot = Robot.from_file(out / "robot.toml")
+    assumed = assumed_of(result.joints["shoulder"])
+    motion = motions_of(assumed.joint, prismatic=False, reach=Reach(low=-1.0, high=1.0, speed=2.0))[1]
+    dynamics, state = dynamics_of(robot, gravity(robot, "z"), Settings().priors), motion.state(0, np.zeros(3))
+    by_noise = [covariances(dynamics, state, {0: assumed}, {0: noise}, PERIOD)[0] for noise in (1e-6, 1e-20, 1e-40)]
+    errors = np.array([np.sqrt(np.diag(each)) for each in by_noise])
+    assert np.all(errors > 0)
+    np.testing.assert_allclose(errors[1], errors[2])
+    assert np.all(errors[1] < 1e-2 * errors[0])
 
 
 def test_a_guess_is_the_median_of_the_others(result: Result) -> None:

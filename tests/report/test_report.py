@@ -189,6 +189,17 @@ def test_the_lead_says_friction_trust_and_the_next_step(result: Result) -> None:
     assert cured.cure in heading(replace(result, joints=joints, findings=[cured]), law)
 
 
+def test_friction_that_a_finding_flags_is_not_trusted_and_comes_first(result: Result) -> None:
+    law = get_law(result.law)
+    first, second, *_ = [name for name, joint in result.joints.items() if joint.verdict == "identified"]
+    joints = {name: result.joints[name] for name in (first, second, "torso_yaw")}
+    bodies = Finding(check="bodies-differ", text="the foot is heavier", cure="put it into the model")
+    delay = Finding(check="friction-delay", text="late", cure="log all by one clock", joints=(second,))
+    lead = " ".join(heading(replace(result, joints=joints, findings=[bodies, delay]), law).split())
+    assert f"{first}, each within its band; not {second} (warned), torso_yaw (not excited)" in lead
+    assert f"</a>: {second}: log all by one clock." in lead
+
+
 def test_findings_come_before_warnings_with_what_mends_them(result: Result, tmp_path: Path) -> None:
     delay = Finding(
         check="delay", text="torques are late", cure="[log.torque] delay = 0.002", joints=("left_hip_roll",)

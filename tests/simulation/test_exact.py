@@ -27,17 +27,25 @@ from stribeck.robot.rooting import BASE_FRAME
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 
 RATE = 1000.0
-CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2 walk", "go2 trot")
+CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2 walk", "go2 trot", "go2 walk 0.5")
 STANDING = [case for case in CASES if case.split()[0] in POSTURES]
 
 
 @cache
 def made(case: str, seed: int = 0) -> tuple[Robot, RobotLog, Truth]:
-    name, gait = case.split()
+    name, gait, *pace = case.split()
     robot = example_robot(name)
     parameters = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
     log, truth = exact_log(
-        robot, Stribeck(), parameters, duration=3.5, rate=RATE, seed=seed, gait=gait, posture=POSTURES.get(name)
+        robot,
+        Stribeck(),
+        parameters,
+        duration=3.5,
+        rate=RATE,
+        seed=seed,
+        gait=gait,
+        posture=POSTURES.get(name),
+        pace=float(pace[0]) if pace else 1.0,
     )
     return robot, log, truth
 

@@ -142,12 +142,13 @@ def _surely(found: Fit) -> bool:
 
 
 def _levels(evidence: Evidence, joints: list[int]) -> dict[int, float]:
-    """Return RMS of the torque over the model's, of the joints that carry most."""
+    """Return RMS of the torque over the model's, of the joints that carry most and whose torque is not zero."""
     model = np.array([_rms(evidence.model[:, k]) for k in joints])
     if len(model) == 0 or not model.max() > 0:
         return {}
     carrying = [(k, size) for k, size in zip(joints, model.tolist(), strict=True) if size > 0.2 * model.max()]
-    return {k: _rms(evidence.torque[np.isfinite(evidence.model[:, k]), k]) / size for k, size in carrying}
+    levels = {k: _rms(evidence.torque[np.isfinite(evidence.model[:, k]), k]) / size for k, size in carrying}
+    return {k: level for k, level in levels.items() if level > 0}
 
 
 def _rms(values: Array) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.audit import delays, findings, gather
+from stribeck.audit import delays, findings, gather, torques_of_currents
 from stribeck.draft.columns import find_columns
 from stribeck.draft.model import ModelFacts, read_model
 from stribeck.draft.names import match, words
@@ -136,7 +136,7 @@ def _ask_for_torque_source(draft: Draft) -> None:
 def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     """Write what a log says."""
     source = open_log(log, LogTable())
-    table, commanded = find_columns(source)
+    table, torque_source = find_columns(source)
     for channel, found in table.items():
         draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
@@ -148,14 +148,16 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
                 f"that [log.{channel}] name says (found {listed([*source.channels, *source.others])})"
             )
     draft.document["log"] = table
+    if torque_source == "motor_current":
+        draft.ask("log.torque", "are the motors' currents in A?")
     _time(draft, source)
     unsure = _joints(draft, facts, source)
     _base(draft, facts, source)
     if source.torque_source:
         draft.document["robot"]["torque_source"] = source.torque_source
         draft.note("robot.torque_source", "as the log says.")
-    elif commanded:
-        draft.document["robot"]["torque_source"] = "command"
+    elif torque_source:
+        draft.document["robot"]["torque_source"] = torque_source
         draft.note("robot.torque_source", "by the name of the log's torques.")
     else:
         _ask_for_torque_source(draft)
@@ -357,7 +359,7 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
             if robot.base == "floating" and (not robot.contacts or _base_unknown(read)):
                 draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
                 return
-            prepared = prepare(read, robot, robot.settings)
+            (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used so: {error}.")
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,7 +118,7 @@ def advise(
     longer = None
     if verdict != "not excited":
         longer = present_length(assumed, duration)
-        found += [_of_pace(pace, factor, assumed, motion, top, noise) for pace, factor in PACES.items()]
+        found += [of_pace(pace, factor, assumed, motion, top, noise) for pace, factor in PACES.items()]
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
     said = [_of_longer(verdict, assumed, duration, longer)]
     if verdict == "not excited" or relative_width(assumed.joint.curve) > WIDEST:
@@ -150,23 +150,53 @@ def _of_motion(
     return _candidate(motion.name, motion.slowest, motion.fastest, motion.reversals, DURATION, curve)
 
 
-def _of_pace(
+def of_pace(
     name: str, factor: float, assumed: AssumedFriction, motion: PresentMotion, top: float, noise: float
 ) -> Candidate:
-    """Return what the present motion would bring, faster or slower by a factor, in a log as long."""
-    matrix = unit_information(motion, assumed, factor) / noise + np.diag(assumed.precision)
-    curve = expected_curve(assumed, np.asarray(np.linalg.inv(matrix)), top, motion.duration)
+    """Return what the present motion would bring, faster or slower by a factor, in a log as long.
+
+    The part of the present variance that falls with the length of a log changes as noise's would; the other stays.
+    """
+    before, after = (
+        expected_curve(
+            assumed,
+            np.asarray(np.linalg.inv(unit_information(motion, assumed, pace) / noise + np.diag(assumed.precision))),
+            top,
+            motion.duration,
+        )
+        for pace in (1.0, factor)
+    )
+    share = shrinking_share(assumed)
+    falls = [share * (new.standard_error / old.standard_error) ** 2 for old, new in zip(before, after, strict=True)]
+    curve = tuple(
+        _widened(point, math.sqrt(1 - share + own)) for point, own in zip(assumed.joint.curve, falls, strict=True)
+    )
     speed = factor * motion.top_speed
     turns = int(np.count_nonzero(np.diff(np.sign(motion.velocity[motion.usable]))))
-    return _candidate(name, 0.0, speed, turns, motion.duration, curve)
+    fixed = max((1 - share) / (1 - share + own) for own in falls)
+    return _candidate(name, 0.0, speed, turns, motion.duration, curve, fixed)
+
+
+def _widened(point: CurvePoint, factor: float) -> CurvePoint:
+    """Return a point of a friction curve whose interval is wider by a factor."""
+    half = factor * point.half_width
+    interval = (max(point.value - half, 0.0), point.value + half)
+    return replace(point, standard_error=factor * point.standard_error, interval_95=interval)
 
 
 def _candidate(
-    name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: tuple[CurvePoint, ...]
+    name: str,
+    slowest: float,
+    fastest: float,
+    reversals: int,
+    duration: float,
+    curve: tuple[CurvePoint, ...],
+    fixed: float = 0.0,
 ) -> Candidate:
+    """Return a candidate, of whose variance a share stays whatever the length."""
     width = width_of(curve)
     turning = duration * MIN_REVERSALS / max(reversals, 1)
-    needed = max(duration * (width / WIDEST) ** 2, float(MIN_BLOCKS), turning)
+    needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
     return Candidate(
         motion=name,
         slowest=slowest,
@@ -184,11 +214,14 @@ def present_length(assumed: AssumedFriction, duration: float) -> float | None:
 
     Half of the interval falls with the root of the length, but for the parts of the variance that stay.
     """
-    width, share = relative_width(assumed.joint.curve), shrinking_share(assumed)
-    room = (WIDEST / width) ** 2 - (1 - share)
-    if room <= 0:
-        return None
-    return duration * max(share / room, 1.0)
+    needed = _length(relative_width(assumed.joint.curve), 1 - shrinking_share(assumed), duration)
+    return max(needed, duration) if needed < math.inf else None
+
+
+def _length(width: float, fixed: float, duration: float) -> float:
+    """Return how long a log has to be for the widest interval allowed [s], of whose variance a share is fixed."""
+    room = (WIDEST / width) ** 2 - fixed if width > 0 else math.inf
+    return duration * (1 - fixed) / room if room > 0 else math.inf
 
 
 def _of_longer(verdict: Verdict, assumed: AssumedFriction, duration: float, longer: float | None) -> str:

@@ -36,6 +36,9 @@ from stribeck.typing import Array
 UNKNOWN = 1e6
 """Half of an interval over the value [1] of friction that is zero, as far as is known."""
 
+BODIES_KNOWN = 1e12
+"""What a joint's torque says of bodies over their priors [1], at most: less noise would be less than rounding."""
+
 COARSE = 0.02
 """Time between samples at which bodies are looked at [s]."""
 
@@ -140,8 +143,10 @@ def _precision(
     for k, (column, assumed) in enumerate(friction.items()):
         velocity, load = state.velocity[:, column], regressor[:, k] @ dynamics.nominal
         phi = assumed.columns(velocity, state.acceleration[:, column], load, state.position[:, column])
-        moves = np.sqrt(period / noise[column]) * assumed.moves(velocity)[:, None]
-        phi, of_bodies = moves * averaged(phi, period), moves * (regressor[:, k] @ dynamics.directions)
+        moves, of_bodies = assumed.moves(velocity)[:, None], regressor[:, k] @ dynamics.directions
+        density = max(noise[column], period * float(np.sum((moves * of_bodies) ** 2)) / BODIES_KNOWN)
+        moves = np.sqrt(period / density) * moves
+        phi, of_bodies = moves * averaged(phi, period), moves * of_bodies
         blocks.append(phi.T @ phi + np.diag(assumed.precision))
         crossed.append(phi.T @ of_bodies)
         bodies += of_bodies.T @ of_bodies

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import PurePath
 from statistics import median
 
@@ -32,6 +33,15 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
     nominal = [joint.torque_r2.nominal for joint in result.joints.values() if joint.torque_r2]
     unseen = [share for joint in result.joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
     findings, texts = parted(result)
+    flagged = {name for finding in findings if finding.on_friction for name in finding.joints}
+    identified = _with(result, "identified")
+    trusted = [name for name in identified if name not in flagged]
+    distrusted = {
+        "warned": [name for name in identified if name in flagged],
+        "weak": _with(result, "weak"),
+        "not excited": _with(result, "not excited"),
+    }
+    mending = next((found for found in findings if found.cure), None)
     return render(
         "heading.html.j2",
         result=result,
@@ -44,9 +54,10 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
         r2=median(r2) if r2 else None,
         r2_nominal=median(nominal) if nominal else None,
         unseen=median(unseen) if unseen else None,
-        trusted=_named(result, "identified"),
-        distrusted=[(verdict, _named(result, verdict)) for verdict in ("weak", "not excited") if verdict in verdicts],
-        mending=next((found for found in findings if found.cure), None),
+        trusted=_named(trusted),
+        distrusted=[(why, _named(names)) for why, names in distrusted.items() if names],
+        mending=mending,
+        mended=_named(mending.joints) if mending else "",
         steps=_steps(result),
         warnings=len(findings) + len(texts),
     )
@@ -86,9 +97,13 @@ def _bound(result: Result) -> str:
     return f"below {number(most.interval_95[1], 2)} {most.unit}" if most else ""
 
 
-def _named(result: Result, verdict: str) -> str:
-    """Return the joints with a verdict, by name if they are few."""
-    names = [name for name, joint in result.joints.items() if joint.verdict == verdict]
+def _with(result: Result, verdict: Verdict) -> list[str]:
+    """Return the joints with a verdict."""
+    return [name for name, joint in result.joints.items() if joint.verdict == verdict]
+
+
+def _named(names: Sequence[str]) -> str:
+    """Return joints, by name if they are few."""
     return ", ".join(names) if len(names) <= NAMED else f"{len(names)} joints"
 
 
@@ -98,6 +113,4 @@ def _steps(result: Result) -> list[tuple[str, str]]:
     for name, joint in result.joints.items():
         if joint.verdict in ("weak", "not excited"):
             groups.setdefault(advice(joint), []).append(name)
-    return [
-        (", ".join(names) if len(names) <= NAMED else f"{len(names)} joints", what) for what, names in groups.items()
-    ]
+    return [(_named(names), what) for what, names in groups.items()]

@@ -19,9 +19,9 @@ def warnings(result: Result) -> Section | None:
 
 
 def parted(result: Result) -> tuple[list[Finding], list[str]]:
-    """Return the findings, those that make every number wrong first, and the warnings that are no finding."""
+    """Return the findings, the gravest first (they make every number wrong, or friction), and the other warnings."""
     said = {str(finding) for finding in result.findings}
-    findings = sorted(result.findings, key=lambda finding: not finding.stops)
+    findings = sorted(result.findings, key=lambda finding: (not finding.stops, not finding.on_friction))
     return findings, list(dict.fromkeys(text for text in result.warnings if text not in said))
 
 

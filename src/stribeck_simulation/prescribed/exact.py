@@ -63,6 +63,7 @@ def exact_log(
     seed: int = 0,
     gait: Gait = "walk",
     posture: Mapping[str, float] | None = None,
+    pace: float = 1.0,
 ) -> tuple[RobotLog, Truth]:
     """Return the log of a smooth random motion with exact velocity, acceleration and torque, and its truth.
 
@@ -82,6 +83,8 @@ def exact_log(
         Of a floating robot; ignored for a fixed one. The feet swing and come back to where they stood.
     posture
         Joint positions [rad or m] to move about; joints left out keep near zero, off their limits.
+    pace
+        How many times as fast the robot moves along the same path [1]; 1 of a trot, which would tip over else.
 
     Raises
     ------
@@ -90,13 +93,15 @@ def exact_log(
     """
     time = np.arange(round(duration * rate)) / rate
     generator = np.random.default_rng(seed)
-    swings = plan_swings(gait, tuple(robot.contacts), duration) if robot.base == "floating" else ()
+    path = pace * time
+    swings = plan_swings(gait, tuple(robot.contacts), pace * duration) if robot.base == "floating" else ()
     motion = random_motion(robot, posture or {}, swings, generator)
     base = None
     if motion.sway is not None:
-        shift = keep_from_tipping(motion, motion.sway).at(time) if gait == "trot" and swings else None
-        base = motion.sway.at(time, shift)
-    joints = motion.joints_at(time, base)
+        shift = keep_from_tipping(motion, motion.sway).at(path) if gait == "trot" and swings else None
+        base = motion.sway.at(path, shift)
+    joints = motion.joints_at(path, base).at_pace(pace)
+    base = base and base.at_pace(pace)
     friction = _friction_torque(robot, law, parameters, joints.velocity)
     wrench, torque = inverse_dynamics(robot, joints, base)
     known = {joint: dict(named) for joint, named in parameters.items()}
@@ -120,7 +125,7 @@ def exact_log(
         base_velocity=velocity,
         base_acceleration=acceleration,
     )
-    return _on_feet(log, motion, joints, base, wrench), truth
+    return _on_feet(log, path, motion, joints, base, wrench), truth
 
 
 def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, velocity: Array) -> Array:
@@ -132,11 +137,13 @@ def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, vel
     return friction
 
 
-def _on_feet(log: RobotLog, motion: Motion, joints: Trajectory, base: BodyMotion, wrench: Array) -> RobotLog:
+def _on_feet(
+    log: RobotLog, path: Array, motion: Motion, joints: Trajectory, base: BodyMotion, wrench: Array
+) -> RobotLog:
     """Return the log of a robot that the ground carries: less torque, and the channels of base and feet."""
     names = tuple(leg.contact.name for leg in motion.legs)
-    share = np.column_stack([load_share(motion.swings, name, log.time) for name in names])
-    standing = ~np.column_stack([in_the_air(motion.swings, name, log.time) for name in names])
+    share = np.column_stack([load_share(motion.swings, name, path) for name in names])
+    standing = ~np.column_stack([in_the_air(motion.swings, name, path) for name in names])
     reactions, effect = ground_reactions(motion.legs, joints, base, wrench, share, standing)
     return replace(
         log,

@@ -37,6 +37,10 @@ class Trajectory:
             + self.position * other.acceleration,
         )
 
+    def at_pace(self, pace: float) -> Trajectory:
+        """Return the same path, so many times as fast."""
+        return Trajectory(self.position, pace * self.velocity, pace**2 * self.acceleration)
+
     def columns(self, index: NDArray[np.int64]) -> Trajectory:
         """Return these columns alone."""
         return Trajectory(self.position[:, index], self.velocity[:, index], self.acceleration[:, index])

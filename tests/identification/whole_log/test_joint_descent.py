@@ -1,14 +1,19 @@
 """Many joints are fitted at once as each would be by itself."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from stribeck.friction import get_law
 from stribeck.identification.whole_log.model.basis import make_basis
 from stribeck.identification.whole_log.model.friction_curves import Curves
+from stribeck.identification.whole_log.solver.gauss_newton import minimise
 from stribeck.identification.whole_log.solver.joint_descent import descend_joints, joint_costs
 from stribeck.identification.whole_log.terms.profile_likelihood import Quadratic
 from stribeck.settings import Priors
+from stribeck.typing import Array
 
 LAW, SPEED = get_law("stribeck"), np.array([1.0, 2.0, 0.5])
 CURVES = Curves(LAW, make_basis(LAW, SPEED), SPEED, np.ones(3), Priors())
@@ -44,3 +49,24 @@ def test_no_step_leads_further_down(logs: list[Quadratic]) -> None:
     low, high = CURVES.bounds
     for change in 1e-2 * np.random.default_rng(4).standard_normal((50, *ends.shape)):
         assert np.all(joint_costs(logs, CURVES).costs(np.clip(ends + change, low, high)) > costs - 1e-2)
+
+
+@dataclass(frozen=True)
+class _Exponential:
+    """The costs exp(x) - 3 x, of which a Newton step from far below leads where exp overflows."""
+
+    def of(self, rows: NDArray[np.int64]) -> "_Exponential":  # noqa: ARG002 - there is one descent
+        return self
+
+    def costs(self, x: Array) -> Array:
+        return np.asarray((np.exp(x) - 3 * x)[:, 0])
+
+    def derivatives(self, x: Array) -> tuple[Array, Array]:
+        return np.exp(x) - 3, np.exp(x)[:, :, None]
+
+
+def test_a_step_that_leads_where_numbers_overflow_is_not_taken() -> None:
+    start = np.array([[-10.0]])
+    found = minimise(_Exponential(), start, np.full_like(start, -np.inf), np.full_like(start, np.inf))
+    assert found.converged.all()
+    assert found.x[0, 0] == pytest.approx(np.log(3), abs=0.05)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stribeck import Robot, identify
+from stribeck.finding import FRICTION
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.tests_of_fit.findings import BEFORE, UNCLEAR, misfit_findings
+from stribeck.identification.whole_log.tests_of_fit.findings import UNCLEAR, misfit_findings
 from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit, ScoreTest
 from stribeck.log import RobotLog
 from stribeck.settings import Settings
@@ -77,8 +78,8 @@ def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(kind, a
     torque[:, 1] += kind(exact)[:, 1]
     log = with_noise(replace(exact, torque=torque), position=1e-5, torque=0.05, seed=2)
     result = identify(log, arm, SETTINGS)
-    (finding,) = (each for each in result.findings if each.check.startswith(BEFORE))
-    assert (finding.check, finding.joints) == (BEFORE + kind.__name__, (arm.joint_names[1],))
+    (finding,) = (each for each in result.findings if each.on_friction)
+    assert (finding.check, finding.joints) == (FRICTION + kind.__name__, (arm.joint_names[1],))
     assert str(finding) in result.warnings
     assert finding.cure
     said = {"delay": "(6", "ripple": f"{RIPPLES} periods a turn"}.get(kind.__name__, "% of its friction")
@@ -110,7 +111,7 @@ def test_a_coarse_encoder_is_not_taken_for_another_cause(bits: int, arm: Robot) 
     log = with_noise(replace(log, velocity=None, acceleration=None), position=2e-5, torque=0.1, seed=0)
     step = 2 * np.pi / 2**bits
     result = identify(replace(log, position=step * np.round(log.position / step)), arm, Settings())
-    assert not [finding for finding in result.findings if finding.check.startswith(BEFORE)]
+    assert not [finding for finding in result.findings if finding.on_friction]
 
 
 def scored(kind: str, chi_square: float = 400.0, shift: float = 5.0) -> ScoreTest:

@@ -61,23 +61,31 @@ class DirectRows:
         precision = np.where(np.arange(count) < ROOT, 1.0, 0.0)
         response = scale[:, :, None] * (self.effects * unit[:, None]).transpose(0, 2, 1)
         squares = response.transpose(0, 2, 1) @ response + np.diag(precision)
-        posterior = np.asarray(np.linalg.pinv(squares, RANK**2, hermitian=True), dtype=np.float64)
-        return Weights(scale, response, posterior)
+        size = np.sqrt(np.diagonal(squares, axis1=1, axis2=2))[:, :, None]
+        size = np.where(size > 0, size, 1.0)  # of a force that no row feels
+        values, vectors = np.linalg.eigh(squares / (size * size.transpose(0, 2, 1)))  # ranks are no matter of units
+        kept = values > RANK**2 * values.max(axis=1, keepdims=True, initial=0.0)
+        root = vectors / size * np.where(kept, 1 / np.sqrt(np.where(kept, values, 1.0)), 0.0)[:, None]
+        return Weights(scale, response @ root, root)
 
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """D, shape (K, m), U, shape (K, m, u), and P, shape (K, u, u), of `DirectRows.weights`."""
+    """D, shape (K, m), Q = U R, shape (K, m, u), and R with R R^T = P, shape (K, u, u), of `DirectRows.weights`.
+
+    Where the root's acceleration explains nearly all of a row, U P U^T is rounded by more than what that leaves of the
+    row; Q Q^T is not.
+    """
 
     scale: Array
-    response: Array
-    posterior: Array
+    explained: Array
+    root: Array
 
     def apply(self, columns: Array) -> Array:
         """Return W times columns, shape (K, m, c)."""
         scaled = self.scale[:, :, None] * columns
-        common = self.posterior @ (self.response.transpose(0, 2, 1) @ scaled)
-        return np.asarray(self.scale[:, :, None] * (scaled - self.response @ common))
+        common = self.explained.transpose(0, 2, 1) @ scaled
+        return np.asarray(self.scale[:, :, None] * (scaled - self.explained @ common))
 
     def residuals(self, left: Array) -> tuple[Array, Array, Array]:
         """Return scaled residuals without the most likely effects, the variance of these, and the effects' squares.
@@ -86,7 +94,6 @@ class Weights:
         their standard deviations, by which variances converge (expectation maximisation).
         """
         scaled = self.scale * left
-        effects = self.posterior @ (self.response.transpose(0, 2, 1) @ scaled[:, :, None])
-        variance = np.einsum("kmu,kuv,kmv->km", self.response, self.posterior, self.response, optimize=True)
-        squares = effects[:, :, 0] ** 2 + np.diagonal(self.posterior, axis1=1, axis2=2)
-        return scaled - (self.response @ effects)[:, :, 0], variance, squares
+        common = self.explained.transpose(0, 2, 1) @ scaled[:, :, None]
+        squares = (self.root @ common)[:, :, 0] ** 2 + np.sum(self.root**2, axis=2)
+        return scaled - (self.explained @ common)[:, :, 0], np.sum(self.explained**2, axis=2), squares

@@ -55,7 +55,8 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
         step = _steps(gradient, hessian, free, damping[going])
         tried = np.clip(x[going] - step, low[going], high[going])
-        after = own.costs(tried)
+        with np.errstate(over="ignore", invalid="ignore"):  # a step too far: infinite, or not a number, is not better
+            after = own.costs(tried)
         gain = cost[going] - after
         better = gain > 0
         x[going[better]], cost[going[better]] = tried[better], after[better]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stribeck.finding import Finding
+from stribeck.finding import FRICTION, Finding
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import DELAY, RIPPLE
 from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit
 
@@ -16,7 +16,7 @@ SENTENCES = {
     DELAY: "torques come at another time than those of other joints",
     RIPPLE: "torque comes and goes over position, as teeth or magnets do",
 }
-"""Of each kind; the name of its check is the kind with `BEFORE`."""
+"""Of each kind; the name of its check is the kind with `FRICTION`."""
 
 WORDS = {
     "load": "load",
@@ -36,7 +36,7 @@ CURES = {
     RIPPLE: "move it over many of these periods, or calibrate them out of the torque",
 }
 
-BEFORE, UNCLEAR = "friction-", "friction-unclear"
+UNCLEAR = FRICTION + "unclear"
 
 BIASED = "the friction found is off by more than its intervals say"
 
@@ -52,7 +52,7 @@ def misfit_findings(misfits: Sequence[Misfit | None], names: Sequence[str]) -> l
             unclear[name] = " or ".join(WORDS[test.kind] for test in misfit.tests)
     found = [
         Finding(
-            check=BEFORE + kind,
+            check=FRICTION + kind,
             text=f"{sentence}: {_listed(alone[kind])}; {BIASED}",
             cure=CURES[kind],
             joints=tuple(alone[kind]),
