@@ -19,11 +19,17 @@ WORDS: dict[str, set[str]] = {
 """Words of names that a channel may have."""
 CURRENTS = {"current", "currents"}
 """Words of motor currents, which are taken for torques that were not measured."""
-MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
+MEASURED = {
+    *("meas", "measured", "msr", "actual", "act", "state", "raw", "est", "estimated"),
+    *("joint", "joints", "j", "dof"),
+}
 """Words of what was measured, which is taken before others of its kind."""
-OTHERS = {"error", "fric", "friction", "model", "limit", "filt"}
+OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "ext", "external", "gravity", "coriolis"}
 """Words of what was not."""
-COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
+COMMANDS = {
+    *("cmd", "command", "commanded", "con", "control", "ctrl", "target", "ref", "reference"),
+    *("des", "desired", "d"),
+}
 """Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
 
 
@@ -73,6 +79,7 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
 
 def _labelled(source: Source, kinds: set[str]) -> list[str]:
     """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`."""
-    own = [name for name in source.others if kinds & set(words(name)) and not (OTHERS | COMMANDS) & set(words(name))]
+    single = [name for name in source.others if name not in source.wide]
+    own = [name for name in single if kinds & set(words(name)) and not (OTHERS | COMMANDS) & set(words(name))]
     rests = {tuple(word for word in words(name) if word not in kinds) for name in own}
     return own if len(rests) > 1 else []
