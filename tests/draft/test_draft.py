@@ -15,7 +15,7 @@ from tests.models import EXAMPLES, POSTURES, STRIBECK, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.cli import main
-from stribeck.draft import draft_robot_file
+from stribeck.draft import draft_robot_file, search
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match
 from stribeck.draft.search import as_given, find_columns_by_dynamics, other_orders
@@ -273,6 +273,37 @@ def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) 
     assert columns.order == as_given(6).order
     assert np.all(columns.position == 1)
     assert np.all(columns.torque == 1)
+
+
+def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], RobotLog]) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    order = [2, 0, 3, 1, 4, 5]
+    external = np.tile(np.arange(6.0), (len(log.time), 1)) * 1e-3
+    arrays = {name: getattr(log, name)[:, order] for name in ("position", "torque")}
+    mixed = replace(log, external_torque=external[:, order], **arrays)
+    columns, _ = find_columns_by_dynamics(mixed, robot, range(4))
+    assert columns.order == tuple(np.argsort(order))
+    np.testing.assert_array_equal(columns.of(mixed).external_torque, external)
+
+
+def test_joints_by_the_alphabet_are_a_known_order() -> None:
+    robot = example_robot("ur5")
+    names = sorted(robot.joint_names)
+    assert list(robot.joint_names) in [[names[column] for column in each] for each in other_orders(robot)]
+
+
+def test_a_change_after_which_nothing_is_explained_is_not_made(
+    logs: Callable[[str], RobotLog], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    given = as_given(6)
+    lift = np.where(np.arange(6) == 1, -1.0, 1.0)
+    likelier = replace(given, position=lift, torque=lift)  # by feet that another posture sets down, say
+    monkeypatch.setattr(search, "_descend", lambda *_: likelier)
+    columns, _ = find_columns_by_dynamics(log, robot, [])
+    assert not columns.changed_since(given).any()
+    columns, _ = find_columns_by_dynamics(turned(log, [1]), robot, [])
+    assert not columns.changed_since(likelier).any()
 
 
 @pytest.mark.parametrize(
