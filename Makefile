@@ -39,6 +39,7 @@ pytest: .venv/.dev
 
 coverage: .venv/.dev
 	$(PYTEST) -m "" $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
+	$(PYTEST) -m long tests/simulation
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
