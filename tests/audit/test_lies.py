@@ -95,6 +95,14 @@ def test_what_makes_every_number_wrong_stops(honest: dict[str, Honest]) -> None:
         assert _said(honest["arm"], lie)[1][0].stops, lie
 
 
+def test_joints_that_are_exchanged_whole_stop(honest: dict[str, Honest]) -> None:
+    log, robot = honest["arm"].log, honest["arm"].robot
+    order = [1, 0, *range(2, 9)]
+    exchanged = replace(log, position=log.position[:, order], torque=log.torque[:, order])
+    found = audit(prepare(exchanged, robot, robot.settings), robot, robot.settings)
+    assert "torque-unexplained" in [finding.check for finding in found if finding.stops]
+
+
 @pytest.mark.parametrize(("lie", "key", "factor"), [("a clock twice too fast", "[log.time] scale", 0.5)])
 def test_what_the_line_says_mends_the_log(lie: str, key: str, factor: float, honest: dict[str, Honest]) -> None:
     for each in honest.values():
