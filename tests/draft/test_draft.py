@@ -187,6 +187,31 @@ def test_columns_of_a_table_are_found_by_their_words(
     np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
 
 
+def test_columns_numbered_from_zero_of_joints_numbered_from_one(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log = logs("ur5")
+    model = ARM.read_text()
+    for k, joint in enumerate(log.joint_names):
+        model = model.replace(f'"{joint}"', f'"joint_{k + 1}"')
+    (tmp_path / "arm.urdf").write_text(model)
+    columns = {"time": log.time}
+    columns |= {f"{name}_{k}": getattr(log, name)[:, k] for name in ("position", "torque") for k in range(6)}
+    pa.csv.write_csv(pa.table(columns), tmp_path / "log.csv")
+    robot, _ = drafted(tmp_path / "arm.urdf", tmp_path / "log.csv", tmp_path)
+    np.testing.assert_array_equal(read_log(tmp_path / "log.csv", robot).position, log.position)
+
+
+def test_arrays_of_one_kind_are_told_apart_by_their_words(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    others = {name: np.zeros_like(log.torque) for name in ("q_d", "tau_J_d", "tau_ext_hat_filtered")}
+    path = tmp_path / "log.npz"
+    np.savez(path, time=log.time, q=log.position, tau_J=log.torque, **others)
+    robot, _ = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == "link_side_sensor"
+    np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
+
+
 def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log = logs("ur5")
     gains = np.array([10.0, 10.0, 8.0, 10.0, 9.0, 10.0])

@@ -31,10 +31,10 @@ TIMES = {"s", "sec", "ms", "us", "ns"}
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
 MEASURED |= {"ist"}
 """Words of what was measured, which is taken before others of its kind."""
-OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot"}
+OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
 """Words of what was not."""
 COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
-COMMANDS |= {"soll"}
+COMMANDS |= {"soll", "d"}
 """Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
 FILES = (".csv", ".parquet")
 """Ends of names of files that a folder has beside its columns."""
@@ -97,9 +97,10 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
 
 def _labelled(source: Source, channel: str, kinds: set[str]) -> list[str]:
     """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`, `knee [deg]`."""
+    single = [name for name in source.others if name not in source.wide and not name.endswith(FILES)]
     of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
     for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
-        names = [name for name in source.others if own & set(words(name)) and not name.endswith(FILES)]
+        names = [name for name in single if own & set(words(name))]
         names = [name for name in names if not (OTHERS | COMMANDS | wrong) & set(words(name))]
         rests = {tuple(word for word in words(name) if word not in own) for name in names}
         if len(names) > 1 and len(rests) > 1:

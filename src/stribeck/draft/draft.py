@@ -15,7 +15,7 @@ import numpy as np
 from stribeck.audit import delays, findings, gather, torques_of_currents
 from stribeck.draft.columns import find_columns
 from stribeck.draft.model import ModelFacts, read_model
-from stribeck.draft.names import match, words
+from stribeck.draft.names import Matches, match, words
 from stribeck.draft.search import Columns, agreement, as_given, excerpt, find_columns_by_dynamics
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
@@ -233,10 +233,11 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
         if labels is None:
             continue
         found = match(labels, facts.joints)
+        counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
+        if counted and labels[0] in found.left_of_log and _as_many(facts.joints, labels):
+            found = Matches({}, labels, facts.joints)  # the model's numbers begin with one, and the log's with zero
         pairs = dict(found.pairs)
-        rest = tuple(joint for joint in found.left_of_model if not HANDS & set(words(joint)))
-        rest = next((some for some in (rest, found.left_of_model) if len(some) == len(found.left_of_log)), ())
-        if rest:
+        if rest := _as_many(found.left_of_model, found.left_of_log):
             by_order = dict(zip(found.left_of_log, rest, strict=True))
             pairs |= by_order
             if channel == "position":
@@ -259,6 +260,12 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
     if unsure:
         draft.ask("log.joint_names", f"their names say nothing; is this the order of {', '.join(unsure)}?")
     return names, absent, unsure
+
+
+def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:
+    """Return the joints without hands, or all of them, if they are as many as the labels."""
+    arms = [joint for joint in joints if not HANDS & set(words(joint))]
+    return next((some for some in (arms, joints) if len(some) == len(labels)), ())
 
 
 def _unnamed(draft: Draft, facts: ModelFacts, columns: int) -> tuple[list[str], list[str]]:
