@@ -63,9 +63,14 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, RobotLog]:
 
 
 @pytest.fixture
-def short(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let few rollouts start, and end soon."""
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let few rollouts start."""
     monkeypatch.setattr(rollouts, "STARTS", 30)
+
+
+@pytest.fixture
+def short(few: None, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001
+    """Let few rollouts start, and end soon."""
     monkeypatch.setattr(rollouts, "HORIZONS", (HORIZONS[0], 0.06, 0.07))
 
 
@@ -106,6 +111,7 @@ def test_rollouts_of_an_exact_log_stay_near_it(arm: tuple[Robot, RobotLog], tmp_
         assert relative(with_own, joint, 1) < 0.1
 
 
+@pytest.mark.usefixtures("few")
 @pytest.mark.parametrize("share", [0.3, 2.0])
 def test_a_wrong_friction_is_worse(share: float, arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
     robot, log = arm
@@ -207,6 +213,7 @@ def test_a_log_that_makes_every_number_wrong_is_refused(tmp_path: Path, capsys: 
     assert any("degrees" in note for note in json.loads(capsys.readouterr().out)["notes"])
 
 
+@pytest.mark.usefixtures("few")
 def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot, _ = robot_of("arm", tmp_path)
     write_log(with_noise(known_log(robot, 15.0), position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
