@@ -275,6 +275,23 @@ def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) 
     assert np.all(columns.torque == 1)
 
 
+@pytest.mark.parametrize("velocity_last", [True, False])
+def test_a_table_without_a_line_of_names(velocity_last: bool, logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    velocity = np.gradient(log.position, log.time, axis=0)
+    others = [log.torque, velocity] if velocity_last else [velocity, log.torque]
+    path = tmp_path / "log.csv"
+    np.savetxt(path, np.column_stack([log.time, log.position, *others]), delimiter=",")
+    robot, text = drafted(ARM, path, tmp_path)
+    read = read_log(path, robot)
+    for name, values in (("position", log.position), ("torque", log.torque), ("velocity", velocity)):
+        np.testing.assert_array_equal(getattr(read, name), values)
+    assert "TODO: the file has no line of names" in text
+    np.savetxt(path, log.position, delimiter=",")
+    with pytest.raises(LogError, match="expected a line of column names"):
+        draft_robot_file(str(ARM), path, tmp_path / "robot.toml")
+
+
 def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], RobotLog]) -> None:
     log, robot = logs("ur5"), example_robot("ur5")
     order = [2, 0, 3, 1, 4, 5]

@@ -19,6 +19,7 @@ from stribeck.draft.names import Matches, match, words
 from stribeck.draft.search import Columns, agreement, as_given, excerpt, find_columns_by_dynamics
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
+from stribeck.draft.unnamed import name_columns
 from stribeck.errors import LogError, SettingsError
 from stribeck.finding import Finding
 from stribeck.log import RobotLog
@@ -135,9 +136,15 @@ def _ask_for_torque_source(draft: Draft) -> None:
 
 def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     """Write what a log says."""
-    source = open_log(log, LogTable())
-    table, torque_source = find_columns(source)
-    for channel, found in table.items():
+    table: dict[str, Any] = {}
+    hands = [joint for joint in facts.joints if HANDS & set(words(joint))]
+    for joints in (len(facts.joints), len(facts.joints) - len(hands)):
+        if names := name_columns(log, joints):
+            table["columns"] = names
+            draft.ask("log.columns", "the file has no line of names; are these its columns?")
+            break
+    named, torque_source = find_columns(open_log(log, LogTable.model_validate(table)))
+    for channel, found in named.items():
         draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), facts.joints)
