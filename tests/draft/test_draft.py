@@ -240,6 +240,17 @@ def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[s
     assert hangs.base == "fixed"
 
 
+def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    path = written(logs("go2"), tmp_path / "log.npz", base_orientation=None, foot_wrench=None)
+    robot, text = drafted("package:go2", path, tmp_path)
+    assert set(robot.contacts) == {"FL", "FR", "RL", "RR"}
+    words = " ".join(text.replace("#", " ").split())
+    assert f"TODO: the log cannot be used so: {path}: " in words
+    assert "expected a channel base_orientation" in words
+
+
 def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
     model = tmp_path / "free.xml"
     model.write_text(

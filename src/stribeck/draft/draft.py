@@ -20,7 +20,7 @@ from stribeck.draft.search import Columns, agreement, as_given, excerpt, find_co
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
 from stribeck.draft.unnamed import name_columns
-from stribeck.errors import LogError, SettingsError
+from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.finding import Finding
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
@@ -374,12 +374,13 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
                 draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
                 return
             (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
+            if _bridge(draft, prepared, read):
+                continue
+            with errors_about(str(log)):
+                evidence = gather(prepared, robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used so: {error}.")
             return
-        if _bridge(draft, prepared, read):
-            continue
-        evidence = gather(prepared, robot, robot.settings)
         left = findings(evidence, delays(evidence))
         cured = [_cure(draft, finding) for finding in left]
         if any(cured):
