@@ -137,6 +137,28 @@ def test_a_single_joint_gives_no_delay(honest: dict[str, Honest]) -> None:
     assert "torque-delay" not in checks_of(replace(arm.log, torque=torque), arm.robot)[0]
 
 
+def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(honest: dict[str, Honest]) -> None:
+    arm = honest["arm"]
+    generator = np.random.default_rng(3)
+    time = 0.01 * np.arange(3000) + generator.uniform(-1e-3, 1e-3, 3000)
+    phase = time % 3.0
+    moving = 0.5 * (1 - np.cos(np.pi * np.clip(phase, 0.0, 1.5) / 1.5))
+    flicker = generator.choice([-1e-4, 1e-4], 3000) * (phase > 2.2)
+    position = np.round(moving * (1 + time // 3 % 2) + flicker, 4)
+    log = replace(arm.log, time=time, position=np.tile(position, (9, 1)).T, torque=generator.normal(size=(3000, 9)))
+    assert "channel-frozen" not in checks_of(log, arm.robot)[0]
+
+
+@pytest.mark.parametrize(("noise", "found"), [(0.0, True), (2.0, False)])
+def test_a_delay_that_explains_next_to_nothing_is_not_counted(
+    noise: float, found: bool, honest: dict[str, Honest]
+) -> None:
+    arm = honest["arm"]
+    log, robot = LIES["torques 8 ms late"].tell(arm.log, arm.robot)
+    torque = log.torque + noise * np.random.default_rng(3).normal(size=log.torque.shape)
+    assert ("torque-delay" in checks_of(replace(log, torque=torque), robot)[0]) == found
+
+
 @pytest.mark.parametrize(("lie", "channel"), [("a position frozen halfway", "position"), ("a dead torque", "torque")])
 def test_a_finding_says_its_channel(lie: str, channel: str, honest: dict[str, Honest]) -> None:
     _, found = _said(honest["arm"], lie)

@@ -15,7 +15,7 @@ from tests.models import EXAMPLES, POSTURES, STRIBECK, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.cli import main
-from stribeck.draft import draft_robot_file
+from stribeck.draft import draft_robot_file, search
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match
 from stribeck.draft.search import as_given, find_columns_by_dynamics, other_orders
@@ -187,6 +187,47 @@ def test_columns_of_a_table_are_found_by_their_words(
     np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
 
 
+def test_columns_numbered_from_zero_of_joints_numbered_from_one(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log = logs("ur5")
+    model = ARM.read_text()
+    for k, joint in enumerate(log.joint_names):
+        model = model.replace(f'"{joint}"', f'"joint_{k + 1}"')
+    (tmp_path / "arm.urdf").write_text(model)
+    columns = {"time": log.time}
+    columns |= {f"{name}_{k}": getattr(log, name)[:, k] for name in ("position", "torque") for k in range(6)}
+    pa.csv.write_csv(pa.table(columns), tmp_path / "log.csv")
+    robot, _ = drafted(tmp_path / "arm.urdf", tmp_path / "log.csv", tmp_path)
+    np.testing.assert_array_equal(read_log(tmp_path / "log.csv", robot).position, log.position)
+
+
+def test_arrays_of_one_kind_are_told_apart_by_their_words(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    others = {name: np.zeros_like(log.torque) for name in ("q_d", "tau_J_d", "tau_ext_hat_filtered")}
+    path = tmp_path / "log.npz"
+    np.savez(path, time=log.time, q=log.position, tau_J=log.torque, **others)
+    robot, _ = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == "link_side_sensor"
+    np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
+
+
+def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    gains = np.array([10.0, 10.0, 8.0, 10.0, 9.0, 10.0])
+    columns = {"timestamp": log.time}
+    values = {"target_moment": 0 * log.torque, "actual_q": log.position, "actual_current": log.torque / gains}
+    columns |= {f"{name}_{k}": array[:, k] for name, array in values.items() for k in range(6)}
+    path = tmp_path / "log.csv"
+    pa.csv.write_csv(pa.table(columns), path, pa.csv.WriteOptions(delimiter=" ", quoting_style="none"))
+    robot, text = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == "motor_current"
+    assert "gravity does not say how much torque an ampere makes in shoulder_pan_joint" in " ".join(
+        text.replace("#", " ").split()
+    )
+    np.testing.assert_allclose(read_log(path, robot).torque, log.torque / gains, rtol=1e-12)
+
+
 def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log, robot = logs("talos"), Robot.from_model("package:talos_reduced", base="fixed")
     without = dict.fromkeys(("base_orientation", "angular_velocity", "linear_acceleration", "contact", "foot_wrench"))
@@ -232,6 +273,37 @@ def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) 
     assert columns.order == as_given(6).order
     assert np.all(columns.position == 1)
     assert np.all(columns.torque == 1)
+
+
+def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], RobotLog]) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    order = [2, 0, 3, 1, 4, 5]
+    external = np.tile(np.arange(6.0), (len(log.time), 1)) * 1e-3
+    arrays = {name: getattr(log, name)[:, order] for name in ("position", "torque")}
+    mixed = replace(log, external_torque=external[:, order], **arrays)
+    columns, _ = find_columns_by_dynamics(mixed, robot, range(4))
+    assert columns.order == tuple(np.argsort(order))
+    np.testing.assert_array_equal(columns.of(mixed).external_torque, external)
+
+
+def test_joints_by_the_alphabet_are_a_known_order() -> None:
+    robot = example_robot("ur5")
+    names = sorted(robot.joint_names)
+    assert list(robot.joint_names) in [[names[column] for column in each] for each in other_orders(robot)]
+
+
+def test_a_change_after_which_nothing_is_explained_is_not_made(
+    logs: Callable[[str], RobotLog], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    given = as_given(6)
+    lift = np.where(np.arange(6) == 1, -1.0, 1.0)
+    likelier = replace(given, position=lift, torque=lift)  # by feet that another posture sets down, say
+    monkeypatch.setattr(search, "_descend", lambda *_: likelier)
+    columns, _ = find_columns_by_dynamics(log, robot, [])
+    assert not columns.changed_since(given).any()
+    columns, _ = find_columns_by_dynamics(turned(log, [1]), robot, [])
+    assert not columns.changed_since(likelier).any()
 
 
 @pytest.mark.parametrize(

@@ -154,6 +154,15 @@ def test_an_mjcf_needs_no_memory_of_its_own(tmp_path: Path) -> None:
     assert Robot.from_file(write_robot(tmp_path, "", text, "hopper.xml", "floating")).mass == pytest.approx(4.5)
 
 
+def test_an_mjcf_without_a_free_joint_gets_one_whatever_its_keyframes(tmp_path: Path) -> None:
+    whole = Robot.from_file(write_robot(tmp_path, "", MJCF, "hopper.xml", "floating"))
+    key = '</worldbody><keyframe><key name="home" qpos="0.5 0.1"/></keyframe>'
+    text = MJCF.replace("<freejoint/>", "").replace("</worldbody>", key)
+    given = Robot.from_file(write_robot(tmp_path, "", text, "post.xml", "floating"))
+    assert given.armature.tolist() == [0.02, 0.0]
+    np.testing.assert_allclose(inertia(given, 0.4), inertia(whole, 0.4), rtol=1e-9, atol=1e-12)
+
+
 def test_an_mjcf_in_another_encoding_is_refused(tmp_path: Path) -> None:
     path = write_robot(tmp_path, "", "", "hopper.xml")
     text = '<?xml version="1.0" encoding="ISO-8859-1"?>' + MJCF.replace("hip", "coudé")

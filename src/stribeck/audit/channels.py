@@ -27,6 +27,8 @@ CLIPPED = 5e-3
 """Share of the samples that lie exactly at an extreme."""
 ROUNDING = 1e-6
 """Relative change [1] that the interpolation onto an even clock may make of a constant; encoders resolve more."""
+AROUND_TURNS = 9
+"""Samples [1] around one where a position turns round that must change too if it is noise."""
 LEAST_REACH = 1e-4
 """[rad] or [m] that a joint moves over."""
 HELD_ROWS = 20_000
@@ -152,7 +154,10 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
 
 
 def _flickers(position: Array, parts: list[slice]) -> bool:
-    """Return whether a position has noise at almost every sample, but for some parts, so that these are no rest."""
+    """Return whether a position has noise at almost every sample, but for some parts, so that these are no rest.
+
+    A last digit that changes now and then while a joint rests is no such noise.
+    """
     steps = np.diff(position)
     rest = np.ones(len(steps), dtype=bool)
     for part in parts:
@@ -160,8 +165,10 @@ def _flickers(position: Array, parts: list[slice]) -> bool:
     steps = steps[rest]
     if len(steps) < FROZEN_SAMPLES:
         return False
-    unchanged = np.mean(np.abs(steps) <= ROUNDING * float(np.abs(position).max()))
-    return bool(unchanged < 0.05 and np.mean(steps[1:] * steps[:-1] < 0) > 0.1)
+    unchanged = np.abs(steps) <= ROUNDING * float(np.abs(position).max())
+    turns = np.append(steps[1:] * steps[:-1] < 0, False)
+    near_turns = np.convolve(turns, np.ones(AROUND_TURNS), "same") > 0.5
+    return bool(turns.mean() > 0.1 and unchanged.mean() < 0.05 and unchanged[near_turns].mean() < 0.05)
 
 
 def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:

@@ -79,8 +79,8 @@ def torques_of_currents(
     finding = Finding(
         check="torque-constant",
         channel="torque",
-        text=f"the torques are currents, and gravity says how much torque an ampere makes: {found} (95 %); all "
-        "friction is as far off as this factor, which the intervals heed",
+        text=f"the torques are currents, and gravity says how much torque an ampere makes: {found} (95 %, if the "
+        "model's weights are right); all friction is as far off as this factor, which the intervals heed",
         cure="give what is known as [robot.motors.<joint>] torque_constant and ratio",
         joints=joints,
     )

@@ -19,6 +19,8 @@ MOST_SAMPLES = 6000
 """Of each joint that are compared; the shifts between them are those of the log's rate."""
 EXPLAINED = 0.5
 """Share of a torque's variance that the model must explain before a delay is given."""
+WORTH = 0.1
+"""Share of what is left of a torque that a delay must explain; less is what errors of the model are like."""
 FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
 """Widths of the smoothed signs that stand for friction, in shares of the top speed."""
 FEWEST_JOINTS = 3
@@ -66,7 +68,7 @@ def _delay(evidence: Evidence, k: int) -> float | None:
 
     For every shift the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant:
     friction shall not be taken for a delay. A parabola through the best shift and its neighbours gives the fraction of
-    a sample.
+    a sample. One that explains next to nothing is not known.
     """
     if not evidence.moves(k):
         return None
@@ -96,7 +98,10 @@ def _delay(evidence: Evidence, k: int) -> float | None:
         return None
     low, middle, high = left[best - 1 : best + 2]
     fraction = 0.5 * (low - high) / (low - 2 * middle + high)
-    return float((shifts[best] + fraction) * period)
+    delay = float(shifts[best] + fraction)
+    if abs(delay) > LEAST and left[reach] < (1 + WORTH) * left[best]:
+        return None
+    return delay * period
 
 
 def _known(evidence: Evidence, k: int) -> list[Run]:

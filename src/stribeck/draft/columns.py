@@ -3,26 +3,41 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import Any
 
 from stribeck.log.readers.source import JOINT_CHANNELS, Source
+from stribeck.typing import TorqueSource
 
 WORDS: dict[str, set[str]] = {
-    "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock"},
-    "position": {"position", "positions", "pos", "q", "qpos", "angle", "angles", "theta", "jpos"},
-    "torque": {"torque", "torques", "tau", "effort", "efforts", "moment", "moments"},
+    "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock", "zeit"},
+    "position": {"position", "positions", "pos", "q", "qpos", "angle", "angles", "theta", "jpos", "encoders"},
+    "torque": {"torque", "torques", "tau", "effort", "efforts", "eff", "moment", "moments"},
     "velocity": {"velocity", "velocities", "vel", "dq", "qd", "qvel", "speed", "omega", "jvel"},
     "base_orientation": {"orientation", "quat", "quaternion", "attitude"},
     "contact": {"contact", "contacts"},
 }
 """Words of names that a channel may have."""
+CURRENTS = {"current", "currents", "amps", "ampere", "amperes"}
+"""Words of motor currents, which are taken for torques that were not measured."""
+UNITS: dict[str, dict[str, str]] = {
+    "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
+    "torque": {"mnm": "mNm", "nm": "Nm"},
+    "velocity": {"rpm": "rpm"},
+    "current": {"ma": "mA", "a": "A"},
+}
+"""Words that are units, and their names in a robot file."""
+TIMES = {"s", "sec", "ms", "us", "ns"}
+"""Units of time, which its steps tell."""
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
+MEASURED |= {"ist"}
 """Words of what was measured, which is taken before others of its kind."""
-OTHERS = {"error", "fric", "friction", "model", "limit", "filt"}
+OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
 """Words of what was not."""
 COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
-"""Words of what was asked for: a torque of them is taken where there is no other."""
+COMMANDS |= {"soll", "d"}
+"""Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
+FILES = (".csv", ".parquet")
+"""Ends of names of files that a folder has beside its columns."""
 
 
 def words(name: str) -> list[str]:
@@ -30,8 +45,8 @@ def words(name: str) -> list[str]:
     return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
 
 
-def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], bool]:
-    """Return `[log.<channel>] name` of channels that a log holds under other names, and whether torques are commands.
+def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
+    """Return `[log.<channel>]` of channels that a log holds under other names, and what its torques are, if names say.
 
     Of several that a channel may be, the one with the fewest words that say otherwise is taken.
     """
@@ -39,40 +54,55 @@ def find_columns(source: Source) -> tuple[dict[str, dict[str, Any]], bool]:
     for name in source.others:
         groups.setdefault(tuple(words(name)), []).append(name)
     found: dict[str, dict[str, Any]] = {}
-    commanded = False
     for channel, kinds in WORDS.items():
-        if channel in source.channels:
-            continue
-        ranks = {key: _rank(key, kinds, channel) for key in groups}
-        ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
-        if not ranked:
-            continue
-        names = groups[ranked[0][1]]
-        commanded |= channel == "torque" and bool(COMMANDS & set(words(names[0])))
-        found[channel] = {"name": names[0] if len(names) == 1 else names}
-    labelled = _labelled(source, [channel for channel in JOINT_CHANNELS if channel not in source.channels])
-    return {**found, **labelled}, commanded
+        names = _labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
+        if channel not in source.channels and (names := names or _called(groups, channel, kinds)):
+            found[channel] = {"name": names if len(names) > 1 else names[0]} | _unit(channel, names[0])
+    commanded = "torque" in found and bool(COMMANDS & set(words(str(found["torque"]["name"]))))
+    if "torque" not in source.channels and (commanded or "torque" not in found):
+        names = _called(groups, "current", CURRENTS) or _labelled(source, "current", CURRENTS)
+        if names:
+            unit = _unit("current", names[0]) or {"unit": "A"}
+            found["torque"] = {"name": names if len(names) > 1 else names[0]} | unit
+            return found, "motor_current"
+    return found, "command" if commanded else None
+
+
+def _unit(channel: str, name: str) -> dict[str, str]:
+    """Return the unit that a name says, if it is one of the channel's."""
+    own = {*words(name), *re.findall("[a-z]+", name.lower())}
+    if channel == "velocity" and own & set(UNITS["position"]):
+        return {"unit": "deg/s"} if "rad" not in own else {}
+    return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), {})
+
+
+def _called(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
+    """Return the columns whose names are the channel's but for numbers and for words that say nothing else."""
+    ranks = {key: _rank(key, kinds, channel) for key in groups}
+    ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
+    return groups[ranked[0][1]] if ranked else []
 
 
 def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int] | None:
     """Return how far the words of a name are from a channel's, None if they are of something else."""
     own = kinds & set(key)
     wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
-    rest = set(key) - kinds - MEASURED - COMMANDS - {"base", "imu", "body", "foot", "feet", "robot", "log", "data"}
+    idle = {"robot", "log", "data"} | TIMES | {unit for units in UNITS.values() for unit in units}
+    idle |= {"j", "axis", "motor"} if channel in UNITS else {"base", "imu", "body", "foot", "feet"}
+    rest = set(key) - kinds - MEASURED - COMMANDS - idle
     if not own or wrong or rest:
         return None
     return len(COMMANDS & set(key)), -len(MEASURED & set(key))
 
 
-def _labelled(source: Source, channels: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return the columns of channels whose names hold the joint's: `knee_pos`, `q_knee`."""
-    found: dict[str, dict[str, Any]] = {}
-    for channel in channels:
-        kinds = WORDS.get(channel, set())
-        own = [
-            name for name in source.others if kinds & set(words(name)) and not (OTHERS | COMMANDS) & set(words(name))
-        ]
-        rests = [tuple(word for word in words(name) if word not in kinds) for name in own]
-        if len(own) > 1 and len(set(rests)) > 1:
-            found[channel] = {"name": own}
-    return found
+def _labelled(source: Source, channel: str, kinds: set[str]) -> list[str]:
+    """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`, `knee [deg]`."""
+    single = [name for name in source.others if name not in source.wide and not name.endswith(FILES)]
+    of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
+    for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
+        names = [name for name in single if own & set(words(name))]
+        names = [name for name in names if not (OTHERS | COMMANDS | wrong) & set(words(name))]
+        rests = {tuple(word for word in words(name) if word not in own) for name in names}
+        if len(names) > 1 and len(rests) > 1:
+            return names
+    return []

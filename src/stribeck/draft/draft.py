@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.audit import delays, findings, gather
+from stribeck.audit import delays, findings, gather, torques_of_currents
 from stribeck.draft.columns import find_columns
 from stribeck.draft.model import ModelFacts, read_model
-from stribeck.draft.names import match, words
+from stribeck.draft.names import Matches, match, words
 from stribeck.draft.search import Columns, agreement, as_given, excerpt, find_columns_by_dynamics
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
@@ -136,7 +136,7 @@ def _ask_for_torque_source(draft: Draft) -> None:
 def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     """Write what a log says."""
     source = open_log(log, LogTable())
-    table, commanded = find_columns(source)
+    table, torque_source = find_columns(source)
     for channel, found in table.items():
         draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
@@ -148,14 +148,16 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
                 f"that [log.{channel}] name says (found {listed([*source.channels, *source.others])})"
             )
     draft.document["log"] = table
+    if torque_source == "motor_current":
+        draft.ask("log.torque", "are the motors' currents in A?")
     _time(draft, source)
     unsure = _joints(draft, facts, source)
     _base(draft, facts, source)
     if source.torque_source:
         draft.document["robot"]["torque_source"] = source.torque_source
         draft.note("robot.torque_source", "as the log says.")
-    elif commanded:
-        draft.document["robot"]["torque_source"] = "command"
+    elif torque_source:
+        draft.document["robot"]["torque_source"] = torque_source
         draft.note("robot.torque_source", "by the name of the log's torques.")
     else:
         _ask_for_torque_source(draft)
@@ -231,10 +233,11 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
         if labels is None:
             continue
         found = match(labels, facts.joints)
+        counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
+        if counted and labels[0] in found.left_of_log and _as_many(facts.joints, labels):
+            found = Matches({}, labels, facts.joints)  # the model's numbers begin with one, and the log's with zero
         pairs = dict(found.pairs)
-        rest = tuple(joint for joint in found.left_of_model if not HANDS & set(words(joint)))
-        rest = next((some for some in (rest, found.left_of_model) if len(some) == len(found.left_of_log)), ())
-        if rest:
+        if rest := _as_many(found.left_of_model, found.left_of_log):
             by_order = dict(zip(found.left_of_log, rest, strict=True))
             pairs |= by_order
             if channel == "position":
@@ -257,6 +260,12 @@ def _named(draft: Draft, facts: ModelFacts, source: Source) -> tuple[list[str], 
     if unsure:
         draft.ask("log.joint_names", f"their names say nothing; is this the order of {', '.join(unsure)}?")
     return names, absent, unsure
+
+
+def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:
+    """Return the joints without hands, or all of them, if they are as many as the labels."""
+    arms = [joint for joint in joints if not HANDS & set(words(joint))]
+    return next((some for some in (arms, joints) if len(some) == len(labels)), ())
 
 
 def _unnamed(draft: Draft, facts: ModelFacts, columns: int) -> tuple[list[str], list[str]]:
@@ -357,7 +366,7 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
             if robot.base == "floating" and (not robot.contacts or _base_unknown(read)):
                 draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
                 return
-            prepared = prepare(read, robot, robot.settings)
+            (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used so: {error}.")
             return

@@ -15,6 +15,7 @@ CLOSE = 0.55
 CLEARER = 0.05
 """By which it is above that of every other pair of either [1]."""
 EMPTY = {"joint", "j", "jnt", "link", "motor", "mot", "act", "actuator", "op", "pos", "position", "q", "tau", "torque"}
+EMPTY |= {"encoder", "encoders", "effort", "moment", "current", "actual", "meas", "ist", "deg", "rad", "nm", "ma"}
 """Words that say nothing of which joint it is."""
 MEANINGS = {
     **dict.fromkeys(("l", "left"), ("left",)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +27,16 @@ POOR = 0.2
 """Share of a torque's variance that model and friction may leave before signs and order are looked at."""
 BETTER = 30.0
 """Product of the factors by which a change leaves less of the torques' variances, from which it is made."""
+EXPLAINED = 0.5
+"""Share of its torque's variance that may be left of each joint whose column or sign is changed."""
 EXACT = 1e-3
 """A smaller share that is left says nothing more."""
 FEET_COUNT = 4
 """Joints [1] that standing feet count as."""
 MOST_TOGETHER = 7
 """Joints [1] of which any number is turned round together; of more, two."""
+MOST_ORDERED = 5
+"""Columns [1] without telling names that every order is tried of; of more, exchanges of two and known orders."""
 SLIP_ROWS = 400
 """Samples [1] that standing feet are looked at in."""
 MOST_TRIED = 1500
@@ -55,7 +59,14 @@ class Columns:
             for name in ("position", "velocity", "acceleration")
             if getattr(log, name) is not None
         }
+        if log.external_torque is not None:
+            moved["external_torque"] = log.external_torque[:, order]
         return replace(log, torque=log.torque[:, order] * self.torque, **moved)
+
+    def changed_since(self, before: Columns) -> NDArray[np.bool_]:
+        """Return which joints have another column or sign than before, shape (n,)."""
+        order = np.array(self.order) != np.array(before.order)
+        return np.asarray(order | (self.position != before.position) | (self.torque != before.torque))
 
 
 Judge = Callable[[RobotLog, Robot], "Agreement"]
@@ -71,7 +82,9 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
 
     Steps are made from the given ones while each makes the log far more likely: a joint that counts the other way, or
     two of them, or its torque or position alone, all torques at once, and, of joints whose names say nothing, two that
-    are exchanged or all of them in another order that logs are known to have.
+    are exchanged or all of them in another order that logs are known to have; any order, if they are few. Steps after
+    which the model still does not explain the torques of the joints that they change are not taken: something else is
+    wrong there, such as the contacts.
 
     Parameters
     ----------
@@ -84,8 +97,12 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     best = as_given(len(robot.joint_names))
     if feet_stand(log, robot):
         best = _descend(best, log, robot, unsure, kinematic_agreement)
-    best = _descend(best, log, robot, unsure, agreement)
-    return best, agreement(best.of(log), robot)
+    changed = _descend(best, log, robot, unsure, agreement)
+    after = agreement(changed.of(log), robot)
+    left = after.left[changed.changed_since(best)[robot.torque_controlled]]
+    if np.any(left > EXPLAINED):
+        return best, agreement(best.of(log), robot)
+    return changed, after
 
 
 def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int], judge: Judge) -> Columns:
@@ -213,7 +230,11 @@ def _changes(now: Columns, robot: Robot, bad: Sequence[int], unsure: Sequence[in
         yield replace(now, position=now.position * sign, torque=now.torque * sign)
         yield replace(now, torque=now.torque * sign)
         yield replace(now, position=now.position * sign)
-    if len(unsure) > 1:
+    if len(unsure) <= MOST_ORDERED:
+        for columns in permutations([now.order[column] for column in unsure]):
+            placed = dict(zip(unsure, columns, strict=True))
+            yield replace(now, order=tuple(placed.get(joint, column) for joint, column in enumerate(now.order)))
+    else:
         if now.order == tuple(range(len(now.order))) and len(unsure) == len(now.order):
             yield from (replace(now, order=tuple(order)) for order in other_orders(robot))
         some = [column for column in unsure if column in bad]
@@ -236,7 +257,8 @@ def _turned(now: Columns, bad: Sequence[int]) -> Iterator[Columns]:
 def other_orders(robot: Robot) -> list[list[int]]:
     """Return for each joint its column in orders that logs have beside the model's: sides and ends exchanged, by depth.
 
-    By depth are those of simulators that number joints breadth first: all hips, then all knees.
+    By depth are those of simulators that number joints breadth first: all hips, then all knees. ROS drivers have them
+    by the alphabet.
     """
     from stribeck.draft.names import words
 
@@ -256,4 +278,6 @@ def other_orders(robot: Robot) -> list[list[int]]:
 
     plain = [exchanged(), exchanged(("left", "right")), exchanged(("front", "rear"))]
     plain.append(exchanged(("left", "right"), ("front", "rear")))
+    by_name = sorted(range(len(names)), key=lambda column: names[column])
+    plain.append([by_name.index(column) for column in range(len(names))])
     return [list(order) for order in sorted({tuple(order) for each in plain for order in (each, under(each))})]

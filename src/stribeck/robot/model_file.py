@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
@@ -58,7 +57,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
             check_finite(path, model)
             notes = check_mjcf(path, compiled, model)
             if root and not is_floating(model):
-                model = _mjcf_with_root(path, root)
+                model = _with_root(model, root)
             notes += add_loop_frames(path, compiled, model)
         if base == "fixed" and is_floating(model):
             model = _without_joints(model, [1], pin.neutral(model))
@@ -79,11 +78,16 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
     return model, notes + check_inertias(xml.path.name, model, impossible)
 
 
-def _mjcf_with_root(path: Path, root: pin.JointModelFreeFlyer) -> pin.Model:
-    """Return the model of an MJCF file whose root is fixed there, under a free flyer."""
-    with warnings.catch_warnings():  # Pinocchio deprecates its tuple of model and constraints, and has no other call
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return pin.buildModelFromMJCF(str(path), root, "root_joint")[0]
+def _with_root(fixed: pin.Model, root: pin.JointModelFreeFlyer) -> pin.Model:
+    """Return the model with a free flyer between it and the world.
+
+    Pinocchio's own way of reading MJCF with a root refuses files with keyframes; its `appendModel` loses armature.
+    """
+    model = pin.Model()
+    frame = model.addJointFrame(model.addJoint(0, root, pin.SE3.Identity(), "root_joint"))
+    model = pin.appendModel(model, fixed, frame, pin.SE3.Identity())
+    model.armature = np.concatenate([np.zeros(root.nv), fixed.armature])
+    return model
 
 
 def kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:

@@ -45,7 +45,7 @@ def check_motion(log, channels=CHANNELS, columns=(0, 1, 2)):
         np.testing.assert_array_equal(getattr(log, name), getattr(LOG, name)[:, columns], err_msg=name)
 
 
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
 def test_a_csv_without_a_line_of_names(delimiter, tmp_path):
     columns = columns_of(LOG)
     path = write_rows(tmp_path / "log.csv", [], zip(*columns.values(), strict=True), delimiter)

@@ -26,11 +26,24 @@ def with_tabs(text):
 
 
 def with_spaces(text):
+    return text.replace(",", " ")
+
+
+def with_decimal_commas(text):
+    names, numbers = text.split("\n", 1)
+    return names.replace(",", ";") + "\n" + numbers.replace(",", ";").replace(".", ",")
+
+
+def with_commas_and_spaces(text):
     return text.replace(",", ", ")
 
 
 def with_a_hash(text):
     return "# " + text.replace('"', "")
+
+
+def with_a_hash_and_spaces(text):
+    return "# " + text.replace('"', "").replace(",", " ")
 
 
 def with_a_byte_order_mark(text):
@@ -47,8 +60,8 @@ def without_a_last_newline(text):
 
 @pytest.mark.parametrize(
     "dialect",
-    [with_commas, with_semicolons, with_tabs, with_spaces, with_a_hash, with_a_byte_order_mark, with_windows_lines,
-     without_a_last_newline],
+    [with_commas, with_semicolons, with_tabs, with_decimal_commas, with_spaces, with_commas_and_spaces, with_a_hash,
+     with_a_hash_and_spaces, with_a_byte_order_mark, with_windows_lines, without_a_last_newline],
 )  # fmt: skip
 def test_csv_as_people_write_it(dialect, tmp_path):
     path = write_csv(tmp_path, LOG)

@@ -60,6 +60,7 @@ def source_of_arrays(
         channels=channels,
         load=partial(_load, parts, path, alias_note(aliases)),
         others=tuple(key for key in arrays if key not in taken),
+        wide=frozenset(key for key, array in arrays.items() if array.columns > 1),
         torque_source=next(iter(words.get("torque_source", ())), None),
     )
 

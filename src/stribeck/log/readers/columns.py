@@ -76,6 +76,7 @@ def source_of_columns(table: Table, settings: LogTable) -> Source:
         channels={name: Channel(len(columns), labels) for name, (labels, columns) in used.items() if columns},
         load=partial(_load, {name: columns for name, (_, columns) in used.items()}, table, alias_note(aliases)),
         others=tuple(dict.fromkeys(re.sub(r"\[\d+\]$", "", name) for name in names if name not in taken)),
+        wide=frozenset(name[: bracket.start()] for name in names if (bracket := re.search(r"\[\d+\]$", name))),
         time_unit="ns" if time and _is_stamp(_type_of_first(table, time[0])) else None,
     )
 

@@ -74,6 +74,8 @@ class Source:
         gives zeros.
     others
         Names that the file holds beside them.
+    wide
+        Those of `others` that are of several columns each.
     time_unit
         Unit of `time` where the file itself says so; settings do not change it.
     torque_source
@@ -88,6 +90,7 @@ class Source:
     channels: Mapping[str, Channel]
     load: Callable[[Mapping[str, Sequence[int]]], Loaded]
     others: tuple[str, ...] = ()
+    wide: frozenset[str] = frozenset()
     time_unit: str | None = None
     torque_source: str | None = None
     motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)

@@ -24,6 +24,8 @@ CSV_BLOCK = 1 << 23  # bytes parsed at once
 PARQUET_BUFFER = 1 << 18  # bytes read ahead of each column
 LONGEST_HEADER = 1 << 20  # bytes; the names of ten thousand columns
 SEPARATORS = ",;\t"
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")
+"""A number as German and French programs write it."""
 
 
 def open_parquet(path: Path, table: LogTable) -> Source:
@@ -40,7 +42,7 @@ def open_parquet(path: Path, table: LogTable) -> Source:
 def open_csv(path: Path, table: LogTable) -> Source:
     """Open a CSV file whose first line, or `[log] columns`, names the columns.
 
-    Commas, semicolons or tabs separate them.
+    Commas, semicolons or tabs separate them, or else single spaces.
 
     Raises
     ------
@@ -93,6 +95,7 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
         records = csv.reader(text, delimiter=separator, skipinitialspace=True)
         cells = next((cells for cells in islice(records, int(named), None) if cells), [])
     lists = {name for name, cell in zip(names, cells, strict=False) if cell.strip().startswith("[")}
+    comma = separator != "," and any(map(DECIMAL_COMMA.fullmatch, cells))
 
     def batches(columns: list[str], free: Collection[str]) -> Iterator[pa.RecordBatch]:
         with foreign(str(path), "CSV"):
@@ -104,6 +107,7 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
                 parse_options=pyarrow.csv.ParseOptions(delimiter=separator, newlines_in_values=bool(lists)),
                 convert_options=pyarrow.csv.ConvertOptions(
                     include_columns=columns,
+                    decimal_point="," if comma else ".",
                     true_values=[blank + word for blank in ("", " ") for word in ("true", "True", "TRUE")],
                     false_values=[blank + word for blank in ("", " ") for word in ("false", "False", "FALSE")],
                     column_types={name: pa.float64() for name in columns if name not in free}
@@ -117,10 +121,13 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
 def first_line(path: Path) -> tuple[list[str], str]:
     """Return the cells of a CSV file's first line, and what separates them."""
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        line = file.readline(LONGEST_HEADER).decode("utf-8-sig").strip()
-        bare = re.sub(r'"[^"]*"|\[[^]]*\]', "", line)
+        line, second = (file.readline(LONGEST_HEADER).decode("utf-8-sig").strip() for _ in range(2))
+        line = line.removeprefix("#").lstrip()
+        bare = re.sub(r'"[^"]*"|\[[^]]*\]', "x", line)
         separator = max(SEPARATORS, key=bare.count)
-        cells = csv.reader([line.removeprefix("#")], delimiter=separator, skipinitialspace=True)
+        if separator not in bare and (not second or bare.count(" ") == second.count(" ")):  # else one name, `Time (s)`
+            separator = " "
+        cells = csv.reader([line], delimiter=separator, skipinitialspace=True)
         names = [name.strip() for name in next(cells, [])]
     if not names:
         raise LogError(f"{path}: is empty; expected a line of column names, then one line a sample")
