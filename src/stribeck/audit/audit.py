@@ -12,7 +12,7 @@ from stribeck.audit.external import check_external
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.samples import check_samples
-from stribeck.audit.torque import check_torques, check_unsigned
+from stribeck.audit.torque import check_torques, check_unexplained, check_unsigned
 from stribeck.errors import LogError, errors_about, findings_kept
 from stribeck.finding import Finding, merged
 from stribeck.preparation import PreparedLog, log_names
@@ -77,5 +77,6 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
         spoken_of |= {name for finding in external for name in finding.joints}
         torques = [] if by_motion else check_torques(evidence, spoken_of)
         delay = [] if by_motion or any(f.stops for f in torques) else check_delay(evidence, late)
-        found += [*by_motion, *external, *torques, *delay]
+        causes = [*by_motion, *external, *torques, *delay]
+        found += causes or check_unexplained(evidence, spoken_of)
     return sorted(found, key=lambda finding: not finding.stops)

@@ -33,6 +33,9 @@ MOST = 0.6
 """Share of the joints that something can be said of, from which a cause is one of all joints."""
 BETTER = 30.0
 """Product of the factors by which two swapped columns leave less variance of each other's models."""
+ALIEN, CARRYING = 0.5, 0.5
+"""Share of a torque's variance that model and friction may leave of most joints that carry a load, and the model's
+standard deviation over the torque's from which a joint does."""
 ONE_SIDED = 0.02
 """Share of its largest size that a torque without a sign may reach on the other side."""
 UNITS = {1000.0: "N mm or mN m", 1e-3: "kN m", 1 / 9.81: "kgf m", 8.85: "in lbf", 0.7376: "ft lbf"}
@@ -61,6 +64,32 @@ def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Fi
     fits = {k: found for k, found in every.items() if judged(found, largest)}
     scaled = _scales(evidence, {k: found for k, found in fits.items() if found.gain > 0 or _opposite(found)}, joints)
     return [*swapped, *_signs(evidence, fits, joints), *scaled]
+
+
+def check_unexplained(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
+    """Return a finding if the model does not explain the torques that it should, as of joints exchanged whole."""
+    joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
+    seen = {k: np.isfinite(evidence.model[:, k]) for k in joints}
+    carrying = {
+        k: unexplained(evidence, k, 1.0)
+        for k, rows in seen.items()
+        if rows.sum() >= BINS_FOR_GAIN and evidence.model[rows, k].std() > CARRYING * evidence.torque[rows, k].std() > 0
+    }
+    alien = {k: left for k, left in carrying.items() if left > ALIEN}
+    if len(alien) < max(2, MOST * len(carrying)):
+        return []
+    return [
+        Finding(
+            check="torque-unexplained",
+            channel="torque",
+            text=f"the torques are not those that the model asks for: of {len(carrying)} joints that carry a load, "
+            f"model and friction leave {_percent(float(np.median(list(alien.values()))))} % (median) of the variance "
+            f"of {listed([evidence.joints[k] for k in alien])}",
+            cure="check names and order of the joints, zeros, units and contacts",
+            joints=tuple(evidence.joints[k] for k in alien),
+            stops=True,
+        )
+    ]
 
 
 def _opposite(found: Fit) -> bool:
@@ -118,6 +147,7 @@ def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list
     levels = _levels(evidence, joints)
     if len(fits) < 2 and len(levels) >= 2 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
+    off = {k: found for k, found in off.items() if evidence.moves(k)}  # the gear of a joint at rest holds any torque
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
     gains = ", ".join(f"{evidence.joints[k]} {found.gain:.3g} +- {2 * found.error:.1g}" for k, found in off.items())

@@ -149,7 +149,7 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
             )
     draft.document["log"] = table
     if torque_source == "motor_current":
-        draft.ask("log.torque", "are the motors' currents in A?")
+        draft.ask("log.torque", f"are the motors' currents in {table['torque']['unit']}?")
     _time(draft, source)
     unsure = _joints(draft, facts, source)
     _base(draft, facts, source)

@@ -101,6 +101,16 @@ def test_a_setting_names_the_file_of_a_channel(tmp_path):
     np.testing.assert_array_equal(log.torque, LOG.torque)
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_file_of_something_else_is_left_out(suffix, tmp_path):
+    for name, values in MATRICES.items():
+        write(tmp_path / "run", f"{name}.csv", joints(values))
+    write(tmp_path / "run", f"events{suffix}", {"code": np.arange(3.0), "level": np.zeros(3)})
+    log = read_log(tmp_path / "run", StubRobot())
+    np.testing.assert_array_equal(log.position, LOG.position)
+    assert any("events.level" in note for note in log.notes)
+
+
 def test_a_channel_may_lie_in_two_files_of_other_joints(tmp_path):
     whole = columns_of(LOG)
     for name, own in (("left", JOINTS[:1]), ("right", JOINTS[1:])):

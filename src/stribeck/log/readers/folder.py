@@ -179,8 +179,9 @@ def _renamed(table: Table, names: list[str]) -> Table:
     stored = dict(zip(names, table.names, strict=True))
 
     def batches(columns: list[str], free: Collection[str]) -> Iterator[pa.RecordBatch]:
-        for batch in table.batches([stored[name] for name in columns], {stored[name] for name in free}):
-            yield pa.record_batch(batch.columns, names=columns)
+        own = [stored[name] for name in columns]
+        for batch in table.batches(own, {stored[name] for name in free}):
+            yield pa.record_batch(batch.select(own).columns, names=columns)  # of no columns, CSV gives all
 
     return replace(table, names=names, batches=batches)
 
