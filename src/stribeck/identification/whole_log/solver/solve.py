@@ -96,9 +96,10 @@ class _Cost:
     def derivatives_at(self, x: Array) -> tuple[Array, Array]:
         """Return gradient, shape (m,), and Gauss-Newton's second derivatives, shape (m, m), at one x."""
         slope = self.normal_equations.information @ self.parameters.values(x) - self.normal_equations.right_hand_side
-        half = self.parameters.times_jacobian(np.vstack([self.normal_equations.information, slope]), x)
+        jacobian = self.parameters.blocks(x)
+        half = self.parameters.times_jacobian(np.vstack([self.normal_equations.information, slope]), jacobian)
         mean, precision = self.parameters.prior
-        hessian = self.parameters.times_jacobian(half[:-1].T, x).T + precision
+        hessian = self.parameters.times_jacobian(half[:-1].T, jacobian).T + precision
         return half[-1] + precision @ (x - mean), hessian
 
 

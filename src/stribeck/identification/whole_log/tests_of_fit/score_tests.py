@@ -140,7 +140,7 @@ def run_score_tests(
     )
 
     def mixed(rows: Array) -> Array:
-        return parameters.times_jacobian(rows, solution.x)
+        return parameters.times_jacobian(rows, parameters.blocks(solution.x))
 
     hessian = curvature(plain, curves, model, solution)
     lost = mixed(normal_equations.information[tested, fitted]) @ inverse_of(hessian)  # T^T J H^-1
