@@ -1,20 +1,26 @@
 # Two commands do everything on a fresh machine with Python >= 3.11: `make demo` and `make test`.
 PYTHON ?= python3
 BIN := .venv/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c requirements.lock
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 UNTRACED := tests/simulation tests/studies tests/test_fuzz.py tests/test_real_logs.py
 BENCHMARKS := startup friction_torque identify whole_log walking balance controller
 
+# Modules are compiled when one is first imported, and kept: else each of many processes would compile them anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo test pytest lint coverage bench benchmark fuzz paper docs accuracy ablation real clean
 
-.venv/.run: pyproject.toml requirements.lock
+.venv/bin/pip:
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[simulation]'
+
+.venv/.run: pyproject.toml requirements.lock | .venv/bin/pip
+	$(INSTALL) -e '.[simulation]'
 	@touch $@
 
-.venv/.dev: .venv/.run
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
-	@touch $@
+.venv/.dev: pyproject.toml requirements.lock | .venv/bin/pip
+	$(INSTALL) -e '.[dev]'
+	@touch .venv/.run $@
 
 demo: .venv/.run
 	$(BIN)/stribeck demo --overwrite
@@ -33,6 +39,7 @@ pytest: .venv/.dev
 
 coverage: .venv/.dev
 	$(PYTEST) -m "" $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
+	$(PYTEST) -m long tests/simulation
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done

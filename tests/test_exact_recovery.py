@@ -32,7 +32,13 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module", params=CASES.values(), ids=CASES)
+LONG = "quadruped, one leg at a time"
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(case, id=name, marks=[pytest.mark.long] * (name == LONG)) for name, case in CASES.items()],
+)
 def case(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, int]:
     name, gait, joints, duration = request.param
     robot = thirty_joint_talos() if name == "talos" else example_robot(name)

@@ -6,7 +6,7 @@ import sys
 
 from fuzz.kinds import KINDS
 
-PER_KIND = 12
+PER_KIND = 8
 BEHAVIOURS = """
 import ctypes, json, sys, tempfile, time
 from pathlib import Path

@@ -266,7 +266,7 @@ SHOWN = {
 }
 """Heading on the page, and how many joints and couplings are identified at least by default."""
 
-LONG = ("go2", "kinova-gen3")
+LONG = ("go2", "kinova-gen3", "tx40")
 
 
 @pytest.mark.parametrize(

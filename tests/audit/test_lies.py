@@ -9,7 +9,8 @@ from studies.lies import LIES, Honest, checks_of, windows
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot
-from stribeck.audit import audit
+from stribeck.audit import audit, gather
+from stribeck.audit.torque import check_torques
 from stribeck.finding import Finding
 from stribeck.friction import get_law
 from stribeck.preparation import prepare
@@ -155,6 +156,25 @@ def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(ho
     position = np.round(moving * (1 + time // 3 % 2) + flicker, 4)
     log = replace(arm.log, time=time, position=np.tile(position, (9, 1)).T, torque=generator.normal(size=(3000, 9)))
     assert "channel-frozen" not in checks_of(log, arm.robot)[0]
+
+
+def test_a_joint_that_holds_its_posture_is_not_frozen(honest: dict[str, Honest]) -> None:
+    arm = honest["arm"]
+    flicker = 1e-4 * np.random.default_rng(3).normal(size=3000)
+    position = arm.log.position.copy()
+    position[:, 0] = flicker * (np.arange(3000) % 500 < 300)
+    assert "channel-frozen" not in checks_of(replace(arm.log, position=position), arm.robot)[0]
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, Honest]) -> None:
+    """Its gear may hold any torque."""
+    arm = honest["arm"]
+    evidence = gather(prepare(arm.log, arm.robot, arm.robot.settings), arm.robot, arm.robot.settings)
+    factors = np.where(np.arange(len(evidence.joints)) == 1, 3.0, 1.0)
+    velocity = evidence.velocity * np.where(factors == 1, 1.0, float(moves))
+    found = check_torques(replace(evidence, torque=evidence.torque * factors, velocity=velocity))
+    assert [finding.joints for finding in found] == [(evidence.joints[1],)] * moves
 
 
 @pytest.mark.parametrize(("noise", "found"), [(0.0, True), (2.0, False)])

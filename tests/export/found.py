@@ -38,7 +38,7 @@ def found_in(robot: Robot, law: str = "coulomb-viscous", seed: int = 0) -> tuple
     model = pin.Model(robot.tree.model)
     generator = np.random.default_rng(seed)
     before = np.stack([model.inertias[joint].toDynamicParameters() for joint in range(1, model.njoints)])
-    change, _ = bodies_of(before, Priors()).corrections(generator.normal(size=before.shape))
+    change = bodies_of(before, Priors()).corrections(generator.normal(size=before.shape))
     bodies = {}
     for joint, (old, new) in enumerate(zip(before, before + change, strict=True), start=1):
         if old[0] > 0:

@@ -91,6 +91,14 @@ def test_its_folder_has_all_that_identify_needs(made: Made) -> None:
     assert (made.folder / "scenario.toml").read_text() == SHORT
     shown = read_result(made.folder / "result.json")
     assert shown.log.path == str(made.folder / "log.npz")
+    again = identify(made.folder / "log.npz", Robot.from_file(made.folder / "robot.toml"), method="curve-fit")
+    assert again.joints.keys() == shown.joints.keys()
+    for knee in ("left_knee", "right_knee"):
+        assert again.joints[knee].parameters["offset"].value == pytest.approx(1.0, rel=0.1)
+
+
+@pytest.mark.long
+def test_its_result_is_what_identify_finds(made: Made) -> None:
     again = identify(made.folder / "log.npz", Robot.from_file(made.folder / "robot.toml"))
     assert again.to_json() == (made.folder / "result.json").read_text()
 

@@ -109,7 +109,7 @@ def largest_tilt_of_feet(robot: Robot, walk: Walk) -> float:
     return float(np.arccos(min(level)))
 
 
-@pytest.mark.parametrize("name", ["talos", "g1"])
+@pytest.mark.parametrize("name", [pytest.param("talos", marks=pytest.mark.long), "g1"])
 def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> None:
     robot = walker(name, tmp_path)
     conditions = Conditions(

@@ -101,7 +101,8 @@ def test_a_component_is_switched_off_and_on_again() -> None:
 
 @pytest.mark.parametrize("component", [name for name, substitutes in COMPONENTS.items() if substitutes])
 def test_the_estimator_runs_without_a_component(walk: Simulated, component: str) -> None:
-    log = measured(replace(walk.log, base_orientation=None, contact=None, foot_names=()), CASES["B"], 0, 0)
+    short = replace(walk.log, base_orientation=None, contact=None, foot_names=()).take(slice(10_000))
+    log = measured(short, CASES["B"], 0, 0)
     with without(component):
         result = identify(log, walk.robot, Settings(law="stribeck"))
     for joint, known in walk.truth.parameters.items():

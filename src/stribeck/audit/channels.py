@@ -29,8 +29,6 @@ ROUNDING = 1e-6
 """Relative change [1] that the interpolation onto an even clock may make of a constant; encoders resolve more."""
 AROUND_TURNS = 9
 """Samples [1] around one where a position turns round that must change too if it is noise."""
-LEAST_REACH = 1e-4
-"""[rad] or [m] that a joint moves over."""
 HELD_ROWS = 20_000
 HELD = 0.95
 """Share of the values that must be held for the same number of samples."""
@@ -45,11 +43,10 @@ def check_channels(evidence: Evidence) -> list[Finding]:
     def add(check: str, channel: str, joint: str, text: str) -> None:
         kinds.setdefault((check, channel), []).append((joint, text))
 
-    lowest, highest = evidence.position_range
     least, most = log.torque.min(axis=0), log.torque.max(axis=0)
-    for column in robot.torque_controlled.tolist():
+    for number, column in enumerate(robot.torque_controlled.tolist()):
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
-        moves = highest[column] - lowest[column] > LEAST_REACH
+        moves = evidence.moves(number)
         for part in _frozen_positions(position, evidence.prepared.sampling.segments, period) if moves else []:
             add("channel-frozen", "position", joint, _between(log.time, part))
         if moves and least[column] == most[column]:

@@ -147,6 +147,7 @@ def _scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list
     levels = _levels(evidence, joints)
     if len(fits) < 2 and len(levels) >= 2 and not any(LEVEL[0] < level < LEVEL[1] for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
+    off = {k: found for k, found in off.items() if evidence.moves(k)}  # the gear of a joint at rest holds any torque
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
     gains = ", ".join(f"{evidence.joints[k]} {found.gain:.3g} +- {2 * found.error:.1g}" for k, found in off.items())

@@ -58,7 +58,7 @@ class Assembled(Stribeck):
 
     A term that a joint lacks has its `neutral` value: no viscous friction, a jump at standstill instead of a rise, no
     Stribeck effect, the same viscous friction in both directions. Coulomb friction that differs between the directions
-    is an offset: no log distinguishes the two.
+    is an offset: no log distinguishes the two. Values may have more axes, which broadcast with the velocity's.
     """
 
     name: ClassVar[str] = "auto"

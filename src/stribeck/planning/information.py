@@ -75,7 +75,7 @@ def dynamics_of(robot: Robot, gravity: Array, priors: Priors) -> Dynamics:
     """Return the dynamics of a robot with a base that does not move, gravity in coordinates of the base."""
     inertias = list(robot.tree.model.inertias)[1:]
     nominal = np.array([inertia.toDynamicParameters() for inertia in inertias])
-    _, slopes = bodies_of(nominal, priors).corrections(np.zeros(nominal.shape))
+    slopes = bodies_of(nominal, priors).slopes(np.zeros(nominal.shape))
     size = nominal.size
     directions = np.zeros((size, size))
     for k, slope in enumerate(slopes):

@@ -103,17 +103,24 @@ class PointMotion:
 def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Array, acceleration: Array) -> PointMotion:
     """Return the motion of a frame's origin as seen from the root, as if the root did not move.
 
-    Each array is (T, n) in the robot's joint order. Pinocchio has no batched call for it.
+    Each array is (T, n) in the robot's joint order. From a joint's child to its parent, with u the axis and R the turn,
+
+        p -> R p,    p' -> R (p' + q' u x p),    p'' -> R (p'' + 2 q' u x p' + q'' u x p + q'^2 u x (u x p))
     """
-    model, columns, size = rooted.model, rooted.columns, rooted.root_size
-    data = model.createData()
-    configuration, rates = pin.neutral(model), np.zeros((2, model.nv))
-    found = np.empty((3, len(position), 3))
-    for k in range(len(position)):
-        configuration[model.nq - len(columns) :] = position[k, columns]
-        rates[:, size:] = velocity[k, columns], acceleration[k, columns]
-        pin.forwardKinematics(model, data, configuration, *rates)
-        found[0, k] = pin.updateFramePlacement(model, data, frame).translation
-        found[1, k] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-        found[2, k] = pin.getFrameClassicalAcceleration(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-    return PointMotion(*found)
+    placed = rooted.model.frames[frame]
+    point = np.tile(placed.placement.translation, (len(position), 1))
+    rate, change = np.zeros((2, *point.shape))
+    for joint in rooted.path_to_root(int(placed.parentJoint)):
+        axis, column = rooted.axis(joint).direction, rooted.column(joint)
+        q, dq, ddq = (motion[:, column, None] for motion in (position, velocity, acceleration))
+        if rooted.axis(joint).prismatic:
+            point, rate, change = point + q * axis, rate + dq * axis, change + ddq * axis
+        else:
+            swept = np.cross(axis, point)
+            change = change + 2 * dq * np.cross(axis, rate) + ddq * swept + dq**2 * np.cross(axis, swept)
+            turn = _turns(axis, position[:, column])
+            point, rate, change = (turn.apply(vectors) for vectors in (point, rate + dq * swept, change))
+        placement = rooted.model.jointPlacements[joint]
+        point = point @ placement.rotation.T + placement.translation
+        rate, change = (vectors @ placement.rotation.T for vectors in (rate, change))
+    return PointMotion(point, rate, change)

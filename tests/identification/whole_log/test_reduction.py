@@ -12,7 +12,7 @@ from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 
-@pytest.mark.parametrize("law", ["stribeck", "auto"])
+@pytest.mark.parametrize("law", [pytest.param("stribeck", marks=pytest.mark.long), "auto"])
 def test_the_rest_of_a_log_says_what_the_whole_would(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     arm = Robot.from_file(MODELS / "arm.toml")
     exact, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=40.0, seed=1)

@@ -126,7 +126,7 @@ class WholeLogFit:
     @property
     def corrections(self) -> Array:
         """Corrections in the order of `Corrections`, shape (c,)."""
-        return self.model.values(self.solution.corrections)[0]
+        return self.model.values(self.solution.corrections)
 
     @property
     def torque_delay(self) -> float:

@@ -9,6 +9,7 @@ Slotine 2018).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,21 +36,32 @@ class Bodies:
     @property
     def parameters(self) -> Array:
         """Inertial parameters, shape (L, 10)."""
-        return inertial_parameters(_matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1)))
+        return inertial_parameters(self._matrix)
 
-    def corrections(self, coordinates: Array) -> tuple[Array, Array]:
-        """Return the parameters' corrections, shape (L, 10), and their derivatives, shape (L, 10, 10).
+    @cached_property
+    def _matrix(self) -> Array:
+        """Pseudo-inertias of the model, shape (L, 4, 4)."""
+        return _matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1))
+
+    def _mass_and_centre(self, coordinates: Array) -> tuple[Array, Array]:
+        mass = self.mass * np.exp(self.priors.mass * coordinates[:, 0])
+        return mass, self.centre + self.priors.centre_of_mass * coordinates[:, 1:4]
+
+    def corrections(self, coordinates: Array) -> Array:
+        """Return the parameters' corrections, shape (L, 10).
 
         Coordinates have shape (L, 10): alpha, d, then S, each in units of its prior standard deviation.
         """
-        mass = self.mass * np.exp(self.priors.mass * coordinates[:, 0])
-        centre = self.centre + self.priors.centre_of_mass * coordinates[:, 1:4]
-        exponential, slopes = _exponential(_symmetric(coordinates[:, 4:], self.priors.moments), self.priors.moments)
-        turned = self.factor[:, None] @ slopes @ self.factor[:, None].transpose(0, 1, 3, 2)
+        exponential = _exponential(_symmetric(coordinates[:, 4:], self.priors.moments))
         moments = self.factor @ exponential @ self.factor.transpose(0, 2, 1)
-        matrix = _matrix(mass, centre, moments)
+        return inertial_parameters(_matrix(*self._mass_and_centre(coordinates), moments) - self._matrix)
+
+    def slopes(self, coordinates: Array) -> Array:
+        """Return the derivatives of the corrections by coordinates of shape (L, 10), shape (L, 10, 10)."""
+        mass, centre = self._mass_and_centre(coordinates)
+        slopes = _exponential_slopes(_symmetric(coordinates[:, 4:], self.priors.moments), self.priors.moments)
         change = np.zeros((len(mass), SIZE, 4, 4))
-        change[:, 0] = self.priors.mass * _matrix(mass, centre, np.zeros_like(moments))
+        change[:, 0] = self.priors.mass * _matrix(mass, centre, np.zeros((len(mass), 3, 3)))
         for axis in range(3):
             shift = np.zeros((len(mass), 4, 4))
             arm = self.priors.centre_of_mass * mass[:, None] * np.eye(3)[axis]
@@ -57,14 +69,12 @@ class Bodies:
             shift[:, :3, :3] += shift[:, :3, :3].transpose(0, 2, 1).copy()
             shift[:, :3, 3] = shift[:, 3, :3] = arm
             change[:, 1 + axis] = shift
-        change[:, 4:, :3, :3] = turned
-        before = _matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1))
-        return inertial_parameters(matrix - before), inertial_parameters(change).transpose(0, 2, 1)
+        change[:, 4:, :3, :3] = self.factor[:, None] @ slopes @ self.factor[:, None].transpose(0, 1, 3, 2)
+        return inertial_parameters(change).transpose(0, 2, 1)
 
     def log_cholesky(self, coordinates: Array) -> Array:
         """Return log mass, centre of mass and coordinates of the shape, shape (L, 10), of coordinates of that shape."""
-        before = _matrix(self.mass, self.centre, self.factor @ self.factor.transpose(0, 2, 1))
-        return log_cholesky(before + pseudo_inertia(self.corrections(coordinates)[0]))
+        return log_cholesky(self._matrix + pseudo_inertia(self.corrections(coordinates)))
 
 
 def bodies_of(parameters: Array, priors: Priors) -> Bodies:
@@ -95,8 +105,14 @@ def _symmetric(entries: Array, unit: float) -> Array:
     return matrix
 
 
-def _exponential(matrix: Array, unit: float) -> tuple[Array, Array]:
-    """Return exp(S), shape (L, 3, 3), and derivatives by coordinates, (L, 6, 3, 3) (Daleckii, Krein; Higham 2008)."""
+def _exponential(matrix: Array) -> Array:
+    """Return exp(S), shape (L, 3, 3)."""
+    values, vectors = np.linalg.eigh(matrix)
+    return np.asarray((vectors * np.exp(values)[:, None, :]) @ vectors.transpose(0, 2, 1))
+
+
+def _exponential_slopes(matrix: Array, unit: float) -> Array:
+    """Return derivatives of exp(S) by coordinates in a unit, shape (L, 6, 3, 3) (Daleckii, Krein; Higham 2008)."""
     values, vectors = np.linalg.eigh(matrix)
     powers = np.exp(values)
     gap = values[:, :, None] - values[:, None, :]
@@ -109,5 +125,4 @@ def _exponential(matrix: Array, unit: float) -> tuple[Array, Array]:
     transposed = vectors.transpose(0, 2, 1)
     directions = _symmetric(np.eye(6), unit)
     inner = transposed[:, None] @ directions @ vectors[:, None]
-    slopes = vectors[:, None] @ (quotient[:, None] * inner) @ transposed[:, None]
-    return (vectors * powers[:, None, :]) @ transposed, slopes
+    return np.asarray(vectors[:, None] @ (quotient[:, None] * inner) @ transposed[:, None])

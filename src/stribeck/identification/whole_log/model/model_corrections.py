@@ -6,6 +6,7 @@ The priors are those of the table in docs/estimator.md, "Coordinates and priors"
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,11 +80,15 @@ class ModelCorrections:
             precision[np.ix_(gains, gains)] += 1 / (len(gains) * MEAN_GAIN_STD) ** 2
         return precision
 
-    def values(self, coordinates: Array) -> tuple[Array, Array]:
-        """Return x, shape (c,), and the bodies' derivatives, shape (L, 10, 10); the others' are `scales`."""
+    def values(self, coordinates: Array) -> Array:
+        """Return x, shape (c,)."""
         bodies = self.layout.part("bodies")
-        changes, slopes = self.bodies.corrections(coordinates[bodies].reshape(-1, SIZE))
-        return np.concatenate([changes.ravel(), self.scales * coordinates[bodies.stop :]]), slopes
+        changes = self.bodies.corrections(coordinates[bodies].reshape(-1, SIZE))
+        return np.concatenate([changes.ravel(), self.scales * coordinates[bodies.stop :]])
+
+    def body_slopes(self, coordinates: Array) -> Array:
+        """Return the derivatives of x of the bodies, shape (L, 10, 10); the others' are `scales`."""
+        return self.bodies.slopes(coordinates[self.layout.part("bodies")].reshape(-1, SIZE))
 
     def with_log_offsets(self, differ: NDArray[np.bool_]) -> ModelCorrections:
         """Return the coordinates with the same offsets in all logs but for joints where they `differ`, shape (n,)."""
@@ -93,7 +98,7 @@ class ModelCorrections:
         )
         return replace(self, prior_std=prior_std)
 
-    @property
+    @cached_property
     def scales(self) -> Array:
         """Units of the coordinates of calibration and random effects."""
         c, priors = self.corrections, self.priors

@@ -35,16 +35,20 @@ class Parametrisation:
 
     def values(self, x: Array) -> Array:
         """Return y: coefficients of all friction curves, then corrections, shape (D,)."""
-        corrected = self.model.values(x[self.layout.model])[0]
+        corrected = self.model.values(x[self.layout.model])
         return np.concatenate([self.curves.coefficients(self.internal(x)), corrected])
 
-    def times_jacobian(self, matrix: Array, x: Array) -> Array:
-        """Return a matrix, shape (r, D), times J, which is block-diagonal, shape (r, m).
+    def blocks(self, x: Array) -> tuple[Array, Array]:
+        """Return the blocks of J: one a joint, shape (n, R, p), and one a body, shape (L, 10, 10).
 
-        Blocks: one a joint, shape (R, p), one a body, shape (10, 10), and a number for each other correction.
+        Behind them there is a number for each other correction.
         """
+        return self.curves.jacobians(self.internal(x)), self.model.body_slopes(x[self.layout.model])
+
+    def times_jacobian(self, matrix: Array, jacobian: tuple[Array, Array]) -> Array:
+        """Return a matrix, shape (r, D), times J, which is block-diagonal, shape (r, m), by its `blocks`."""
         first, parts = 0, []
-        for blocks in (self.curves.jacobians(self.internal(x)), self.model.values(x[self.layout.model])[1]):
+        for blocks in jacobian:
             last = first + blocks.shape[0] * blocks.shape[1]
             columns = matrix[:, first:last].reshape(len(matrix), *blocks.shape[:2])
             product = columns.transpose(1, 0, 2) @ blocks

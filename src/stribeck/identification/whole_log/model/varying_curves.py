@@ -50,7 +50,7 @@ class VaryingCurves(Curves):
     def coefficients(self, internal: Array) -> Array:
         """Return the coefficients of all joints' curves [N m], shape (n R,)."""
         values, v, count = self.external(internal), self.basis.velocity, len(self.law.parameters)
-        torque = np.stack([self.law.torque(*each) for each in zip(v, values[:, :count], strict=True)])
+        torque = self.law.torque(v, values[:, :count].T[:, :, None])
         load, coulomb, viscous, cosine, sine, of_cosine, of_sine, lagging = values[:, count:].T[:, :, None]
         rise, same = np.tanh(values[:, [SLOPE]] * v), np.ones_like(v)
         changed = (
@@ -68,8 +68,8 @@ class VaryingCurves(Curves):
         """Return their derivatives by each joint's own internal coordinates, shape (n, R, p)."""
         values, v, count = self.external(internal), self.basis.velocity, len(self.law.parameters)
         base, *changed = np.zeros((8, v.shape[1], *values.shape))  # of each function, at each knot
-        for joint, each in enumerate(zip(v, values[:, :count], strict=True)):
-            base[:, joint, :count] = self.law.jacobian(*each)
+        own = self.law.jacobian(v.ravel(), np.repeat(values[:, :count].T, v.shape[1], axis=1))  # all joints' at once
+        base[:, :, :count] = own.reshape(*v.shape, count).transpose(1, 0, 2)
         rise = np.tanh(values[:, [SLOPE]] * v)
         slope = (v * (1 - rise**2)).T
         loaded, slow, of_cosine, of_sine, *steady = changed

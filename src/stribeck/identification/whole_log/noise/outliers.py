@@ -54,7 +54,7 @@ class Prediction:
         if not (size > OUTLIER * np.sqrt(variance)).any():
             return equations
         own = derivatives.reshape(*variance.shape, -1)[far].reshape(-1, len(values))
-        slope = self.parameters.times_jacobian(own, self.x)
+        slope = self.parameters.times_jacobian(own, self.parameters.blocks(self.x))
         variance[far] += np.sum((slope @ self.covariance) * slope, axis=1).reshape(-1, variance.shape[1])
         return without(equations, size / np.sqrt(variance), OUTLIER)
 

@@ -26,7 +26,7 @@ def with_other_starts(
 ) -> Solution:
     """Return the best solution after each joint has tried its other starts, all else being as in a solution."""
     joints = len(curves.top_speed)
-    values = np.concatenate([curves.coefficients(solution.internal), model.values(solution.corrections)[0]])
+    values = np.concatenate([curves.coefficients(solution.internal), model.values(solution.corrections)])
     size = normal_equations.basis.size // joints
     quadratics, owners, starts = [], [], []
     for joint in range(joints):

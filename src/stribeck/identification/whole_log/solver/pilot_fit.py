@@ -151,7 +151,7 @@ def _alternate(
 
 
 def _known(curves: Curves, model: ModelCorrections, solution: Solution) -> tuple[Array, Array]:
-    return curves.coefficients(solution.internal), model.values(solution.corrections)[0]
+    return curves.coefficients(solution.internal), model.values(solution.corrections)
 
 
 def _torques(equations: WeakEquations) -> Array:

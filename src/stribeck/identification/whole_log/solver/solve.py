@@ -96,9 +96,10 @@ class _Cost:
     def derivatives_at(self, x: Array) -> tuple[Array, Array]:
         """Return gradient, shape (m,), and Gauss-Newton's second derivatives, shape (m, m), at one x."""
         slope = self.normal_equations.information @ self.parameters.values(x) - self.normal_equations.right_hand_side
-        half = self.parameters.times_jacobian(np.vstack([self.normal_equations.information, slope]), x)
+        jacobian = self.parameters.blocks(x)
+        half = self.parameters.times_jacobian(np.vstack([self.normal_equations.information, slope]), jacobian)
         mean, precision = self.parameters.prior
-        hessian = self.parameters.times_jacobian(half[:-1].T, x).T + precision
+        hessian = self.parameters.times_jacobian(half[:-1].T, jacobian).T + precision
         return half[-1] + precision @ (x - mean), hessian
 
 
@@ -160,7 +161,15 @@ def derivatives(
 
 
 def inverse_of(matrix: Array) -> Array:
-    """Return the inverse of a positive definite matrix whose rows may be of very different units."""
+    """Return the inverse of a positive definite matrix whose rows may be of very different units.
+
+    Where rounding has taken from an eigenvalue all that the prior had put there, it is as large as rounding.
+    """
     scale = 1 / np.sqrt(np.diag(matrix))
     scaled = matrix * np.outer(scale, scale)
-    return np.asarray(cho_solve(cho_factor(scaled), np.eye(len(matrix))) * np.outer(scale, scale))
+    try:
+        inverse = cho_solve(cho_factor(scaled), np.eye(len(matrix)))
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(scaled)
+        inverse = (vectors / np.maximum(values, np.finfo(float).eps * values[-1])) @ vectors.T
+    return np.asarray(inverse * np.outer(scale, scale))

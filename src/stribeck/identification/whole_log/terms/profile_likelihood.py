@@ -101,7 +101,7 @@ def _linearise(curves: VaryingCurves, model: ModelCorrections, solution: Solutio
     values = parameters.values(solution.x)
     return _Around(
         values=values,
-        slopes=csr_array(parameters.times_jacobian(np.eye(len(values)), solution.x)[:, free]),
+        slopes=csr_array(parameters.times_jacobian(np.eye(len(values)), parameters.blocks(solution.x))[:, free]),
         precision=precision[np.ix_(free, free)],
         prior_gradient=(precision @ (solution.x - mean))[free],
         joint=owner[free],

@@ -116,7 +116,7 @@ def _fold_steps(
     layout, parameters = solution.layout, Parametrisation(curves, model)
     values = parameters.values(solution.x)
     gradients = np.stack([part.information @ values - part.right_hand_side for part in parts])
-    slopes = parameters.times_jacobian(gradients, solution.x).T
+    slopes = parameters.times_jacobian(gradients, parameters.blocks(solution.x)).T
     places = np.arange(layout.size)
     free = np.setdiff1d(places, places[layout.friction][solution.at_bound.ravel()])
     covariance, steps = np.zeros((layout.size, layout.size)), np.zeros((layout.size, len(parts)))
