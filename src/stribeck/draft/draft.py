@@ -345,6 +345,9 @@ def _contacts(draft: Draft, facts: ModelFacts, labels: Sequence[str]) -> None:
         if foot.name in facts.tilted:
             draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
     draft.document["contacts"] = contacts
+    unknown = [label for label in labels if label not in names.values()]
+    if unknown and len(names) < len(facts.feet):
+        draft.ask("robot.base", f"which contacts are the log's {', '.join(unknown)}? Name them in [log.foot_names].")
     if not contacts:
         draft.ask("robot.base", "which frames of the model are feet? Add [contacts.<foot>] frame and kind.")
 
