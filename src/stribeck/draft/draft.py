@@ -150,9 +150,10 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), facts.joints)
     for channel in ("position", "torque"):
         if channel not in source.channels:
+            commands = ", or desired positions with [robot] kp and kd" if channel == "torque" else ""
             raise LogError(
                 f"{log}: holds nothing that is called like joint {channel}s; expected '{channel}', or another name "
-                f"that [log.{channel}] name says (found {listed([*source.channels, *source.others])})"
+                f"that [log.{channel}] name says{commands} (found {listed([*source.channels, *source.others])})"
             )
     draft.document["log"] = table
     if torque_source == "motor_current":
