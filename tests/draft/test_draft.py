@@ -16,6 +16,8 @@ from tests.models import EXAMPLES, POSTURES, STRIBECK, example_robot
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.cli import main
 from stribeck.draft import draft_robot_file, search
+from stribeck.draft.draft import Draft
+from stribeck.draft.draft import _contacts as write_contacts
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match
 from stribeck.draft.search import as_given, find_columns_by_dynamics, other_orders
@@ -249,6 +251,14 @@ def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
     words = " ".join(text.replace("#", " ").split())
     assert f"TODO: the log cannot be used so: {path}: " in words
     assert "expected a channel base_orientation" in words
+
+
+def test_contacts_whose_names_say_nothing_are_asked_for() -> None:
+    facts = read_model(model_path("package:go2", Path()))
+    draft = Draft({"robot": {"base": "floating"}})
+    write_contacts(draft, facts, ("/c/vorne_links", "/c/rr"))
+    assert draft.questions == ["which contacts are the log's /c/vorne_links? Name them in [log.foot_names]."]
+    assert draft.document["log"]["foot_names"] == {"/c/rr": "RR"}
 
 
 def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:

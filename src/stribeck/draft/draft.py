@@ -150,9 +150,10 @@ def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), facts.joints)
     for channel in ("position", "torque"):
         if channel not in source.channels:
+            commands = ", or desired positions with [robot] kp and kd" if channel == "torque" else ""
             raise LogError(
                 f"{log}: holds nothing that is called like joint {channel}s; expected '{channel}', or another name "
-                f"that [log.{channel}] name says (found {listed([*source.channels, *source.others])})"
+                f"that [log.{channel}] name says{commands} (found {listed([*source.channels, *source.others])})"
             )
     draft.document["log"] = table
     if torque_source == "motor_current":
@@ -345,6 +346,9 @@ def _contacts(draft: Draft, facts: ModelFacts, labels: Sequence[str]) -> None:
         if foot.name in facts.tilted:
             draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
     draft.document["contacts"] = contacts
+    unknown = [label for label in labels if label not in names.values()]
+    if unknown and len(names) < len(facts.feet):
+        draft.ask("robot.base", f"which contacts are the log's {', '.join(unknown)}? Name them in [log.foot_names].")
     if not contacts:
         draft.ask("robot.base", "which frames of the model are feet? Add [contacts.<foot>] frame and kind.")
 
