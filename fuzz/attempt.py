@@ -10,6 +10,7 @@ import signal
 import sys
 import tempfile
 import traceback
+import warnings
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -104,6 +105,7 @@ def _become(command: list[str], folder: Path, errors: Path) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_AS, (_size() + MEMORY,) * 2)
         signal.setitimer(signal.ITIMER_REAL, TIMEOUT)  # nothing catches SIGALRM: it ends the process
+        warnings.simplefilter("error", RuntimeWarning)  # of numbers that overflow, or are none
         sys.argv = ["stribeck", *command]
         main()
         code = 0

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzz import log_file, model_file, result_file, robot_file, runs, scenario_file, set_option
+from fuzz import extreme, log_file, model_file, result_file, robot_file, runs, scenario_file, set_option
 
 Make = Callable[[np.random.Generator, Path, Path], list[str]]
 Differs = Callable[[list[str], Path, Path], bool]
@@ -46,6 +46,7 @@ KINDS = {
         for name in log_file.FORMATS
     },
     "log-strange": Kind(log_file.make_strange, 1.0),
+    "run-extreme": Kind(extreme.make, 0.1, extreme.inconsistent),
     "run-stopped": Kind(runs.make_stopped, 0.05, runs.torn),
     "runs-at-once": Kind(runs.make_two, 0.05, runs.torn),
 }

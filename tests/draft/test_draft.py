@@ -16,6 +16,8 @@ from tests.models import EXAMPLES, POSTURES, STRIBECK, example_robot
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.cli import main
 from stribeck.draft import draft_robot_file, search
+from stribeck.draft.draft import Draft
+from stribeck.draft.draft import _contacts as write_contacts
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match
 from stribeck.draft.search import as_given, find_columns_by_dynamics, other_orders
@@ -240,6 +242,25 @@ def test_a_humanoid_stands_or_hangs_by_the_torques_of_its_legs(logs: Callable[[s
     assert hangs.base == "fixed"
 
 
+def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    path = written(logs("go2"), tmp_path / "log.npz", base_orientation=None, foot_wrench=None)
+    robot, text = drafted("package:go2", path, tmp_path)
+    assert set(robot.contacts) == {"FL", "FR", "RL", "RR"}
+    words = " ".join(text.replace("#", " ").split())
+    assert f"TODO: the log cannot be used so: {path}: " in words
+    assert "expected a channel base_orientation" in words
+
+
+def test_contacts_whose_names_say_nothing_are_asked_for() -> None:
+    facts = read_model(model_path("package:go2", Path()))
+    draft = Draft({"robot": {"base": "floating"}})
+    write_contacts(draft, facts, ("/c/vorne_links", "/c/rr"))
+    assert draft.questions == ["which contacts are the log's /c/vorne_links? Name them in [log.foot_names]."]
+    assert draft.document["log"]["foot_names"] == {"/c/rr": "RR"}
+
+
 def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
     model = tmp_path / "free.xml"
     model.write_text(
@@ -273,6 +294,23 @@ def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) 
     assert columns.order == as_given(6).order
     assert np.all(columns.position == 1)
     assert np.all(columns.torque == 1)
+
+
+@pytest.mark.parametrize("velocity_last", [True, False])
+def test_a_table_without_a_line_of_names(velocity_last: bool, logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    velocity = np.gradient(log.position, log.time, axis=0)
+    others = [log.torque, velocity] if velocity_last else [velocity, log.torque]
+    path = tmp_path / "log.csv"
+    np.savetxt(path, np.column_stack([log.time, log.position, *others]), delimiter=",")
+    robot, text = drafted(ARM, path, tmp_path)
+    read = read_log(path, robot)
+    for name, values in (("position", log.position), ("torque", log.torque), ("velocity", velocity)):
+        np.testing.assert_array_equal(getattr(read, name), values)
+    assert "TODO: the file has no line of names" in text
+    np.savetxt(path, log.position, delimiter=",")
+    with pytest.raises(LogError, match="expected a line of column names"):
+        draft_robot_file(str(ARM), path, tmp_path / "robot.toml")
 
 
 def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], RobotLog]) -> None:

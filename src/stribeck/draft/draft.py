@@ -19,7 +19,8 @@ from stribeck.draft.names import Matches, match, words
 from stribeck.draft.search import Columns, agreement, as_given, excerpt, find_columns_by_dynamics
 from stribeck.draft.text import write_toml
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
-from stribeck.errors import LogError, SettingsError
+from stribeck.draft.unnamed import name_columns
+from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.finding import Finding
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
@@ -135,17 +136,24 @@ def _ask_for_torque_source(draft: Draft) -> None:
 
 def _of_log(draft: Draft, facts: ModelFacts, log: Path, output: Path) -> None:
     """Write what a log says."""
-    source = open_log(log, LogTable())
-    table, torque_source = find_columns(source)
-    for channel, found in table.items():
+    table: dict[str, Any] = {}
+    hands = [joint for joint in facts.joints if HANDS & set(words(joint))]
+    for joints in (len(facts.joints), len(facts.joints) - len(hands)):
+        if names := name_columns(log, joints):
+            table["columns"] = names
+            draft.ask("log.columns", "the file has no line of names; are these its columns?")
+            break
+    named, torque_source = find_columns(open_log(log, LogTable.model_validate(table)))
+    for channel, found in named.items():
         draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), facts.joints)
     for channel in ("position", "torque"):
         if channel not in source.channels:
+            commands = ", or desired positions with [robot] kp and kd" if channel == "torque" else ""
             raise LogError(
                 f"{log}: holds nothing that is called like joint {channel}s; expected '{channel}', or another name "
-                f"that [log.{channel}] name says (found {listed([*source.channels, *source.others])})"
+                f"that [log.{channel}] name says{commands} (found {listed([*source.channels, *source.others])})"
             )
     draft.document["log"] = table
     if torque_source == "motor_current":
@@ -338,6 +346,9 @@ def _contacts(draft: Draft, facts: ModelFacts, labels: Sequence[str]) -> None:
         if foot.name in facts.tilted:
             draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
     draft.document["contacts"] = contacts
+    unknown = [label for label in labels if label not in names.values()]
+    if unknown and len(names) < len(facts.feet):
+        draft.ask("robot.base", f"which contacts are the log's {', '.join(unknown)}? Name them in [log.foot_names].")
     if not contacts:
         draft.ask("robot.base", "which frames of the model are feet? Add [contacts.<foot>] frame and kind.")
 
@@ -367,12 +378,13 @@ def _by_dynamics(draft: Draft, log: Path, output: Path, unsure: Sequence[str]) -
                 draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
                 return
             (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
+            if _bridge(draft, prepared, read):
+                continue
+            with errors_about(str(log)):
+                evidence = gather(prepared, robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used so: {error}.")
             return
-        if _bridge(draft, prepared, read):
-            continue
-        evidence = gather(prepared, robot, robot.settings)
         left = findings(evidence, delays(evidence))
         cured = [_cure(draft, finding) for finding in left]
         if any(cured):

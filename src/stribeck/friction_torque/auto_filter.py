@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.loops import loop_inertia
@@ -74,9 +75,17 @@ def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array)
     inertia = loop_inertia(robot, rooted, position)
     diagonal = np.einsum("tii->ti", inertia)
     columns = columns[diagonal[0, robot.torque_controlled[columns]] > MASSLESS * diagonal[0].max()]
+    columns = columns[_independent(inertia[0][np.ix_(*[robot.torque_controlled[columns]] * 2)])]
     joints = robot.torque_controlled[columns]
     acceleration = np.full((run.stop - run.start, len(samples.joint_names)), np.nan)
     friction = samples.friction_torque[run][:, columns, None]
     change = np.linalg.solve(inertia[:, joints[:, None], joints], friction)[:, :, 0]
     acceleration[:, columns] = samples.acceleration[run][:, columns] + change
     return acceleration
+
+
+def _independent(inertia: Array) -> NDArray[np.bool_]:
+    """Return which joints have an inertia that no motion of others takes away, as coaxial ones do, shape (k,)."""
+    scale = 1 / np.sqrt(np.diag(inertia))
+    values, vectors = np.linalg.eigh(inertia * np.outer(scale, scale))
+    return np.asarray(np.all(np.abs(vectors[:, values < MASSLESS]) < MASSLESS, axis=1))

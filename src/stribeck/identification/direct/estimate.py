@@ -170,7 +170,10 @@ def _blocks_of(penalty: Array, size: int) -> list[Array]:
 
 
 def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
-    """Return the root mean square of the left side of each kind of row, or of all together [N m], shape (kinds,)."""
+    """Return the root mean square of the left side of each kind of row, or of all together [N m], shape (kinds,).
+
+    None is next to zero beside the others; where all are zero, one is the unit.
+    """
     kinds = 1 + max(int(own.kind.max()) for own in rows)
     squares, count = np.zeros((2, kinds))
     for own in rows:
@@ -179,7 +182,7 @@ def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
     if regression == "ordinary":
         squares, count = np.full(kinds, squares.sum()), np.full(kinds, count.sum())
     found = np.sqrt(squares / np.maximum(count, 1))
-    return np.maximum(found, max(1e-6 * float(found.max()), np.finfo(float).tiny))
+    return np.maximum(found, 1e-6 * (float(found.max()) or 1.0))
 
 
 @dataclass(frozen=True, eq=False)

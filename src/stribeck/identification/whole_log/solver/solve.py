@@ -161,7 +161,15 @@ def derivatives(
 
 
 def inverse_of(matrix: Array) -> Array:
-    """Return the inverse of a positive definite matrix whose rows may be of very different units."""
+    """Return the inverse of a positive definite matrix whose rows may be of very different units.
+
+    Where rounding has taken from an eigenvalue all that the prior had put there, it is as large as rounding.
+    """
     scale = 1 / np.sqrt(np.diag(matrix))
     scaled = matrix * np.outer(scale, scale)
-    return np.asarray(cho_solve(cho_factor(scaled), np.eye(len(matrix))) * np.outer(scale, scale))
+    try:
+        inverse = cho_solve(cho_factor(scaled), np.eye(len(matrix)))
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(scaled)
+        inverse = (vectors / np.maximum(values, np.finfo(float).eps * values[-1])) @ vectors.T
+    return np.asarray(inverse * np.outer(scale, scale))

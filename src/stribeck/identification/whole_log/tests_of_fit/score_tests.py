@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.special import chdtrc  # the tail of chi square
 
 from stribeck.identification.whole_log.constants import (
@@ -37,7 +36,7 @@ from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections
 from stribeck.identification.whole_log.model.parametrisation import Parametrisation
 from stribeck.identification.whole_log.solver.normal_equations import NormalEquations
-from stribeck.identification.whole_log.solver.solve import Solution, curvature
+from stribeck.identification.whole_log.solver.solve import Solution, curvature, inverse_of
 from stribeck.identification.whole_log.tests_of_fit.alternative_terms import (
     COLUMNS,
     DELAY,
@@ -143,9 +142,8 @@ def run_score_tests(
     def mixed(rows: Array) -> Array:
         return parameters.times_jacobian(rows, parameters.blocks(solution.x))
 
-    lost = cho_solve(  # T^T J H^-1
-        cho_factor(curvature(plain, curves, model, solution)), mixed(normal_equations.information[tested, fitted]).T
-    ).T
+    hessian = curvature(plain, curves, model, solution)
+    lost = mixed(normal_equations.information[tested, fitted]) @ inverse_of(hessian)  # T^T J H^-1
     score = residual_sums[tested] - lost @ mixed(residual_sums[None, fitted])[0]
     bias = normal_equations.information[tested, effects] - lost @ mixed(normal_equations.information[effects, fitted]).T
     bias *= np.resize(effect_std, bias.shape[1])

@@ -1,0 +1,31 @@
+"""The filter that is chosen from a log's spectrum, of robots whose inertia matrix has no inverse."""
+
+from pathlib import Path
+
+import numpy as np
+from tests.arm import arm_log
+from tests.loops import joint, link
+
+from stribeck import Robot
+from stribeck.friction_torque.auto_filter import cutoff_from_log
+from stribeck.preparation import prepare
+
+COAXIAL = (
+    '<robot name="coaxial"><link name="base"/><link name="empty"/>'
+    + joint("first", "base", "empty", "0 0 1", "0 0 0")
+    + link("body", 2.0, "0.1 0 0.1")
+    + joint("second", "empty", "body", "0 0 1", "0 0 0.1")
+    + link("hand", 1.0, "0.1 0 0.1")
+    + joint("third", "body", "hand", "0 1 0", "0 0 0.3")
+    + "</robot>"
+)
+
+
+def test_joints_about_one_axis_with_nothing_between_them_choose_no_filter(tmp_path: Path) -> None:
+    (tmp_path / "model.urdf").write_text(COAXIAL)
+    (tmp_path / "robot.toml").write_text('[robot]\nmodel = "model.urdf"\nbase = "fixed"\n')
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    prepared = prepare(arm_log(robot, duration=4.0), robot, robot.settings)
+    arguments = prepared.sampling.segments, prepared.support.phases, prepared.sampling.period, robot.settings
+    choice = cutoff_from_log(robot, prepared.log, *arguments)
+    assert np.isfinite(choice.cutoff)
