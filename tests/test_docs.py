@@ -52,6 +52,7 @@ from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import WIDEST
 from stribeck.identification.whole_log.tests_of_fit.findings import SENTENCES, UNCLEAR
 from stribeck.log.readers.mapping import UNITS, check_table
+from stribeck.methods import METHODS
 from stribeck.motion.filters import TAKES
 from stribeck.result import (
     BodyCorrection,
@@ -180,7 +181,7 @@ def here(workshop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
 @pytest.mark.parametrize("page", [page for page in PAGES if any(block.kind == "python" for block in blocks(page))])
 def test_python_runs(page: str) -> None:
     namespace: dict[str, Any] = {"__name__": page}
-    with mock.patch.dict(LAWS):
+    with mock.patch.dict(LAWS), mock.patch.dict(METHODS):
         for block in blocks(page):
             if block.kind == "python":
                 exec(compile(block.text, page, "exec"), namespace)

@@ -77,7 +77,7 @@ def test_the_prior_of_the_model_is_as_wide_as_its_errors(wrong: float) -> None:
     zeros, measured, (_, believed, solution) = with_zeros(wrong, seed=1)
     assert believed.prior_std[:60] == pytest.approx(wrong, rel=0.25)
     assert believed.prior_std[60:] == pytest.approx(1.0)  # what nothing shows is believed as before
-    found = believed.values(solution.corrections)[0][:60]
+    found = believed.values(solution.corrections)[:60]
     assert found == pytest.approx(measured, abs=0.1 * ZERO)
     assert np.linalg.norm(found - zeros) < 1.01 * np.linalg.norm(measured - zeros)  # a belief that fits does no harm
 
@@ -86,7 +86,7 @@ def test_the_prior_of_an_exact_model_is_narrow() -> None:
     shares = []
     for seed in range(3):
         _, measured, (_, believed, solution) = with_zeros(0.0, seed)
-        shares.append(np.linalg.norm(believed.values(solution.corrections)[0][:60]) / np.linalg.norm(measured))
+        shares.append(np.linalg.norm(believed.values(solution.corrections)[:60]) / np.linalg.norm(measured))
     assert np.mean(shares) < 0.2  # noise is not taken for errors of the model
 
 
