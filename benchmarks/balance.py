@@ -6,8 +6,6 @@ Every solver that qpsolvers finds takes part (`pip install quadprog` for one mor
 whole program of one control period; times are medians, ratios are to the controller's own call.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -3,8 +3,6 @@
 python -m benchmarks.controller
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import tempfile

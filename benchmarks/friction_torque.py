@@ -6,8 +6,6 @@ The floor is one `rneaInParallel` over the same samples: no inverse dynamics can
 on fewer samples, and all times are per sample of one run on one machine.
 """
 
-from __future__ import annotations
-
 import tempfile
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A long log of a 30-joint humanoid that steps from foot to foot, made fast: for speed, not for truth."""
 
-from __future__ import annotations
-
 import sysconfig
 from pathlib import Path
 

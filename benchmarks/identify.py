@@ -5,8 +5,6 @@
 The log goes to a Parquet file first; the job runs in a process of its own, as a user would start it.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import resource

@@ -1,7 +1,5 @@
 """Prints a benchmark's figures, saves them, and compares them with saved ones."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

@@ -5,8 +5,6 @@
 Medians of several runs.
 """
 
-from __future__ import annotations
-
 import os
 import statistics
 import subprocess

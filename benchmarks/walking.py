@@ -6,8 +6,6 @@ TORO walks with friction in all leg joints, `realistic` sensors and an estimated
 floor is the time of MuJoCo's own steps, measured in the same run.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

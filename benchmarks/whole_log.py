@@ -9,8 +9,6 @@ samples and the report too. The floor is one `rneaInParallel` over the samples: 
 than that, before it weighs anything.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import resource

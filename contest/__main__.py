@@ -8,8 +8,6 @@
 A method of your own: `python -m contest run FOLDER --entry "mine=python my_method.py"`.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Robots that walk or move, and what is wrong in each condition; everything follows from one seed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from studies.accuracy_cases import DOUBLE_SUPPORT

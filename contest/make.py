@@ -8,8 +8,6 @@ that motion, contacts and all equations of motion stay what they are:
 for friction of any kind R.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A model file as drawings give it: without meshes, and with inertias that are wrong where a case says so."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree
 

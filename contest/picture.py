@@ -3,8 +3,6 @@
 python -m contest picture contest/scores.json docs/assets/benchmark.svg
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

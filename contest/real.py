@@ -5,8 +5,6 @@ logs the last is held out, of the only one its third quarter. The motion of what
 filtered alike: they say which torques it needs.
 """
 
-from __future__ import annotations
-
 import runpy
 import tempfile
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Runs contestants on cases, each in a process of its own, and scores what they answer."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex

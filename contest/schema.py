@@ -7,8 +7,6 @@
 Logs are NumPy arrays (npz) in the names, units and orders of docs/logs.md.
 """
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar

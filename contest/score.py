@@ -1,7 +1,5 @@
 """How far an answer is from the truth, joint by joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated

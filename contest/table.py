@@ -1,7 +1,5 @@
 """The tables of docs/benchmark.md, from saved scores."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 The pages are plain Markdown that GitHub shows as it is; `extensions/` adds what a site needs besides.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

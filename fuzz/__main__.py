@@ -1,7 +1,5 @@
 """`python -m fuzz`: a table of what the command line did with wrong inputs; exit code 1 if one of them broke it."""
 
-from __future__ import annotations
-
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy comes: a process that forks has no threads

@@ -1,7 +1,5 @@
 """Work in a child process: threads that a library starts in a process would be missing in those forked off it."""
 
-from __future__ import annotations
-
 import os
 import pickle  # nosec B403 - of what a child of this process has sent
 import traceback

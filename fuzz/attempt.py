@@ -1,7 +1,5 @@
 """One input: made in a folder of its own, and read by the command line in a child process that may die of it."""
 
-from __future__ import annotations
-
 import os
 import re
 import resource

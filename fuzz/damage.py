@@ -1,7 +1,5 @@
 """Changes to sound texts: of bytes, of words and numbers, and of the structure of XML, TOML and JSON."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from copy import deepcopy

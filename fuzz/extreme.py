@@ -1,7 +1,5 @@
 """Sound logs at the edge: robots of grams and of tonnes, joints that stand, no friction or only friction, no noise."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Logs of every format: their bytes and blocks, the numbers in their headers, and what they say."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable

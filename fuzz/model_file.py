@@ -1,7 +1,5 @@
 """Models in URDF, MJCF and SDF: their bytes, words, numbers and elements."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

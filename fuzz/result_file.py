@@ -1,7 +1,5 @@
 """Results that are read back: their bytes, words, and the types of their values."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Robot files: their bytes, words, keys and the types of their values."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path

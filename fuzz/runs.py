@@ -1,7 +1,5 @@
 """Runs that are stopped at any moment, and two that write to one place: outputs are whole, of one run or another."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Scenarios of simulations: their words, keys and the types of their values."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Sound inputs, one of every kind, from which the wrong ones are made."""
 
-from __future__ import annotations
-
 import gc
 import shutil
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Settings after `--set`: keys and values."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -17,8 +17,6 @@ Runs that the file holds already are not repeated: move it away when the estimat
 are gone from the code stay as they were measured.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

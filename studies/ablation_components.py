@@ -1,7 +1,5 @@
 """The joint estimator's components, each with what stands in for a function of the estimator where it is left out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace

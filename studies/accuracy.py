@@ -22,8 +22,6 @@ standard errors joint by joint. At the end the rows of both tables of docs/whole
 go beyond standard errors, parameter by parameter.
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Callable, Iterable

@@ -1,7 +1,5 @@
 """What the accuracy study lets walk, and what it then makes wrong: three humanoids, three walks each, eleven cases."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 

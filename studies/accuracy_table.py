@@ -1,7 +1,5 @@
 """The runs of the accuracy study as a file, and what its tables say of them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable
 from pathlib import Path

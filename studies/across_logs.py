@@ -7,8 +7,6 @@ of what both identify are compared: of a joint's curve at the slowest and at the
 larger distance counts, and of each parameter.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

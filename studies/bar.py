@@ -6,8 +6,6 @@ autoregression of what was left over, and how wrong the model is and how alike j
 estimates (MacKay 1992). Nothing is calibrated, no foot may be a point, and the intervals believe all of that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

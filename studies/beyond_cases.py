@@ -1,7 +1,5 @@
 """Walks with friction that no law of velocity describes, and the same walk with friction that one does."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from stribeck_simulation.run import Simulated

@@ -12,8 +12,6 @@ chi^2; and of how many joints a warning says what kind of friction they have. An
 friction torque that acted the law misses, root mean square over the walk, relative to that torque without its mean.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections import Counter

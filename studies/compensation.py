@@ -14,8 +14,6 @@ half as much again (what overestimated friction does), and with the wrong sign; 
 observer sees in the loop, at three bandwidths, which takes a hand for friction.
 """
 
-from __future__ import annotations
-
 import argparse
 import ctypes
 import json

@@ -9,8 +9,6 @@ walk has friction in arms and waist too, which the walk moves along with the leg
 which.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterable, Mapping

@@ -9,8 +9,6 @@ correlated from sample to sample; an error that lasts a step stands for a base o
 how often the interval of each parameter covers the true value.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from dataclasses import dataclass

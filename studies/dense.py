@@ -1,7 +1,5 @@
 """The friction torque by the paper's dense equations, which the re-rooted recursion is checked and timed against."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.dynamics.constrained import constrained_sample

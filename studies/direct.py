@@ -8,8 +8,6 @@ offset of the same size in place of its smooth law, so that every method may fit
 that of case A there, 2e-5 rad and 0.1 N m; models are right, or wrong as in "A, wrong model".
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -12,8 +12,6 @@ mean. Beside them how much of a sensor's zero goes into an offset where it is no
 robot has in the mean.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from dataclasses import dataclass, replace

@@ -8,8 +8,6 @@ parameters that are not called weak. Runs that the file holds already are not re
 has changed.
 """
 
-from __future__ import annotations
-
 import argparse
 from itertools import product
 from pathlib import Path

@@ -5,8 +5,6 @@ alone. The walks are ones that nothing was tuned on: diagonal, backwards, turnin
 durations.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

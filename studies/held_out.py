@@ -12,8 +12,6 @@ method found, if it looks for one. W and the motion's filter are the same for al
 method declines to say of a joint is no error of any method.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

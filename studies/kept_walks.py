@@ -1,7 +1,5 @@
 """Walks that are simulated once, and kept under build/ until their scenario, their robot or the simulator changes."""
 
-from __future__ import annotations
-
 import hashlib
 from functools import cache
 from importlib.metadata import version

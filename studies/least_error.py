@@ -11,8 +11,6 @@ model; and the expected mean error of the offsets, first with the model known, t
 estimator believes them to be.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from dataclasses import replace

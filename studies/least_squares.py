@@ -5,8 +5,6 @@ model, samples at rest are left out, and Coulomb and viscous friction, an offset
 rotor inertia come from `numpy.linalg.lstsq`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -11,8 +11,6 @@ each lie, and whether a lie that it does not name made a method call a joint's f
 without any warning. Clean logs, whole and in windows of 1, 2 and 10 s, should have no finding.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Callable, Iterator

@@ -7,8 +7,6 @@ it as a user would: differentiated by the filter that `auto` chooses, no exact v
 joints that get numbers, per parameter.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sysconfig

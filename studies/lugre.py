@@ -15,8 +15,6 @@ held-out residual with other laws. With --real, the published logs of real robot
 residuals over those without friction.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -6,8 +6,6 @@ The arm is that of `studies.compensation` with its noisy log, the humanoid the w
 to be (3.5). Printed are, over the joints that have a fit, median and largest error of Coulomb and viscous friction.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterator, Mapping

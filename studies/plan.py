@@ -14,8 +14,6 @@ which need no guess, once the smooth Stribeck law, whose shape is guessed of joi
 the true parameters by the obtained intervals.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import tempfile

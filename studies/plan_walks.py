@@ -11,8 +11,6 @@ Of each joint with friction, half of the 95 % interval of the friction curve tha
 promised, at the same three speeds.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import tempfile

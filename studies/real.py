@@ -8,8 +8,6 @@ file's settings and with every method, law and correction, `export`, `compare` a
 exit code 1.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import json

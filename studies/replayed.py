@@ -7,8 +7,6 @@ which has a place for rotors; the other logs, or the other half, are replayed. `
 study.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import runpy

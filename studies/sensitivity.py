@@ -10,8 +10,6 @@ the law `auto`, change.
 Runs that the file holds already are not repeated: move it away when the estimator has changed.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import json

@@ -6,8 +6,6 @@ An arm moves for a minute, its sensors are noisy; in one case every stretch of 1
 joint, 0.2 N m, which no sensor's noise explains.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from dataclasses import replace

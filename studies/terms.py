@@ -7,8 +7,6 @@ An arm of six joints moves at random; its torques are exact but for white noise 
 humanoid like TORO walks in contact with `examples/scenarios/beyond-the-laws.toml`, 40 steps long, noise as in A.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterable

@@ -4,8 +4,6 @@ Causes are those of `studies.harder_cases`, friction that no law of velocity des
 joints alone. Friction that is added is worked out along the motion that was walked: motors take what it needs more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

@@ -12,8 +12,6 @@ could be called weak; `WIDEST` in `identification/judgement/curve.py` was chosen
 Runs that the file holds already are not repeated: move it away when the estimator has changed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterable, Iterator

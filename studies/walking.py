@@ -7,8 +7,6 @@ the controller knows nothing. Runs that the file holds already are not repeated;
 docs/simulation.md is printed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import tempfile

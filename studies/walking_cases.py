@@ -1,7 +1,5 @@
 """What the walking study lets walk: three humanoids, and the walks that they are put through."""
 
-from __future__ import annotations
-
 import sysconfig
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -11,8 +11,6 @@ measured velocities are tried at the usual friction, and in standing too. Robots
 repeated.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import tempfile

@@ -7,8 +7,6 @@ on which they were not, are identified by default. `studies.told_cases` has what
 the saved file are not made again. `--only TORO-like` makes those of one robot, `--table` none.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Collection

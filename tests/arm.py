@@ -1,7 +1,5 @@
 """A small arm with a revolute, a continuous and a prismatic joint, and logs of it with known friction."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Robots with closed chains: a parallelogram, and a leg whose ankle two motors turn by rods; and exact logs of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

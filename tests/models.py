@@ -1,7 +1,5 @@
 """Robots that tests share: those of example-robot-data, and the packaged biped."""
 
-from __future__ import annotations
-
 import sysconfig
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The robots of examples/robots: their scenarios make logs, `identify` finds the friction in them, `init` the file."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from pathlib import Path

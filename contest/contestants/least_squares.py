@@ -6,8 +6,6 @@ Positions, torques and the IMU are filtered, velocities and accelerations are ce
 walks, the IMU says how the base moves, and a joint counts while no foot beyond it stands. Nothing of stribeck is used.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tomllib

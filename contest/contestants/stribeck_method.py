@@ -3,8 +3,6 @@
 python -m contest.contestants.stribeck_method METHOD CASE OUT
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from pathlib import Path

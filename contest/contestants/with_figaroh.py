@@ -6,8 +6,6 @@ Needs figaroh alone. Used as its authors' example of the Staubli TX40 does: `Bas
 decimation and QR decomposition, `solve(decimate=True)`, intervals from its standard deviations.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tomllib

@@ -7,8 +7,6 @@ of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, a
 begin anew every half second: over a whole log an arm that nobody controls falls.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tomllib

@@ -1,7 +1,5 @@
 """Docstrings are written for people who read the code; here they become reStructuredText without loss."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Formulae as MathML, which browsers draw themselves: nothing is loaded from elsewhere, nothing runs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from docutils import nodes

@@ -1,7 +1,5 @@
 """What the site needs besides the Markdown that GitHub shows: a navigation, pictures in both themes, links to code."""
 
-from __future__ import annotations
-
 import re
 
 from sphinx.application import Sphinx

@@ -4,8 +4,6 @@
 the logs. Only what a robot file cannot say is done here: gears, a torque that was never recorded, faults of a model.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import shutil

@@ -4,8 +4,6 @@
 itself, and what its curve fit finds, whose settings stand in the robots' curve-fit.toml.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence

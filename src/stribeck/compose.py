@@ -1,7 +1,5 @@
 """The result and its evidence, from what a method found and the friction torque that shows it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Errors a user can meet: one sentence with the file, the place, what was found and what would be valid."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches

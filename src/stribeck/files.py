@@ -1,7 +1,5 @@
 """Files that a user names and that are read whole: only regular ones, of a bounded size, are opened."""
 
-from __future__ import annotations
-
 import os
 import stat
 from pathlib import Path

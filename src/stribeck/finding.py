@@ -1,7 +1,5 @@
 """What was found wrong, or odd, in a log, a robot file or a fit: a sentence, its evidence and its cure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """What was found against a log that no fit has seen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

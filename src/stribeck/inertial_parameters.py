@@ -7,8 +7,6 @@ the origin. With Sigma = tr(I)/2 - I the pseudo-inertia is (Wensing, Kim, Slotin
         [ (m c)^T  m   ]
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.typing import Array

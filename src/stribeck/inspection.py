@@ -1,7 +1,5 @@
 """What a log holds, before anything is identified: channels, sampling, contact modes, ranges, delays and signs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path

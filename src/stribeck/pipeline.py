@@ -1,7 +1,5 @@
 """The spine: from logs to a result, a line a stage."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace

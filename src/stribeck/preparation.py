@@ -1,7 +1,5 @@
 """A log made ready, once: read, on an even clock, its support phases found, and what was done to it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

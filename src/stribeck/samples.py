@@ -1,7 +1,5 @@
 """Friction torque samples, as the fit and the report take them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings of the robot file and the command line, with their defaults, validated by pydantic."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches

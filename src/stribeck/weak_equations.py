@@ -1,7 +1,5 @@
 """The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

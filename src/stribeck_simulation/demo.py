@@ -1,7 +1,5 @@
 """The demonstration: a humanoid with known friction walks in the contact simulator, and its sensors are logged."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Writes simulated logs as files that `stribeck.read_log` reads without any setting, and their truth beside them."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import fields
 from pathlib import Path

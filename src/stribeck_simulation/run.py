@@ -1,7 +1,5 @@
 """Runs a scenario: a robot, its log as the sensors give it, and the truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path

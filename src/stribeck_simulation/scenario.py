@@ -1,7 +1,5 @@
 """A scenario file: which robot does what, with which friction and which sensors."""
 
-from __future__ import annotations
-
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Annotated, Literal, Self

@@ -1,7 +1,5 @@
 """Entries of an array that follow each other, as a slice."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """The truth of a simulation, put beside what was found, for the report alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.friction import FrictionLaw

@@ -1,7 +1,5 @@
 """Runs the studies: numbers to JSON, figures to SVG, both into the pages."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

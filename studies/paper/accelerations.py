@@ -1,7 +1,5 @@
 """Fig. 7.3: the model's acceleration of the right knee against the measured one, in swing."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure
 
 from studies.paper.acceleration import AS_PAPER, UNFILTERED, calibrated, motions

@@ -3,8 +3,6 @@
 The right leg, while it swings and while it stands. The log is exact, as for Fig. 7.5.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

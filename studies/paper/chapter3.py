@@ -1,7 +1,5 @@
 """Chapter 3: every friction law, and what smoothing the sign costs near standstill."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -6,8 +6,6 @@ bends. The joint then never rests, and its friction torque has another sign ever
 middle, which is yet to be found, multiplies by (1 - x / 2) / (1 + x / 2), which is never larger than 1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.friction import get_law

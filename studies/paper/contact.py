@@ -4,8 +4,6 @@ The standing leg is as sensitive as its inertia; what that costs depends on what
 is also read with one thing wrong at a time.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Which cutoff the friction of the swinging leg asks for: the paper's 10 Hz, what `auto` takes, and others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

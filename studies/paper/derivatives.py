@@ -3,8 +3,6 @@
 Friction in the right knee alone, five steps in the ideal simulators; nothing is noisy, so all error is the scheme's.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -5,8 +5,6 @@ many frictions that explain the same accelerations. Its weights say which one, s
 simulator feet stay as they land; in ours they are turned level within 0.3 s, and so do not stand quite still.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray

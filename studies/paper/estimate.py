@@ -1,7 +1,5 @@
 """The friction torque of a simulated walk, sample by sample, beside its truth."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Forty steps with sensors of the profile `harsh`, read with the exact model and with models whose every body is wrong.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sections 3.3 and 6.1: what an integration with fixed steps makes of the smooth law, of a joint and of a robot."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 

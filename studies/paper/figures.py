@@ -1,7 +1,5 @@
 """Figures for print and screen: one style, a light and a dark file each, the same bytes every time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

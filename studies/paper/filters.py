@@ -5,8 +5,6 @@ filtered and the torque is not, and 0.1 s are left out at both ends of a swing, 
 impacts.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Parameters of the leg joints of a simulated walk beside their truth, and the paper's beside its own."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -4,8 +4,6 @@ The log is exact, and all of it is read with another model. Friction torque is l
 masses: twice the error of the model is twice the error of the friction, and errors add up.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 The log stays as it is; only the estimator believes in another robot.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

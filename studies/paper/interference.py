@@ -7,8 +7,6 @@ Friction is in all leg joints. What is found in each joint of the swinging leg i
 so that G is the unit matrix if joints do not interfere.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck import Settings

@@ -1,7 +1,5 @@
 """The two kinds of work: make a walk, run a study. They run in processes of their own."""
 
-from __future__ import annotations
-
 import json
 
 from studies.paper import figures, walks

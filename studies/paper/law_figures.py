@@ -1,7 +1,5 @@
 """Draws the laws of Chapter 3."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

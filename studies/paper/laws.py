@@ -1,7 +1,5 @@
 """The laws of Chapter 3 as curves, with the parameters of the paper's knee."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.friction import LAWS, get_law

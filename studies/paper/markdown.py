@@ -1,7 +1,5 @@
 """Markdown made of numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 

@@ -1,7 +1,5 @@
 """Puts the numbers into the pages of docs/paper: `<!-- study.text -->...<!-- / -->` gets the text of that name."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

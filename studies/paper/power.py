@@ -4,8 +4,6 @@ Friction is in all leg joints; its offset, which is no friction, is taken out of
 are left out at both ends of a swing, which keeps the paper's window of 151 samples off the impacts.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

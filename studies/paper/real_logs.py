@@ -4,8 +4,6 @@ Their folder is `$STRIBECK_REAL_LOGS`, or `../shared/real-logs`. Where there is 
 kept stay as they are.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import runpy

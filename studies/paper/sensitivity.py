@@ -3,8 +3,6 @@
 The diagonal of M_mod is what a joint's torque has to accelerate: a swinging leg, or the whole robot on a standing one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

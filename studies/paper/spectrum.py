@@ -3,8 +3,6 @@
 The measured acceleration, beside it, is the second difference of the position, which no filter has touched.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The claims of the paper, which study tests each, and what it finds (`statements.toml`), as a table."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping

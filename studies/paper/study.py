@@ -1,7 +1,5 @@
 """What a study gives, and which studies there are."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Callable, Mapping

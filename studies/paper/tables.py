@@ -5,8 +5,6 @@ it. Fits heed outliers less (`loss`) and average the law as the filter averages 
 each of the two is worth is shown too, and how it depends on the filter's window.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 They are the scenarios of examples/scenarios, and what the paper does with them.
 """
 
-from __future__ import annotations
-
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.scenario import Scenario, read_scenario
 from studies.kept_walks import kept_walk

@@ -1,7 +1,5 @@
 """Outputs are whole or not there, at whatever moment a request to stop comes."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """The public benchmark: its files say what was simulated, its scores what they are called, and a lie is found out."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -1,7 +1,5 @@
 """`stribeck init` writes robot files of logs whose names, units, signs and orders differ, and friction is found."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The re-rooted recursion against the dense equations (5.4) to (5.13), and both against known friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results as a whole log would give them, of any robot, and the robot that they describe."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Exported models are the robot that was found: to Pinocchio to rounding, and to MuJoCo, which simulates them."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path

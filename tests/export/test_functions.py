@@ -1,7 +1,5 @@
 """Friction as code: compiled C, C++, Python and torch say what the result says, and compensation does no harm."""
 
-from __future__ import annotations
-
 import csv
 import ctypes
 import importlib.util

@@ -1,7 +1,5 @@
 """Exported models for Drake: in it, the mass matrix is the one that was found, rotors and all."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Exported joint friction in PhysX: read from USD it holds and resists as was stated."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A URDF that becomes an MJCF is the same robot: to Pinocchio, and to MuJoCo."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Ranges to draw robots from: they hold what the log supports, in the words of the program that draws."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import dataclass, replace

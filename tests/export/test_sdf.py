@@ -1,7 +1,5 @@
 """An SDF that is written again: fixed links keep their own inertias, and poses, numbers and paths mean the same."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Files for simulators: run where the simulator is there, else against what its own documentation says."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import sys

@@ -1,7 +1,5 @@
 """Synthetic joints: smooth random motion, a known law, noise that a seed decides."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """A plausible result with its evidence, made from the smooth Stribeck law and a walking rhythm."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

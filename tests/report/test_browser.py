@@ -1,7 +1,5 @@
 """The report in a real browser: it renders without errors, on a phone and a desktop, light and dark."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The pictures of a simulated walk, and its truth beside what was found."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from itertools import pairwise

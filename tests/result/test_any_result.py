@@ -1,7 +1,5 @@
 """Whatever a result holds that its schema allows, it can be kept, read, drawn, printed, compared and exported."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Callable

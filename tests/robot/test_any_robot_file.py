@@ -1,7 +1,5 @@
 """Whatever a robot file or a model says, the robot is read or refused in one sentence."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The vectorised kinematics, and those of the simulation apart from them, against Pinocchio."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

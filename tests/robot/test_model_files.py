@@ -1,7 +1,5 @@
 """What a model file says is read as it says it, or refused by link and line: never taken for something else."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

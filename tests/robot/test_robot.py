@@ -1,7 +1,5 @@
 """Robots are read from URDF, MJCF and SDF, and what is wrong about a robot file is said in one sentence."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

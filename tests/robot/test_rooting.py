@@ -1,7 +1,5 @@
 """The re-rooted tree is the same robot."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -1,7 +1,5 @@
 """A simple way to move a robot on rigid feet: computed torque about a standing foot, along a smooth reference."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The base's orientation from gyroscope, standing feet and IMU."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -1,7 +1,5 @@
 """The packaged biped is what its table says, and its sides are mirror images."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

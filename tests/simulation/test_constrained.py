@@ -1,7 +1,5 @@
 """The ideal simulator: its logs obey mechanics, and friction is found in them exactly."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -1,7 +1,5 @@
 """The demonstration leaves what a user would have, and finds the friction that was put in."""
 
-from __future__ import annotations
-
 import re
 from contextlib import redirect_stdout
 from functools import partial

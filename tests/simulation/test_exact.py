@@ -1,7 +1,5 @@
 """Exact logs obey the laws of motion, as Pinocchio states them from the untouched model files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any

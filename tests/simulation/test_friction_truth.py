@@ -1,7 +1,5 @@
 """Friction put into a simulator: it follows its law, takes energy out, and its own state is right."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A picture of a walk shows what happened: laws of rigid bodies, and feet that stay where they stand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a simulated walk's log says of contacts."""
 
-from __future__ import annotations
-
 from itertools import groupby
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenario files: the examples are valid, run, are repeatable, and wrong ones are refused in one sentence."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Each error of a sensor has the size its profile states, and a seed gives the same errors again."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

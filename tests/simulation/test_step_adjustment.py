@@ -1,7 +1,5 @@
 """Steps that change when the robot is pushed, on the model they are derived from."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

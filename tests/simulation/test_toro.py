@@ -1,7 +1,5 @@
 """The TORO-like model is what its table says, the same robot to both engines, and its sides are mirror images."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pinocchio as pin

@@ -1,7 +1,5 @@
 """Smooth signals: derivatives, bounds and ends."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Robots walk in the contact simulator, and their logs give back the friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path

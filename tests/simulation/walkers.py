@@ -1,7 +1,5 @@
 """Robots that can walk, and how they stand and rub."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.models import EXAMPLES, POSTURES, SIDES, STRIBECK

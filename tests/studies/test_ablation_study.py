@@ -1,7 +1,5 @@
 """The ablation study: harder conditions are what they say, components are switched off and on, ratios are of pairs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The accuracy study: its robots have friction in all leg joints, and its numbers are what they are called."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The study of constants: values are changed where they are used, and come back; the page shows what was measured."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The walking study: no walk of the saved one fell, the docs have its figures, and short runs agree with it."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The audit: what is checked of a log before friction is fitted, from what needs no model to what needs all of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stribeck.audit.base import check_base

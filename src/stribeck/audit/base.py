@@ -1,7 +1,5 @@
 """The base: its orientation against the standing feet's kinematics, the IMU's axes, and contacts against heights."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import permutations, product
 

@@ -1,7 +1,5 @@
 """What torques can be at most, and must be: the model's effort limits, and the weight that standing legs carry."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Channels that are dead, frozen, clipped, or held between fewer values than there are samples."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

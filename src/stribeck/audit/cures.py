@@ -1,7 +1,5 @@
 """The line of the robot file that mends something."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 

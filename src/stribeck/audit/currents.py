@@ -8,8 +8,6 @@ so that gravity alone says what k is: inertias, which are known less well than w
 How well weights are known is what the priors of bodies say: k's interval has what models drawn from them differ by.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

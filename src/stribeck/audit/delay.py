@@ -1,7 +1,5 @@
 """Whether torques come later than the motion asks for them, by what several joints agree on."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.audit.evidence import Evidence, Run

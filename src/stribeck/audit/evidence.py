@@ -1,7 +1,5 @@
 """What the checks look at: a log's torque beside the model's, worked out once, in parts of it if it is long."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

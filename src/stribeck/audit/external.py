@@ -1,7 +1,5 @@
 """External torques against what measured torques and the model leave for them: signs and sizes."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from stribeck.audit.cures import listed, scale_line

@@ -1,7 +1,5 @@
 """What torques say of gravity's direction and of the clock, by all joints together."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Positions: jumps of a turn, degrees, and what lies outside of the model's limits or at their ends."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

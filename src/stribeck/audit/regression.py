@@ -1,7 +1,5 @@
 """Measured torque regressed on modelled torque beside shapes of friction, with standard errors of correlated errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

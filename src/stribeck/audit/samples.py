@@ -1,7 +1,5 @@
 """Samples that are lost, and a robot that falls."""
 
-from __future__ import annotations
-
 from stribeck.audit.evidence import Evidence
 from stribeck.finding import Finding
 from stribeck.log.sampling import SHORT

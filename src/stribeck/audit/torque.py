@@ -1,7 +1,5 @@
 """Torques against the model's: joints swapped, magnitudes without a sign, signs, scales and their bounds."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

@@ -11,8 +11,6 @@ To add a source:
 5. Add it to `tests/contact/test_contact.py` and to docs/logs.md.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Standing feet from foot forces: sign and unit checked, then a threshold with hysteresis."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

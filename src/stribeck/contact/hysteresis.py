@@ -1,7 +1,5 @@
 """A switch with two thresholds, for many signals at once."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Standing feet from kinematics alone: feet that stand neither rise above the others nor move against them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import permutations
 

@@ -1,7 +1,5 @@
 """Support phases: the parts of a log over which the same feet stand, each in one contact mode."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal

@@ -1,7 +1,5 @@
 """Which way is up for the base, and when the robot has fallen."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which arrays or columns of a log hold what, where they do not have the names that are read without a setting."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A first robot file: the model says what the robot is, the log how it differs, and what neither says is asked."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """What a model says of its robot: whether the base moves, and which frames are feet."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

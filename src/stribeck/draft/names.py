@@ -1,7 +1,5 @@
 """Which joint or foot of a log is which of the model, by their names."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A robot file as text: TOML tables with comments."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

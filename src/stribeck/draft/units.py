@@ -1,7 +1,5 @@
 """Units of a log that its own numbers give away."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.log import RobotLog

@@ -1,7 +1,5 @@
 """What the columns of a CSV without a line of names are, by their numbers alone."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -5,8 +5,6 @@ that no re-rooting covers. Positive friction torque resists motion, so the paper
 (5.13) reads `R = M_mod (a_est - a_msr)`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Inertia and momentum of a tree with loops, in its independent joints (`robot.loops`): G^T M G and G^T M v."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.dynamics.momentum import STEP, momentum_balance

@@ -5,8 +5,6 @@
 as M' = C + C^T. Only position and velocity are in it: no acceleration.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

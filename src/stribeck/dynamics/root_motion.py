@@ -1,7 +1,5 @@
 """How the root of the tree moves and is tilted: from standing feet, base orientation and the joints between them."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

@@ -4,8 +4,6 @@ Gravity is felt as an upward acceleration of the root, so one model serves every
 are in its own coordinates, and the world does not appear.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from functools import cache

@@ -3,8 +3,6 @@
 Modulating functions: Shinbrot 1957; weak form: Messenger and Bortz 2021.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 docs/constants.md has what halving and doubling each of them does; here it is said where that is much.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 # Windows of the weak form

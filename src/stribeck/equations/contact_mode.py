@@ -7,8 +7,6 @@ acceleration is unknown: it takes the place of the forces, and the inertia matri
 Joints without a measured torque are left out of the rows, so that no sum needs them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Couplings: friction on sums of joint speeds, which the weak form counts as that of further joints."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

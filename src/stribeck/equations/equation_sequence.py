@@ -1,7 +1,5 @@
 """The equations of whole logs as a sequence that is never all in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

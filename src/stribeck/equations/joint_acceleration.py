@@ -7,8 +7,6 @@ its own:
     L_i = L_0 (sigma_a^2 / (share (p_i - sigma_a^2)))^(1/5)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Offsets that differ from log to log: torque sensors are zeroed when they start, and drift with temperature."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motion at a segment's rows, each derivative from a Savitzky-Golay window of its own (Savitzky and Golay 1964)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

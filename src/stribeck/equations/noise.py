@@ -4,8 +4,6 @@ Differences: Gasser, Sroka and Jennen-Steinmetz 1986; median: Rousseeuw and Crou
 1948.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import comb
 

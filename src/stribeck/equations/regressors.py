@@ -3,8 +3,6 @@
 All are taken at the windows' centres, of the smoothed motion: corrections are small, so that this costs no accuracy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

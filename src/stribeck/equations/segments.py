@@ -1,7 +1,5 @@
 """Which rows of a log the weak form uses, cut into segments of one contact mode."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise

@@ -3,8 +3,6 @@
 Outlier identifier: Hampel 1974; the local median is replaced by predictions, as signals of a robot move on.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

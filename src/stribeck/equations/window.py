@@ -1,7 +1,5 @@
 """The smooth window that both sides of the equation of motion pass (docs/estimator.md, equations 2 and 7)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

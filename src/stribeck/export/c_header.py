@@ -1,7 +1,5 @@
 """A C header with the friction of a robot's joints, and its compensation: C99, and C++ as it is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """An XML document that is changed here and there and otherwise stays as it was, comments and all."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterable

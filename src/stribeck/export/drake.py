@@ -4,8 +4,6 @@ Drake's MultibodyPlant has no dry friction of joints (1.51 says so of a URDF's `
 damping is the nearest to all of the friction, up to the log's top speed.
 """
 
-from __future__ import annotations
-
 from xml.dom.minidom import Element
 
 from stribeck.export.document import child, children, document_text, set_numbers, set_text, text_of

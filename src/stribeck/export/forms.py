@@ -8,8 +8,6 @@ form, its numbers c are those of
 What remains is a loss that is stated, and no term is dropped.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A Python module that gives an entity of Genesis the friction and rotor inertias that were found."""
 
-from __future__ import annotations
-
 from stribeck.export.forms import plain
 from stribeck.export.python_text import docstring, joints_text
 from stribeck.export.ranges import ranges_json

@@ -4,8 +4,6 @@
 Isaac Sim 5.0 (PhysX 5.6); before, `friction` was a coefficient without a unit.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What a result says of each joint, in a format's own words, and what the format cannot say."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 

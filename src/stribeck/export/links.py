@@ -4,8 +4,6 @@ Pinocchio makes one body of all links that are fixed to each other, or whose joi
 distinguish these, so they share the correction.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """An MJCF with other inertias, joint friction and rotor inertias; of a URDF, made from it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from xml.dom.minidom import Element

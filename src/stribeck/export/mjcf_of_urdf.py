@@ -4,8 +4,6 @@ MuJoCo reads URDF itself, but takes the root link into the world, and writes num
 floating robot gets a free joint, and all digits stay. Joints are in Pinocchio's order: by name below each link.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A Python module of ranges by degree of freedom, for MuJoCo, MJX and Playground."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from stribeck.export.python_text import dictionary_text, docstring

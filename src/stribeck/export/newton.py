@@ -1,7 +1,5 @@
 """A Python module that gives a robot in Newton what was found of its joints: a builder's robot, or one in USD."""
 
-from __future__ import annotations
-
 from stribeck.export.forms import plain
 from stribeck.export.python_text import docstring, joints_text
 from stribeck.export.ranges import ranges_json

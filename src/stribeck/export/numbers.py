@@ -8,8 +8,6 @@
 with a load, dT the temperature above its mean, and q the position.
 """
 
-from __future__ import annotations
-
 from stribeck.errors import SettingsError
 from stribeck.friction.assembled import JUMP
 from stribeck.result import JointResult

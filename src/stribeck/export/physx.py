@@ -1,7 +1,5 @@
 """Joint friction of PhysX: its parameters in SI units, and the attributes of a USD joint."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """A Python module that gives a Pinocchio model the friction and rotor inertias that were found."""
 
-from __future__ import annotations
-
 from stribeck.export.forms import plain
 from stribeck.export.python_text import docstring, joints_text
 from stribeck.export.target import Request, Target

@@ -1,7 +1,5 @@
 """A Python module with the friction of a robot's joints: for NumPy, and for torch as it is."""
 
-from __future__ import annotations
-
 from stribeck.export.c_header import FADED
 from stribeck.export.numbers import numbers_of
 from stribeck.export.python_text import docstring

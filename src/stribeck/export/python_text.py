@@ -1,7 +1,5 @@
 """What Python modules that are written have in common: their docstring, and numbers by joint."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 from stribeck.export.joints import JointTerms

@@ -4,8 +4,6 @@ They hold 95 % of the robots that the log cannot tell apart (`stribeck.export.sa
 that trade places, as Coulomb and viscous friction do, vary less together than a box of ranges allows.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

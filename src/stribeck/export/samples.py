@@ -1,7 +1,5 @@
 """Draws of a result from the joint distribution of its errors: robots that the log cannot tell apart."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """An SDF with other inertias and other joint friction."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.dom.minidom import Element
 

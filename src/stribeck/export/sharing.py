@@ -5,8 +5,6 @@ gets A P_k A^T: space itself is scaled and shifted a little, and the links with 
 one that can exist if it was before. Light links keep what they have, and the heaviest has the rest.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import sqrtm
 

@@ -1,7 +1,5 @@
 """The lines that an export prints, and writes at the head of its file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A lookup table: the friction of a robot's joints over velocity, as CSV."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.export.forms import top_speed

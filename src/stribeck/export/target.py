@@ -1,7 +1,5 @@
 """The contract of an export's target: a simulator's or a controller's own form of a robot's friction."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A URDF with other inertias and other joint friction."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from pathlib import Path
 from xml.dom.minidom import Document, Element

@@ -1,7 +1,5 @@
 """Writes what was found as a simulator or a controller reads it: a robot's model again, or a file of its own kind."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path

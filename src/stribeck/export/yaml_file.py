@@ -1,7 +1,5 @@
 """YAML with all that was found of a robot's joints: for programs of one's own."""
 
-from __future__ import annotations
-
 import json
 
 from stribeck.export.numbers import numbers_of

@@ -1,7 +1,5 @@
 """Friction put together term by term, each joint with those that its log supports."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Coulomb and viscous friction that differ between the two directions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

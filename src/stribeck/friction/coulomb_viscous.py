@@ -1,7 +1,5 @@
 """Coulomb and viscous friction."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

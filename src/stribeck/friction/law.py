@@ -1,7 +1,5 @@
 """The contract of a friction law."""
 
-from __future__ import annotations
-
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass

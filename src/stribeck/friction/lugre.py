@@ -1,7 +1,5 @@
 """LuGre: bristles that bend before they slip."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 

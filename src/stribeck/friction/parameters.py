@@ -1,7 +1,5 @@
 """Parameters that several laws share."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.friction.law import Parameter

@@ -1,7 +1,5 @@
 """Presliding: how far friction lags behind the sign of the velocity (Dahl 1968)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.typing import Array

@@ -1,7 +1,5 @@
 """A law of the user's own joins those there are, if it keeps what every law promises."""
 
-from __future__ import annotations
-
 import inspect
 import re
 

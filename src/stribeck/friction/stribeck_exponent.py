@@ -1,7 +1,5 @@
 """The Stribeck law with a free exponent."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The terms that a joint's friction may have, from the simplest up."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stribeck.friction.law import Parameter

@@ -1,7 +1,5 @@
 """The filter that the log itself asks for: the spectrum of the model's own acceleration (7.1.2, Fig. 7.1)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """What measured foot wrenches say about the joints between base and ground (docs/ground-reaction.md)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

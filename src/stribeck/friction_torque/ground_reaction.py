@@ -1,7 +1,5 @@
 """The ground reaction that the model predicts against the foot sensors'."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.finding import Finding

@@ -1,7 +1,5 @@
 """The friction observer run over a log: what `MomentumObserver` gives sample by sample, for many samples at once."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import NamedTuple
 

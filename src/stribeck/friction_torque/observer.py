@@ -16,8 +16,6 @@ A. De Luca and G. Hirzinger, "Friction observer and compensation for control of 
 IROS 2008 (section 2.3 of the paper).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The friction torque of logs worked through: every sample to the table, one of some to the fit and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace

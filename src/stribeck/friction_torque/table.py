@@ -1,7 +1,5 @@
 """friction_torque.parquet: every sample at the full rate, written as it is worked out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Keeps what the fit and the report need of a stream of chunks, in bounded memory."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What a fit of one joint found: values, and how well they are known."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

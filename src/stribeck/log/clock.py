@@ -1,7 +1,5 @@
 """A log's clock: its period, how regular it is, and what is done where it is not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which rows of a log are complete, and a log of them alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

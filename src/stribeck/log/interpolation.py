@@ -1,7 +1,5 @@
 """Values between samples, each kind of signal in its own way; nothing is extrapolated beyond the end samples."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

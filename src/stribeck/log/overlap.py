@@ -1,7 +1,5 @@
 """Whether two logs hold the same samples, whatever their stamps count from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

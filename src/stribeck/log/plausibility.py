@@ -1,7 +1,5 @@
 """Checks that a log's numbers are what their names and units say."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.errors import LogError

@@ -1,7 +1,5 @@
 """From a log as it was recorded to segments of uniformly sampled, complete rows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 

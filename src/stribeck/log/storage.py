@@ -1,7 +1,5 @@
 """Memory for channels: ordinary arrays, and beyond a size arrays on an unlinked temporary file."""
 
-from __future__ import annotations
-
 import math
 import os
 import shutil

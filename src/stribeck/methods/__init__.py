@@ -1,7 +1,5 @@
 """Methods by name, and what is refused of each; to add one, see `stribeck.methods.contract`."""
 
-from __future__ import annotations
-
 import json
 
 from stribeck.errors import SettingsError, did_you_mean

@@ -14,8 +14,6 @@ To add a method:
 5. Let it recover a known truth in tests/methods/test_methods.py, and describe it in docs/.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Robot and logs without the errors that the whole log has shown."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Curve fit: the law through each joint's friction torque over its velocity, (6.4)."""
 
-from __future__ import annotations
-
 from collections import ChainMap
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Direct identification: friction and bodies together, by least squares on the dynamic regressor (docs/direct.md)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

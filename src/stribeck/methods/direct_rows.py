@@ -1,7 +1,5 @@
 """Rows of the equation of motion from logs: filtered motion, torque and friction columns, sample by sample."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, pairwise

@@ -3,8 +3,6 @@
 After Hashlamon and Erbatur 2016; docs/ground-reaction.md has the equations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

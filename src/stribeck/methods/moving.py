@@ -1,7 +1,5 @@
 """Which joints move enough for the whole log, and how fast, before anything is fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

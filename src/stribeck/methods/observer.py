@@ -5,8 +5,6 @@ the observer's, and velocity and law are low-passed as it is (`friction_torque.l
 as much and no parameter is biased by it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stribeck.errors import SettingsError

@@ -1,7 +1,5 @@
 """Parts of the logs that a fit has not seen: what its R^2 of the torque is taken from."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

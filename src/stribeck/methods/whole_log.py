@@ -3,8 +3,6 @@
 Its mathematics stands in docs/estimator.md.
 """
 
-from __future__ import annotations
-
 from collections import ChainMap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

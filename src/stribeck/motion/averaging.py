@@ -9,8 +9,6 @@ over its window. A torque that goes through the same w is smeared alike, and wha
 `sum_m w[m] R(v[t+m])`. Compared with R(v[t]) it is a wrong law; compared with the law through the same w it is not.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

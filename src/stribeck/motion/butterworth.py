@@ -1,7 +1,5 @@
 """Central differences, then a Butterworth lowpass forward and backward (7.1.2 of the paper)."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 

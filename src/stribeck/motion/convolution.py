@@ -1,7 +1,5 @@
 """Finite impulse responses run over many signals at once, fast and without loss of digits."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import convolution_matrix
 

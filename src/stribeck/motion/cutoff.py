@@ -1,7 +1,5 @@
 """How much to smooth: the cutoff that a log's own spectrum asks for (7.1.2, Fig. 7.1 of the paper)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Finite differences (6.2), (6.3) of the paper, as kernels over five samples around the present one."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.typing import Array

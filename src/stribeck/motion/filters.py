@@ -1,7 +1,5 @@
 """The filter that the settings ask for, ready to run over the positions of a log."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

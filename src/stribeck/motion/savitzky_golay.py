@@ -1,7 +1,5 @@
 """Savitzky-Golay filters: a polynomial fitted to every window, (7.1)-(7.8) of the paper."""
 
-from __future__ import annotations
-
 from math import factorial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Power and cross spectra averaged over many segments of a log (Welch's method)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """How long the present motion of a joint would have to last, and what each other motion would bring."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

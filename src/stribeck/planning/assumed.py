@@ -1,7 +1,5 @@
 """The friction that a motion is planned for: what was found, or what the robot's other joints suggest."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """How near the bodies of a robot come to each other, by the collision geometry of its URDF."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

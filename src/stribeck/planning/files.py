@@ -1,7 +1,5 @@
 """A trajectory as files: a table, and a message for ROS 2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -7,8 +7,6 @@ With w = 2 pi / P and the harmonics k,
 so that velocity and acceleration are zero at t = 0: periods follow one another, and the last one ends at rest.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -10,8 +10,6 @@ of (p, x), with Phi_i and Y_i the derivatives of the torque, and the covariance 
 (Swevers et al. 1997).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise

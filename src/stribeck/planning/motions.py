@@ -1,7 +1,5 @@
 """Motions that may make a joint's friction known: one joint at a time, all others at rest."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The plan: what would make the friction of weak joints known."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """What the log has shown: its motion, and how noisy its torques are, from friction_torque.parquet beside the result."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

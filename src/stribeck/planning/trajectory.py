@@ -6,8 +6,6 @@ speed and torque are constraints, the largest value over the samples taken smoot
 1979). What is found is checked on a fine grid, and drawn towards the posture as far as limits and bodies ask for it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """The joint friction of an MJCF, from MuJoCo's own reading of it; a file of its own, since MuJoCo is slow to import."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -3,8 +3,6 @@
 R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Another model in the place of the robot's own: same joints, feet and gravity, its own bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

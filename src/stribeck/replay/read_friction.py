@@ -1,7 +1,5 @@
 """Reads the joint friction of a model file: `<dynamics>` of URDF and SDF, and what an MJCF states."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree.ElementTree import Element
 

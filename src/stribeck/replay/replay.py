@@ -1,7 +1,5 @@
 """A log against two models, with and without their friction: the robot's own, and that of another file."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass

@@ -8,8 +8,6 @@ Joints whose friction torque is known in a contact mode are simulated; the root 
 The friction acts on the velocity at the end of a step, so that it brings a joint to rest and never turns it round.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """How much of the measured torque a model explains by inverse dynamics, joint by joint."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

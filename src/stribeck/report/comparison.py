@@ -1,7 +1,5 @@
 """The page of `stribeck compare`: friction curves of all results over each other, and every parameter's changes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What the whole log says about the model: the corrections of masses, centres, gains, zeros and delays."""
 
-from __future__ import annotations
-
 import numpy as np
 from markupsafe import Markup
 

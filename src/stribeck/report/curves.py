@@ -1,7 +1,5 @@
 """Every joint's friction curve with its band: small multiples on common scales, drawn here and made live by uPlot."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 

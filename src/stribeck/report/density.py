@@ -1,7 +1,5 @@
 """Many samples as a density: a small raster with a transparent ground that suits a light and a dark page."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 

@@ -1,7 +1,5 @@
 """Figures as inline SVG that takes its colours and its font from the page, light, dark or printed."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Iterator

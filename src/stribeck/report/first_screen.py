@@ -1,7 +1,5 @@
 """The first screen: every joint's friction curve, one line a joint, and what to do about it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from stribeck.friction.law import FrictionLaw

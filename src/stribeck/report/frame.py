@@ -4,8 +4,6 @@ matplotlib says where lines and numbers are; they are written here, since each o
 laid out and drawn on its own: most of the time of a report with hundreds of figures.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The head of the report: which robot and log, what was found, what to trust, what to do next."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import PurePath
 from statistics import median

@@ -1,7 +1,5 @@
 """How well logs that no fit has seen are explained."""
 
-from __future__ import annotations
-
 from stribeck.report.page import Section, render
 from stribeck.result import Result
 

@@ -1,7 +1,5 @@
 """What a joint's figures are drawn from: its samples, its law with the 95 % band, its units."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

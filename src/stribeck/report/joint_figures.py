@@ -1,7 +1,5 @@
 """The four figures of a joint: friction over velocity, over time, its residual, and velocity coverage."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullLocator

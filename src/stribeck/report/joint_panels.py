@@ -1,7 +1,5 @@
 """A panel a joint: its numbers and its four figures; a short one where the log shows too little motion."""
 
-from __future__ import annotations
-
 from markupsafe import Markup
 
 from stribeck.friction.law import FrictionLaw

@@ -1,7 +1,5 @@
 """The page that every HTML output of stribeck shares: templates, style sheet, sections, contents."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Friction that is known from elsewhere, drawn and printed beside what was found."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

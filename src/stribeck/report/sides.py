@@ -1,7 +1,5 @@
 """Left against right: the laws of mirrored joints over each other, and whether they differ."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Numbers as a reader wants them: with sensible digits, and with their error."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

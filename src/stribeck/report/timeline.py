@@ -1,7 +1,5 @@
 """The timeline of contact modes: which feet stood when, and which of that time was used."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 

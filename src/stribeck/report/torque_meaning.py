@@ -1,7 +1,5 @@
 """What the friction is of, by where the torque was measured (docs/result.md, "What the friction is of")."""
 
-from __future__ import annotations
-
 from stribeck.report.page import Section, render
 from stribeck.typing import TorqueSource
 

@@ -1,7 +1,5 @@
 """The verdict table: what the log says about each joint, on one screen."""
 
-from __future__ import annotations
-
 import numpy as np
 from markupsafe import Markup
 

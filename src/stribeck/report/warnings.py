@@ -1,7 +1,5 @@
 """What to act on: findings with the lines that mend them, then the other warnings."""
 
-from __future__ import annotations
-
 import re
 
 from stribeck.finding import Finding

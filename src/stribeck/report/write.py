@@ -1,7 +1,5 @@
 """The report as a whole: its sections in reading order, in one file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

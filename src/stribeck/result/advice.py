@@ -1,7 +1,5 @@
 """What a user should do about a joint: one clause, from its verdict and its numbers."""
 
-from __future__ import annotations
-
 import re
 
 from stribeck.result.joint import CurvePoint, JointResult

@@ -1,7 +1,5 @@
 """What changed between two results of a robot, or differs between its left and its right."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """What was found beside friction: inertias of bodies, gains and zeros of sensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated
 

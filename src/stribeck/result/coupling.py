@@ -1,7 +1,5 @@
 """What was found of one coupling."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stribeck.result.joint import JointResult

@@ -1,7 +1,5 @@
 """What the report draws beside the numbers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from stribeck.samples import Samples

@@ -1,7 +1,5 @@
 """How well the friction that was found explains logs that no fit has seen."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """How friction changed over any number of results of a robot, in the order in which they are given."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

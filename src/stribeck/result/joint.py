@@ -1,7 +1,5 @@
 """What was found of one joint: parameters with their intervals and verdicts, and the friction that they say."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal

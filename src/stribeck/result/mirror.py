@@ -1,7 +1,5 @@
 """Which joint is the same joint of the other side."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Where a result comes from: the logs' hashes, the versions and the settings."""
 
-from __future__ import annotations
-
 import hashlib
 import platform
 from collections.abc import Collection, Sequence

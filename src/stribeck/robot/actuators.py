@@ -1,7 +1,5 @@
 """What the robot file says of motors and commands: from what a log holds to the torques of joints."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Vectorised kinematics of chains of one-degree-of-freedom joints: all samples at once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

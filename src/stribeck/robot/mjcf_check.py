@@ -3,8 +3,6 @@
 A file of its own, since MuJoCo is slow to import and only these robots need it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

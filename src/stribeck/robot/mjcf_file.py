@@ -1,7 +1,5 @@
 """What an MJCF file says, checked by line before MuJoCo and Pinocchio read it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element

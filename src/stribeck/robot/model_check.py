@@ -4,8 +4,6 @@ Pinocchio's MJCF reader drops bodies inside `<frame>` without a word, loops are 
 independent: each is found, here by parsing the file a second time, in `mjcf_check` by compiling it with MuJoCo.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

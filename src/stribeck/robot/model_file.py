@@ -1,7 +1,5 @@
 """Reads a model file (URDF, MJCF or SDF) into Pinocchio, checked, with locked joints removed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """Models that other packages bring: `package:NAME` in place of a model file's path."""
 
-from __future__ import annotations
-
 import difflib
 import sys
 from contextlib import redirect_stdout

@@ -5,8 +5,6 @@ passed the other way: with X its placement in its parent and S its axis, the pos
 `(X exp(S q))^-1 = exp(-S q) X^-1`: the same joint about -S. Position, velocity and torque keep their signs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ is refused by name, so that nothing is read otherwise than the file says (sdform
 pose of the model itself has no effect: gravity is given in the frame of a fixed base.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element

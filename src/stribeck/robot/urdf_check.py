@@ -1,7 +1,5 @@
 """What a URDF says, checked by link and line before Pinocchio reads it, which drops what it does not understand."""
 
-from __future__ import annotations
-
 from xml.etree.ElementTree import Element
 
 import numpy as np

@@ -1,7 +1,5 @@
 """An XML model file, read with the lines of its elements, and bounded before any native reader sees it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

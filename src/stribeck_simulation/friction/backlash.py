@@ -1,7 +1,5 @@
 """Backlash between torque sensor and link, as in the parallel bar that drives TORO's ankle pitch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

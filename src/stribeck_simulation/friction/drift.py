@@ -1,7 +1,5 @@
 """Friction parameters that change while the joints warm up."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

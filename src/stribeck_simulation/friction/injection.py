@@ -8,8 +8,6 @@ on light links. Each step therefore takes D as implicit damping, c as an applied
 acted, once u is known.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 

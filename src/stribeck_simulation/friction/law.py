@@ -1,7 +1,5 @@
 """Friction by one of the library's laws."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

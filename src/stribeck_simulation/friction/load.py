@@ -1,7 +1,5 @@
 """Friction that grows with the torque a gear carries."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """LuGre friction: bristles that bend before they slip."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

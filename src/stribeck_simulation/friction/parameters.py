@@ -1,7 +1,5 @@
 """Friction parameters by joint and name, checked and laid out as arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The robot as MuJoCo sees it: its own model file, box soles, and hard ground."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

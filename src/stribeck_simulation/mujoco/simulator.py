@@ -8,8 +8,6 @@ and centrifugal torques are those of the velocity in the middle as well: as MuJo
 they would lag, which looks like viscous friction.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import mujoco

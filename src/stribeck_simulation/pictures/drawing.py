@@ -4,8 +4,6 @@ It reads what to draw from its standard input, and writes the pictures to its st
 nothing of the package, which would take longer than the drawing.
 """
 
-from __future__ import annotations
-
 import io
 import sys
 from pathlib import Path

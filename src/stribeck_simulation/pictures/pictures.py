@@ -1,7 +1,5 @@
 """What is drawn of a simulated walk, from its log and the true way of its base."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np

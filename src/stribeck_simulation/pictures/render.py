@@ -1,7 +1,5 @@
 """Pictures of a robot by MuJoCo's renderer, made by another process: drawing without a screen may fail in many ways."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

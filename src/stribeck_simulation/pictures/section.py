@@ -1,7 +1,5 @@
 """The simulated walk: where the feet stood and the centre of mass went, and the robot over one stride."""
 
-from __future__ import annotations
-
 from markupsafe import Markup
 
 from stribeck.report.figure import house_style, inline_svg

@@ -1,7 +1,5 @@
 """A robot as a stick figure: lines from joint to joint, to the ends of its limbs, and around its soles."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a report draws of a simulated walk: footprints, the way of the centre of mass, and the robot's poses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The figures of a walk: from above, and as a strip of poses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

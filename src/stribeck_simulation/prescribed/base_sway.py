@@ -1,7 +1,5 @@
 """A smooth random motion of the base: it sways a few centimetres and degrees about the place where it stands."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Nothing is integrated and nothing differentiated, so the log is exact to roundin
 the estimator's own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Which feet swing when: alternating steps, a trot, or standing still."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Ground reactions that carry a floating robot through a prescribed motion, and the joint torques that are left."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The prescribed motion of a simulated robot: arms move freely, standing feet stay, swinging limbs swing."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Joint motion of a limb whose end stays where it is while the base moves."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation

@@ -1,7 +1,5 @@
 """The posture a simulated robot moves about: given, or well within the joint limits, with level feet at one height."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ moment about the line is zero". Each swing is solved as a boundary value problem
 while all feet stand, the base comes back smoothly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Feet that stand as rigid constraints (5.5): the ground holds them still, whatever that takes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray

@@ -4,8 +4,6 @@
 side is the mirror image of the left one. `python -m stribeck_simulation.robots.biped` writes `models/biped.urdf` anew.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Where a foot can press on the ground: a rectangle in the contact's frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import mujoco

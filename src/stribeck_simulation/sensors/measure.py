@@ -3,8 +3,6 @@
 Sample k's torque belongs to sample k's time, with every profile: joint sensors are read together.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

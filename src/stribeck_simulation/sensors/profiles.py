@@ -13,8 +13,6 @@
 - Cassie: time stamps at 2 kHz of DAIRLab/cassie_impact_dataset are off by 0.022 ms RMS, 1 % of them by 0.1 ms or more.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The base's orientation from the gyroscope, the feet that stand flat on the ground, and the IMU's own attitude."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, hypot, pi

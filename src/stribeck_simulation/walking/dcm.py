@@ -4,8 +4,6 @@ With the centre of mass c at a constant height z and w = sqrt(g / z), the DCM is
 `xi' = w (xi - p)` under the ZMP p. It is unstable forwards and stable backwards in time: a plan follows from its end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The robot's state from what its sensors give: encoders, IMU and foot forces."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import atan2
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Where the feet go: a sequence of steps straight, sideways, turning or in place."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

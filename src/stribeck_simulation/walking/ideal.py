@@ -1,7 +1,5 @@
 """A robot walks in the ideal simulator of rigid feet: the same plan and controller, true state, no noise."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

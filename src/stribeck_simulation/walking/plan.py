@@ -1,7 +1,5 @@
 """The plan of a walk: which feet stand, where the swing foot goes, and the DCM, at every sample."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

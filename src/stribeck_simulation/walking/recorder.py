@@ -1,7 +1,5 @@
 """Puts a simulated walk into a log, and the truth beside it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing

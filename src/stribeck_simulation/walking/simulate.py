@@ -1,7 +1,5 @@
 """A robot walks in the contact simulator on what its sensors give, and its log is kept."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal

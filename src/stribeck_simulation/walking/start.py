@@ -1,7 +1,5 @@
 """How a robot stands before it walks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Clusters of two kinds (docs/direct.md, 5): their covariances are added, and the prior's share counts once."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.identification.direct.estimate import _two_way

@@ -1,7 +1,5 @@
 """What direct least squares say of logs that hold next to nothing (docs/direct.md, 2)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

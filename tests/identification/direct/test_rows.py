@@ -1,7 +1,5 @@
 """Weights of rows that unknown accelerations and contact forces disturb (docs/direct.md, 2)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.identification.direct.rows import DirectRows, Weights

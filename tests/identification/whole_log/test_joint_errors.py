@@ -1,7 +1,5 @@
 """Errors of friction and bodies together: draws from what a result tells are those from the fit's own covariance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from tests.arm import arm_log, write_arm

@@ -1,7 +1,5 @@
 """Covariance of fitted parameters when samples are correlated within blocks, and the intervals it gives."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

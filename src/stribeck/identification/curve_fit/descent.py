@@ -1,7 +1,5 @@
 """One descent to a minimum of the sum of squares, in coordinates that suit it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Friction law parameters of every joint from its friction torque samples, (6.4)."""
 
-from __future__ import annotations
-
 from stribeck.friction import FrictionLaw
 from stribeck.identification.curve_fit.descent import ROUGH, Descent, descend
 from stribeck.identification.curve_fit.problem import FitProblem, hold_out, joint_problem

@@ -1,7 +1,5 @@
 """Recursive least squares: level and offset of a fitted law follow friction from block to block, with forgetting."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.identification.curve_fit.problem import FitProblem

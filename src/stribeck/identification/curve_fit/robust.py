@@ -1,7 +1,5 @@
 """Robust losses: the scale of the residuals and the weight that a loss gives them."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where fits start: a grid over the nonlinear parameters, the linear ones eliminated."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from typing import cast

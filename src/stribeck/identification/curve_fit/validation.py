@@ -1,7 +1,5 @@
 """How a law does on blocks of samples that its fit did not see."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Base parameters: which inertial parameters a motion shows, by themselves or added up (docs/direct.md, 3)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

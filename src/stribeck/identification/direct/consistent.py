@@ -8,8 +8,6 @@ is convex, the same in every frame, and infinite where P stops being positive de
 squares and it is physically consistent (Lee, Wensing and Park 2020).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

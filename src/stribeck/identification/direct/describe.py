@@ -1,7 +1,5 @@
 """What was found, joint by joint and body by body."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Friction and bodies from rows of the equation of motion: weights, solution, covariance (docs/direct.md, 2 and 5)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

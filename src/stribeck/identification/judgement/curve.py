@@ -1,7 +1,5 @@
 """Friction as a whole: the resisting torque at slow, middle and top speed, with its interval."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit  # of scipy.stats, which is slow to import
 

@@ -1,7 +1,5 @@
 """Whether a joint moves enough for its friction to be found."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The friction torque that each joint's and each coupling's own law has to explain."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Whether friction takes power out of the joints, as it must (7.9)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How fast a joint moves, and when it is at rest."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.typing import Array

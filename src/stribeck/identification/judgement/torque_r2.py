@@ -1,7 +1,5 @@
 """How much of the measured torque a model explains with the friction that was found."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a log can support: the verdict on every parameter and every joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

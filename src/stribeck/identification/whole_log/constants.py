@@ -4,8 +4,6 @@ Each has its unit in brackets and what it was chosen on. docs/constants.md has w
 does, on a simulated quadruped, a Kinova Gen3 and a double pendulum; here it is said where that is much.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 THREADS = 2

@@ -1,7 +1,5 @@
 """Corrections as the result has them: masses, centres and inertias before and after, gains, zeros, delays."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.identification.whole_log.estimate import WholeLogFit

@@ -1,7 +1,5 @@
 """Names that can only mean one channel, read where a log has none of the channel's own name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from stribeck.settings import LogTable

@@ -1,7 +1,5 @@
 """Channels of files that hold whole arrays under names (npz, HDF5)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Which columns of a table are which channel, and their values."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Folders of tables of one run, side by side: `position.csv`, `torque.csv`, ..., each on its own clock."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Tables in memory, of pandas, polars or any library with the Arrow interface."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 
 import pyarrow as pa

@@ -1,7 +1,5 @@
 """HDF5 files: `.h5`, `.hdf5`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whether the files of a bag are whole: what their formats let one check before any message is read."""
 
-from __future__ import annotations
-
 import sqlite3
 import zlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Streams of different rates brought to one clock: that of the joint states."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """LCM event logs, as `lcm-logger` writes them: messages of the types that are known here by their fingerprints."""
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Callable, Iterator, Sequence

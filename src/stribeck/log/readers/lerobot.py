@@ -1,7 +1,5 @@
 """LeRobot datasets (version 2 and 3): a folder of Parquet files with lists, and of JSON that names their places."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace

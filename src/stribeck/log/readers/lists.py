@@ -1,7 +1,5 @@
 """Columns that hold a list in every row, read as a column a place: `position` as `position[0]`, `position[1]`, ..."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The `[log]` tables: from a log's own units, signs, orders and delays to the contract's."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

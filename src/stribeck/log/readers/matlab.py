@@ -1,7 +1,5 @@
 """MATLAB files: `.mat`, of version 7.3 (which is HDF5) and of those before it."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """What each type of message says: joints, an IMU, a wrench or a flag."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

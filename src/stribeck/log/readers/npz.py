@@ -1,7 +1,5 @@
 """NumPy archives: `.npz`, plain arrays only (nothing pickled is ever opened)."""
 
-from __future__ import annotations
-
 import io
 import math
 import zipfile

@@ -1,7 +1,5 @@
 """rosbag2 folders (SQLite or MCAP inside), ROS 1 `.bag` and single `.mcap` files, read without ROS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path

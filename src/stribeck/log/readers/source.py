@@ -12,8 +12,6 @@ To add a format:
 A type of message is a function in `messages.py` (ROS) or `lcm.py`, which takes it apart into joints, IMUs and feet.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Files with a column a signal: `.csv` and `.parquet`."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Collection, Iterator

@@ -1,7 +1,5 @@
 """The order of the motors in the messages of Unitree's robots, which have no names there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise

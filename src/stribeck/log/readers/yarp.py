@@ -1,7 +1,5 @@
 """Logs of YARP's robot logger and telemetry dumper (robometry), which are MATLAB structs of signals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """MCAP files of ROS 2 messages: joint states, IMU, and wrench and contact of every foot."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """NumPy archives: arrays named as the channels of RobotLog."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parquet tables: a column a signal, `time`, then `<channel>.<label>`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From a RobotLog to a file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -4,8 +4,6 @@
 from their solids and writes them out, so that every reader of the file takes the same numbers.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

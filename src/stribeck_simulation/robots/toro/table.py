@@ -11,8 +11,6 @@ The right side is the mirror image of the left one. Every joint frame has the ro
 forward, y left, z up; the root is the pelvis, its origin midway between the hips.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 Vector = tuple[float, float, float]

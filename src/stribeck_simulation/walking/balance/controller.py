@@ -1,7 +1,5 @@
 """Whole-body control: from the robot's state and the plan to joint torques."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import pi, sqrt
 

@@ -13,8 +13,6 @@ is left is small, and on one foot without equalities: the robot rooted at that f
 the joints and the wrench of the second standing foot.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from ctypes import c_int
 from functools import cache

@@ -6,8 +6,6 @@ left. What the next sole cannot bear is met by a step that is longer, and all th
 that leads there is found backwards in time, as the plan's is.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign, exp
 

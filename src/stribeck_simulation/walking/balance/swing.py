@@ -1,7 +1,5 @@
 """Where the swing foot should be, and how fast, at one instant."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

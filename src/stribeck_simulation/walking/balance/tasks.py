@@ -4,8 +4,6 @@ Where an acceleration makes up for an error e with `k e - 2 sqrt(k) e'`, the vel
 beyond the planned one: that of an error which fades critically damped, without a rest of its own motion.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from math import cos, sin, sqrt

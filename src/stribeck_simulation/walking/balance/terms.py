@@ -1,7 +1,5 @@
 """What the equation of motion and the tasks need at one state, from one pass over the kinematic tree."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The joint velocities that the tasks want: inverse kinematics, in which no measured velocity has a part."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

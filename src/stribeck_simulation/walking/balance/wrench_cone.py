@@ -1,7 +1,5 @@
 """Wrenches that a rectangular sole can press on the ground with, as linear inequalities."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.typing import Array

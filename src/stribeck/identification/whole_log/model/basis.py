@@ -6,8 +6,6 @@ Knots v_1 ... v_N lie densest around standstill, where friction changes fastest;
 Phi are the left singular vectors of many curves of the law (Eckart and Young 1936).
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from functools import cached_property

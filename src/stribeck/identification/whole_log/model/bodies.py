@@ -6,8 +6,6 @@ axes. Mass and second moments stay positive for all alpha, d and S: this is phys
 Slotine 2018).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -3,8 +3,6 @@
 Load: Hamon, Gautier and Garrec 2010; temperature: Bittencourt and Gunnarsson 2012.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

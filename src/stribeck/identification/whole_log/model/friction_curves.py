@@ -1,7 +1,5 @@
 """Friction curves of all joints in the basis (docs/estimator.md, equation 11), and priors of their parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -3,8 +3,6 @@
 In the code u is x, and theta is y: docs/estimator.md, "Coordinates and priors", equations (16) and (17).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

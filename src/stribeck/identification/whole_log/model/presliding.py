@@ -7,8 +7,6 @@ With s(v) a smooth sign of the velocity, Dahl's deflection z follows it within a
 and what is missing of friction that is there at once is proportional to z - s(v).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

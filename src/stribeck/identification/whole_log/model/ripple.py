@@ -1,7 +1,5 @@
 """How often a turn a joint's torque ripples: a periodogram over its position (Lomb 1976; Scargle 1982)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -11,8 +11,6 @@ known beforehand, so that these curves too are sums of functions of velocity, so
 (docs/estimator.md, "Friction curves").
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

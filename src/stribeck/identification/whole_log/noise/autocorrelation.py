@@ -1,7 +1,5 @@
 """Autocorrelation beta of the model's errors, and its innovation weights (docs/estimator.md, equations 8 and 20)."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

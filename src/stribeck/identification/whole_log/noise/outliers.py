@@ -3,8 +3,6 @@
 Standardised residuals against a robust scale: Rousseeuw and Leroy 1987.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

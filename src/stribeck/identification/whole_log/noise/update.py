@@ -1,7 +1,5 @@
 """Variance components by maximum likelihood from the residuals of a fit (docs/estimator.md, equation 19)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace

@@ -4,8 +4,6 @@ They are those of the model, and those of the root that is taken to stand still.
 and strike, and both are larger: by the contact variance scale, which the log gives as it gives the components.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -3,8 +3,6 @@
 Block-tridiagonal factorisation: Golub and Van Loan 2013, 4.5.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

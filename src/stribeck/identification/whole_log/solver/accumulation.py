@@ -1,7 +1,5 @@
 """Sums up the normal equations of many segments (docs/estimator.md, equation 12), by threads."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import replace

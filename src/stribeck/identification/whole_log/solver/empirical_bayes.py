@@ -9,8 +9,6 @@ have a joint's offsets in several logs; scales and pure numbers of a law have a 
 standard deviation (Efron and Morris 1975).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

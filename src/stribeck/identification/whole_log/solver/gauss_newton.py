@@ -8,8 +8,6 @@ in the coordinates that no bound holds (Levenberg 1944; Marquardt 1963; bounds: 
 falls by `DAMPING_FACTOR` where the cost does, else it grows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol, Self
 

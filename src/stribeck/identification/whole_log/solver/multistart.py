@@ -5,8 +5,6 @@ Without multistart, the worst joint of a walk of the ablation study whose joints
 where joints have the same shapes nothing changes.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

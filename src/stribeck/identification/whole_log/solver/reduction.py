@@ -8,8 +8,6 @@ estimate, farther away than its intervals reach, the left singular vectors U of 
 where what is left out of any of the curves changes chi^2 by less than `REDUCTION_TOLERANCE`, squared.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

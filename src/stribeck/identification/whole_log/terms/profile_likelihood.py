@@ -8,8 +8,6 @@ eliminated beforehand, by one Newton step from a fit of all joints with all term
 (Murphy and van der Vaart 2000).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

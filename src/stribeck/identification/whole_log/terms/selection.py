@@ -3,8 +3,6 @@
 Cross-validation: Stone 1974; stepwise: Efroymson 1960; the simplest within a standard error: Breiman et al. 1984.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 

@@ -13,8 +13,6 @@ began, and z Dahl's deflection, which follows s(v) within a distance d of travel
 | ripple | cos and sin of k q, k periods a turn, as `model/ripple.py` finds |
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What the score tests say to a user: what a joint's law does not describe, and what would."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from stribeck.finding import FRICTION, Finding

@@ -13,8 +13,6 @@ terms are improbable by chance, the one that explains most is taken, and the oth
 is flagged if it moves the friction curve out of its interval, and is named unless others explain nearly as much.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

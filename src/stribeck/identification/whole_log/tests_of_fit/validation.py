@@ -1,7 +1,5 @@
 """Validation on held-out segments (docs/estimator.md, "Validation and verdicts")."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ of the model add more. All of it is multiplied by the overdispersion, or by a jo
 larger.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

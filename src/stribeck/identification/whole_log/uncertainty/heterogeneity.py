@@ -10,8 +10,6 @@ is one on average where errors of different windows are as independent as their 
 1986). The sets are the model's coordinates, rotors included, and a joint's parameters, all together and each by itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

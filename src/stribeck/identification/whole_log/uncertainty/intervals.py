@@ -1,7 +1,5 @@
 """Fits of single joints with their intervals, from the covariance budget (docs/estimator.md, "Intervals")."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

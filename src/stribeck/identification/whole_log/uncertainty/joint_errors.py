@@ -4,8 +4,6 @@ Bodies are in log-Cholesky coordinates y(x), so that every draw can exist; with 
 the fit (docs/estimator.md, "Intervals"), theirs is T C T^T, T = dy/dx at the solution.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.identification.whole_log.estimate import WholeLogFit

@@ -8,8 +8,6 @@ A rocking foot leaves hardly any residual, as centres of mass take it up. The st
 effect is therefore assumed: `ROOT_EFFECT_FACTOR` times that from window to window.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stribeck.identification.whole_log.constants import COSINES

@@ -3,8 +3,6 @@
 Equations (29) to (32) of docs/estimator.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
