@@ -48,7 +48,7 @@ ABOVE: dict[str, set[str]] = {
 }
 """Room -> what it may import. Methods, the spine and the command line stand above all of them."""
 
-UPPER = {"methods", "pipeline", "compose", "held_out", "inspection", "cli", "draft"}
+UPPER = {"methods", "pipeline", "compose", "inspection", "cli", "draft"}
 ENTRANCE = {"stribeck.cli.app", "stribeck.__main__"}
 
 

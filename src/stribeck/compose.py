@@ -14,7 +14,7 @@ from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit, with_gain_error
 from stribeck.identification.judgement.own_friction import own_friction
 from stribeck.identification.judgement.passivity import passivity_violated
-from stribeck.identification.judgement.torque_r2 import torque_r2
+from stribeck.identification.judgement.torque_error import torque_r2
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.whole_log.terms.selection import with_terms
 from stribeck.methods import Fitted, Method

@@ -9,10 +9,9 @@ from stribeck.audit import audit_or_stop, torques_of_currents
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
 from stribeck.friction_torque.stage import FrictionTorqueStage
-from stribeck.held_out import held_out_log
 from stribeck.log import RobotLog
 from stribeck.log.overlap import refuse_overlap
-from stribeck.methods import get_method
+from stribeck.methods import get_method, held_out_log
 from stribeck.outputs import check_outputs, whole_or_not_at_all
 from stribeck.preparation import Progress, prepare, quiet
 from stribeck.result import Result

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from stribeck.friction import get_law
-from stribeck.identification.judgement.verdict import POWER_DEAD_ZONE
+from stribeck.identification.judgement.passivity import positive_power_fraction
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.paper import figures
-from studies.paper.estimate import Estimate, rms
+from studies.paper.estimate import Estimate
 
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 SIDE = "right"
@@ -71,12 +71,8 @@ def split(velocity: Array, acceleration: Array, torque: Array) -> float:
 
 
 def feeding(velocity: Array, torque: Array) -> float:
-    """Return the share of samples in which a friction torque feeds energy in, against (7.9).
-
-    Less power than `POWER_DEAD_ZONE` of what is usual counts as none, as in the verdict.
-    """
-    power = velocity * torque
-    return float(np.mean(power < -POWER_DEAD_ZONE * rms(velocity) * rms(torque)))
+    """Return the share of samples in which a friction torque feeds energy in, against (7.9)."""
+    return positive_power_fraction(velocity, torque)
 
 
 def draw_truth(axes: Axes, walk: Simulated, joint: str) -> None:

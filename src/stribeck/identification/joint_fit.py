@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.friction import Parameter
+from stribeck.friction import FrictionLaw, Parameter
 from stribeck.identification.curve_fit.covariance import block_covariance, intervals_95
 from stribeck.identification.curve_fit.descent import Descent, internal_jacobian, to_internal
 from stribeck.identification.curve_fit.problem import FitProblem
 from stribeck.identification.curve_fit.robust import Loss, influence
 from stribeck.identification.judgement.speed import top_speed
+from stribeck.result import law_values
 from stribeck.typing import Array
 
 PRIOR_FACTOR = 100.0
@@ -71,6 +72,17 @@ class JointFit:
     def names(self) -> tuple[str, ...]:
         """Names of the parameters."""
         return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """Values by name of the parameter."""
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+    def law_values(self, law: FrictionLaw, load: float = 0.0) -> Array:
+        """Return the parameter values of a law under a load [N m], in the order of the law."""
+        values = law_values(law, self.by_name, load)
+        assert values is not None, "a fit has all parameters that its law needs"
+        return values
 
 
 def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float) -> JointFit:

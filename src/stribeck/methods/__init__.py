@@ -9,6 +9,7 @@ from stribeck.methods.contract import Method as Method
 from stribeck.methods.curve_fit import CURVE_FIT
 from stribeck.methods.direct import DIRECT
 from stribeck.methods.ground_reaction import GROUND_REACTION
+from stribeck.methods.held_out import held_out_log as held_out_log
 from stribeck.methods.observer import OBSERVER
 from stribeck.methods.whole_log import WHOLE_LOG
 from stribeck.robot import Robot

@@ -25,7 +25,7 @@ from stribeck.methods.direct_rows import ROOT_ROWS, Block, RowMaker
 from stribeck.methods.moving import joints_that_move
 from stribeck.methods.unseen import Unseen, cut
 from stribeck.preparation import PreparedLog, Progress
-from stribeck.result import Validation, law_values
+from stribeck.result import Validation
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import Settings
@@ -172,9 +172,7 @@ def _validations(
     for joint, fit in fitted.fits.items():
         problems = [joint_problem(samples, joint, law, settings) for samples in (seen, unseen)]
         if all(len(problem.velocity) for problem in problems):
-            values = law_values(law, dict(zip(fit.names, fit.values.tolist(), strict=True)))
-            assert values is not None  # a fit has all that the law needs
-            found[joint] = validate_values(values, *problems)
+            found[joint] = validate_values(fit.law_values(law), *problems)
     return found
 
 

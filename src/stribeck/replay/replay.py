@@ -10,7 +10,8 @@ import numpy as np
 
 from stribeck.audit import audit_or_stop, torques_of_currents
 from stribeck.errors import RobotFileError, errors_about, findings_kept
-from stribeck.friction_torque.stage import with_filter
+from stribeck.friction_torque.stage import thinned_samples, with_filter
+from stribeck.identification.judgement.torque_error import TorqueError, torque_errors
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog, Progress, prepare, quiet
@@ -18,7 +19,6 @@ from stribeck.replay.model_friction import JointFriction, ModelFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.read_friction import read_friction
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
-from stribeck.replay.torque_error import TorqueError, torque_errors
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
@@ -163,7 +163,7 @@ def replay(
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
                 none = ModelFriction([JointFriction()] * len(each.joint_names))
                 variants = [none, friction] if friction else [none]
-                torque = torque_errors(own, each, variants, settings)
+                torque = _torque_errors(own, each, variants, settings)
                 try:
                     rollouts = rollout_errors(own, each, variants, dict(massless), settings)
                 except np.linalg.LinAlgError as error:
@@ -182,6 +182,20 @@ def replay(
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
     )
+
+
+def _torque_errors(
+    prepared: PreparedLog, robot: Robot, frictions: list[ModelFriction], settings: Settings
+) -> list[dict[str, TorqueError]]:
+    """Compute the torque error of a model with each of some frictions, by joint."""
+    samples = thinned_samples(prepared, 1, robot, settings)
+    assert samples.torque is not None  # the friction torque is worked out from it
+    columns = [robot.joint_names.index(name) for name in samples.joint_names]
+    velocity = np.zeros((len(samples.time), len(robot.joint_names)))
+    velocity[:, columns] = samples.velocity
+    unusable = np.where(samples.usable, 0.0, np.nan)
+    errors = [unusable + samples.friction_torque - friction.torque(velocity)[:, columns] for friction in frictions]
+    return torque_errors(samples.joint_names, samples.velocity, samples.torque, errors, settings.rest)
 
 
 def _require_finite(

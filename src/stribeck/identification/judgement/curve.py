@@ -7,7 +7,7 @@ from stribeck.friction import FrictionLaw, unit_for
 from stribeck.friction.parameters import COULOMB
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.speed import top_speed
-from stribeck.result import CurvePoint, law_slopes, law_values
+from stribeck.result import CurvePoint, law_slopes
 from stribeck.typing import Array
 
 SPEEDS = {"slow": 0.1, "middle": 0.5, "top": 1.0}
@@ -35,13 +35,11 @@ def friction_curve(fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: 
     where parameters sit on a bound or are unknown by themselves, as the log shows r(v), not them. The interval is
     Student's, its degrees of freedom those of the parameters in proportion to g^2 var, and ends at zero.
     """
-    found = dict(zip(fit.names, fit.values.tolist(), strict=True))
-    values = law_values(law, found, fit.mean_load)
-    assert values is not None, "a fit has all parameters that its law needs"
+    values = fit.law_values(law, fit.mean_load)
     speeds = top_speed(velocity) * np.array(list(SPEEDS.values()))
     resisting = (law.torque(speeds, values) - law.torque(-speeds, values)) / 2
     gradient = (law.jacobian(speeds, values) - law.jacobian(-speeds, values)) / 2
-    gradient = gradient @ law_slopes(law, found, fit.mean_load)
+    gradient = gradient @ law_slopes(law, fit.by_name, fit.mean_load)
     errors = np.sqrt(np.maximum(np.einsum("sp,pq,sq->s", gradient, fit.covariance, gradient), 0.0))
     parts = gradient**2 * np.diag(fit.covariance) + np.finfo(float).tiny
     freedom = parts.sum(axis=1) / (parts / fit.degrees_of_freedom).sum(axis=1)

@@ -7,9 +7,7 @@ import numpy as np
 
 from stribeck.friction import FrictionLaw
 from stribeck.identification.joint_fit import JointFit
-from stribeck.result import law_values
 from stribeck.samples import Samples
-from stribeck.typing import Array
 
 
 def own_friction(
@@ -26,7 +24,7 @@ def own_friction(
     torque = samples.friction_torque.copy()
     for name, own in zip(names, acting.T, strict=True):
         if name in fits and "armature" in fits[name].names:
-            joints, inertia = np.flatnonzero(own), fits[name].values[fits[name].names.index("armature")]
+            joints, inertia = np.flatnonzero(own), fits[name].by_name["armature"]
             torque[:, joints] -= inertia * np.outer(samples.acceleration[:, joints] @ own[joints], own[joints])
     if not couplings:
         return replace(samples, friction_torque=torque)
@@ -34,7 +32,7 @@ def own_friction(
     friction = np.zeros(velocity.shape)
     for column, name in enumerate(names):
         if name in fits:
-            friction[:, column] = _friction(fits[name], law, velocity[:, column])
+            friction[:, column] = law.torque(velocity[:, column], fits[name].law_values(law))
     unexplained = torque - friction @ acting.T
     parts = [np.flatnonzero(own) for own in acting.T]  # of what is not known of other joints, none is known
     shares = [
@@ -52,10 +50,3 @@ def own_friction(
         snap=None if samples.snap is None else samples.snap @ acting,
         sharp_velocity=None if samples.sharp_velocity is None else samples.sharp_velocity @ acting,
     )
-
-
-def _friction(fit: JointFit, law: FrictionLaw, velocity: Array) -> Array:
-    """Return the friction of a fit at some velocities [N m]."""
-    values = law_values(law, dict(zip(fit.names, fit.values.tolist(), strict=True)))
-    assert values is not None  # a fit has all that the law needs
-    return law.torque(velocity, values)

@@ -1,4 +1,4 @@
-"""Whether friction takes power out of the joints, as it must (7.9)."""
+"""Passivity: friction takes power out of the joints, v (R - offset) >= 0, (7.9)."""
 
 from collections.abc import Mapping
 
@@ -7,33 +7,29 @@ import numpy as np
 from stribeck.finding import Finding
 from stribeck.result import JointResult
 from stribeck.samples import Samples
+from stribeck.typing import Array
+
+POWER_DEAD_ZONE = 1e-3
+"""Share [1] of rms velocity times rms torque below which power, of either sign, is rounding or standstill."""
 
 LEAST_NEGATIVE = 4.0
-"""Power that friction adds on average, in its standard errors over the blocks [1], from which passivity is violated.
+"""Mean added power, in standard errors over the blocks [1], from which passivity is violated.
 
 In `studies.what_is_told` it is at least 4.5 in a joint of every log with torques of the wrong sign, and at most 2.4 in
 any joint of all other logs.
 """
 
-FEWEST_BLOCKS = 5
-"""Blocks [1] from which their differences are a standard error."""
-
 
 def passivity_violated(joints: Mapping[str, JointResult], samples: Samples) -> list[Finding]:
-    """Return a finding on joints whose friction torque adds power beyond its own noise.
-
-    The power is v (R - offset), of the friction torque that was measured and not of a law, which adds none. In noise
-    and at rest it is negative half of the time; its mean is not.
-    """
+    """Report joints whose measured friction torque adds power beyond its own noise."""
     found = {}
     for column, name in enumerate(samples.joint_names):
         joint = joints.get(name)
         if joint is None or joint.verdict == "not excited":
             continue
         offset = joint.parameters["offset"].value if "offset" in joint.parameters else 0.0
-        power, errors = mean_power(samples, column, offset)
-        if power < -LEAST_NEGATIVE * errors:
-            found[name] = f"{name} ({-power:.2g} W)"
+        if power := added_power(samples, column, offset):
+            found[name] = f"{name} ({power:.2g} W)"
     if not found:
         return []
     return [
@@ -46,14 +42,29 @@ def passivity_violated(joints: Mapping[str, JointResult], samples: Samples) -> l
     ]
 
 
-def mean_power(samples: Samples, column: int, offset: float) -> tuple[float, float]:
-    """Return the mean power that a joint's friction takes [W], and its standard error; infinite of too few blocks."""
+def added_power(samples: Samples, column: int, offset: float) -> float:
+    """Compute the mean power that the measured friction torque adds to a joint [W]; 0 if it is within noise.
+
+    In noise and at rest the power of single samples is negative half of the time; its mean is not. The noise is judged
+    by the differences between blocks, at least five.
+    """
     rows = samples.usable[:, column] & np.isfinite(samples.friction_torque[:, column])
     power = samples.velocity[rows, column] * (samples.friction_torque[rows, column] - offset)
     _, block = np.unique(samples.block[rows], return_inverse=True)
     count = np.bincount(block)
-    if len(count) < FEWEST_BLOCKS:
-        return 0.0, float("inf")
+    if len(count) < 5:
+        return 0.0
     mean = float(power.mean())
     spread = np.bincount(block, power) - mean * count
-    return mean, float(np.sqrt((spread**2).sum() * len(count) / (len(count) - 1)) / len(power))
+    error = float(np.sqrt((spread**2).sum() * len(count) / (len(count) - 1)) / len(power))
+    return -mean if mean < -LEAST_NEGATIVE * error else 0.0
+
+
+def positive_power_fraction(velocity: Array, friction_torque: Array) -> float:
+    """Compute the share of samples in which friction without its offset adds power [1], v R < 0.
+
+    The paper's tau_f is -R, so its P = v tau_f is positive in these samples.
+    """
+    power = velocity * friction_torque
+    usual = float(np.sqrt(np.mean(velocity**2) * np.mean(friction_torque**2)))
+    return float(np.mean(power < -POWER_DEAD_ZONE * usual))

@@ -17,17 +17,11 @@ from stribeck.identification.judgement.curve import (
     upper_bound,
 )
 from stribeck.identification.judgement.excitation import Excitation, excitation
+from stribeck.identification.judgement.passivity import added_power, positive_power_fraction
 from stribeck.identification.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validation, Verdict
 from stribeck.samples import Samples
 from stribeck.settings import Settings
-from stribeck.typing import Array
-
-POWER_DEAD_ZONE = 1e-3
-"""Share [1] of rms velocity times rms torque: less power than this, of either sign, is rounding or standstill."""
-
-MOST_ADDED = 0.6
-"""Share of samples [1] in which friction adds power, from which none at all is no explanation: noise adds half."""
 
 BESIDE_FRICTION = ("offset", "armature")
 """Parameters of torques that are no friction: what is left of a joint without any."""
@@ -61,7 +55,8 @@ def judge(
         if joint not in fits or not moved.samples:
             results[joint] = _not_excited(moved)
         else:
-            results[joint] = _judge_joint(fits[joint], problem, moved, validations[joint], prismatic, criteria)
+            passive = not added_power(samples, column, fits[joint].by_name.get("offset", 0.0))
+            results[joint] = _judge_joint(fits[joint], problem, moved, validations[joint], prismatic, criteria, passive)
     return results
 
 
@@ -83,12 +78,14 @@ def _judge_joint(
     validation: Validation | None,
     prismatic: bool,
     criteria: Criteria,
+    passive: bool,
 ) -> JointResult:
     unresolved = problem.along.unresolved if problem.along else np.nan
     weak = is_weak(fit, problem.velocity, criteria, unresolved)
     curve = friction_curve(fit, problem.law, problem.velocity, prismatic)
-    added = positive_power_fraction(fit, problem)
-    verdict, reason = _verdict(fit, curve, problem, validation, prismatic, added)
+    added = positive_power_fraction(problem.velocity, problem.friction_torque - fit.by_name.get("offset", 0.0))
+    wrong_sign = "" if passive else f"friction adds power in {added:.0%} of the samples"
+    verdict, reason = _verdict(fit, curve, problem, validation, prismatic, wrong_sign)
     if verdict == "identified":
         reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
     if is_significant(curve):
@@ -125,33 +122,17 @@ def _verdict(
     problem: FitProblem,
     validation: Validation | None,
     prismatic: bool,
-    added: float,
+    wrong_sign: str,
 ) -> tuple[Verdict, str]:
     """Return the verdict on a joint that moves, and one sentence on why."""
     most = upper_bound(curve)
-    wrong_sign = added > MOST_ADDED and not is_significant(curve)
-    if most <= ROUNDING or (not (wrong_sign or is_significant(curve)) and most <= NO_FRICTION * fit.rms):
+    significant = is_significant(curve)
+    if most <= ROUNDING or (not (wrong_sign or significant) and most <= NO_FRICTION * fit.rms):
         return "no friction", f"no friction detectable, below {most:.2g} {curve[0].unit}"
-    if wrong_sign:
-        return "weak", f"friction adds power in {added:.0%} of the samples: a sign, a delay or the model is wrong"
+    if wrong_sign and not significant:
+        return "weak", f"{wrong_sign}: a sign, a delay or the model is wrong"
     if (width := relative_width(curve)) > WIDEST:
         return "weak", why_weak(fit, curve, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction:
         return "weak", "on blocks that the fit did not see, its law explains no more than zero friction does"
     return "identified", f"its friction is known to within {100 * width:.2g} %"
-
-
-def positive_power_fraction(fit: JointFit, problem: FitProblem) -> float:
-    """Return the share of samples in which friction would add power, v (R - offset) < 0, (7.9).
-
-    The paper's tau_f is -R, so its P = v tau_f is positive there.
-    """
-    values = dict(zip(fit.names, fit.values, strict=True))
-    torque = problem.friction_torque - values.get("offset", 0.0)
-    power = problem.velocity * torque
-    dead_zone = POWER_DEAD_ZONE * _rms(problem.velocity) * _rms(torque)
-    return float(np.mean(power < -dead_zone))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

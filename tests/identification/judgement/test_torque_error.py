@@ -7,7 +7,7 @@ import pytest
 
 from stribeck.friction import get_law
 from stribeck.identification.curve_fit.fit import fit_law
-from stribeck.identification.judgement.torque_r2 import torque_r2
+from stribeck.identification.judgement.torque_error import torque_r2
 from stribeck.settings import Settings
 
 LAW = get_law("stribeck")

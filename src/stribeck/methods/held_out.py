@@ -1,4 +1,4 @@
-"""What was found against a log that no fit has seen."""
+"""Torque errors of a log that no fit has seen."""
 
 from dataclasses import replace
 
@@ -7,9 +7,8 @@ import numpy as np
 from stribeck.errors import errors_about
 from stribeck.friction_torque.stage import torque_chunks
 from stribeck.friction_torque.thinning import MOST_KEPT
-from stribeck.identification.judgement.speed import top_speed
-from stribeck.identification.judgement.torque_r2 import LEAST_SAMPLES
-from stribeck.methods import Fitted
+from stribeck.identification.judgement.torque_error import torque_errors
+from stribeck.methods.contract import Fitted
 from stribeck.preparation import PreparedLog
 from stribeck.result import HeldOutError, HeldOutLog, JointResult, Result
 from stribeck.result.provenance import sha256
@@ -18,21 +17,18 @@ from stribeck.settings import Settings
 from stribeck.typing import Array
 
 COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False, "double_support": "skip"}
-"""Of all methods, as `stribeck replay` compares: torque and motion pass the same filter, limbs swing or are free."""
+"""Settings under which all methods are compared, as in `stribeck replay`: one filter, and only limbs that swing."""
 
 
 def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: Robot, settings: Settings) -> HeldOutLog:
-    """Return the errors of the torques of a log by the robot, the sensors' errors and the friction that were found.
-
-    At rest Coulomb friction holds against any torque: samples slower than `settings.rest` times a joint's top speed do
-    not count.
+    """Compute the torque errors of a log with the corrected robot and sensors and the friction of the result.
 
     Parameters
     ----------
     robot
-        As it was given.
+        The robot as given.
     settings
-        With the filter that was chosen.
+        Settings with the chosen filter.
 
     Raises
     ------
@@ -47,42 +43,34 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     names: tuple[str, ...] = ()
     with errors_about(given.path):
         for chunk in torque_chunks(replace(prepared, log=log), fitted.robot, settings):
-            names = chunk.samples.joint_names
+            samples, names = chunk.samples, chunk.samples.joint_names
             columns = np.array([robot.joint_names.index(name) for name in names])
+            assert samples.torque is not None  # the friction torque is worked out from it
             for rows in chunk.runs():
-                samples, here = chunk.samples, chunk.rows[rows]
-                torque, left = samples.torque, samples.friction_torque[rows]
-                assert torque is not None  # the friction torque is worked out from it
-                warm = None if log.temperature is None else log.temperature[np.ix_(here, columns)]
-                motion = samples.velocity[rows], samples.acceleration[rows], log.position[np.ix_(here, columns)]
+                place, left = np.ix_(chunk.rows[rows], columns), samples.friction_torque[rows]
+                velocity, torque = samples.velocity[rows], samples.torque[rows]
+                motion = velocity, samples.acceleration[rows], log.position[place]
+                warm = None if log.temperature is None else log.temperature[place]
                 rotor, friction = _explained(
-                    result, names, robot, motion, torque[rows] - left, warm, prepared.sampling.period
+                    result, names, robot, motion, torque - left, warm, prepared.sampling.period
                 )
-                usable = np.where(samples.usable[rows], 1.0, np.nan)
-                found = motion[0], torque[rows], usable * (left - rotor), left - rotor - friction
-                parts.append(tuple(part[::stride] for part in found))
-    duration = float(given.time[-1] - given.time[0])
-    errors = _errors(names, [np.concatenate(part) for part in zip(*parts, strict=True)], settings) if parts else {}
-    return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=errors)
-
-
-def _errors(names: tuple[str, ...], parts: list[Array], settings: Settings) -> dict[str, HeldOutError]:
-    """Return each joint's errors from velocity, torque, and what is left of it without and with friction."""
-    velocity, torque, without, error = parts
-    found: dict[str, HeldOutError] = {}
-    for column, name in enumerate(names):
-        kept = np.isfinite(without[:, column] + error[:, column] + torque[:, column])
-        kept &= np.abs(velocity[:, column]) >= settings.rest * top_speed(velocity[kept, column])
-        variance = float(np.var(torque[kept, column])) if np.count_nonzero(kept) >= LEAST_SAMPLES else 0.0
-        if variance > 0:
-            square, before = (float(np.mean(part[kept, column] ** 2)) for part in (error, without))
-            found[name] = HeldOutError(
-                rms=square**0.5,
-                rms_zero_friction=before**0.5,
-                torque_r2=1 - square / variance,
-                samples=int(kept.sum()),
+                without = np.where(samples.usable[rows], left - rotor, np.nan)
+                parts.append(tuple(each[::stride] for each in (velocity, torque, without, without - friction)))
+    errors = {}
+    if parts:
+        velocity, torque, *of_models = (np.concatenate(part) for part in zip(*parts, strict=True))
+        without_friction, with_friction = torque_errors(names, velocity, torque, of_models, settings.rest)
+        errors = {
+            name: HeldOutError(
+                rms=own.rms,
+                rms_zero_friction=without_friction[name].rms,
+                torque_r2=own.r2,
+                samples=own.samples,
             )
-    return found
+            for name, own in with_friction.items()
+        }
+    duration = float(given.time[-1] - given.time[0])
+    return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=errors)
 
 
 def _explained(
@@ -94,7 +82,7 @@ def _explained(
     temperature: Array | None,
     period: float,
 ) -> tuple[Array, Array]:
-    """Return the torque of rotors and of friction that were found [N m], shape (T, n); NaN of joints without any."""
+    """Compute the torque of fitted rotors and of friction [N m], shape (T, n); NaN for joints without friction."""
     velocity, acceleration, position = motion
     rotor, friction = np.zeros(load.shape), np.full(load.shape, np.nan)
     for column, name in enumerate(names):
@@ -116,5 +104,5 @@ def _explained(
 
 
 def _rotor(joint: JointResult, known: float) -> float:
-    """Return the rotor inertia that was found beyond what the model has [kg m^2]."""
+    """Return the fitted rotor inertia beyond that of the model [kg m^2]."""
     return joint.parameters["armature"].value - known if "armature" in joint.parameters else 0.0
