@@ -1,4 +1,4 @@
-"""Models in URDF, MJCF and SDF: their bytes, words, numbers and elements."""
+"""Models in URDF and MJCF: their bytes, words, numbers and elements."""
 
 import os
 from pathlib import Path
@@ -16,7 +16,7 @@ TENDON = (
 
 def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
     """Write a model that is damaged somewhere, under a sound robot file."""
-    name = pick(generator, ("arm.urdf", "arm.xml", "arm.sdf"))
+    name = pick(generator, ("arm.urdf", "arm.xml"))
     base = pick(generator, ("fixed", "fixed", "floating"))
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\ntorque_source = "command"\n')
     _write_damaged(generator, folder / name, (seeds / name).read_text(encoding="utf-8"))
@@ -25,7 +25,7 @@ def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]
 
 def make_other(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
     """Write a model that is damaged somewhere, beside that of a sound robot, to replay its log with."""
-    name = pick(generator, ("arm.urdf", "arm.xml", "arm.sdf"))
+    name = pick(generator, ("arm.urdf", "arm.xml"))
     text = (seeds / name).read_text(encoding="utf-8").replace("</mujoco>", TENDON)
     _write_damaged(generator, folder / name, text)
     return ["replay", str(seeds / "log.npz"), "-r", str(seeds / "robot.toml"), "-m", name, "-o", "out"]

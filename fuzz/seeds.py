@@ -14,7 +14,7 @@ from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import FrictionTable, Scenario
 
 MODELS = Path(__file__).parent / "models"
-"""The same arm as URDF, MJCF and SDF, with its robot file."""
+"""The same arm as URDF and MJCF, with its robot file."""
 USED = (
     *("stribeck.inspection", "stribeck.report", "stribeck.report.inspection", "stribeck.export"),
     *("stribeck.replay.replay", "stribeck.report.replay"),

@@ -178,7 +178,7 @@ def looked_at(name: str, log: Path, scratch: Path) -> list[Ran]:
 
 def model_of(robot: Path) -> Path:
     """Return the model beside a robot file."""
-    return next(path for path in sorted(robot.parent.iterdir()) if path.suffix in (*FORMATS, ".sdf"))
+    return next(path for path in sorted(robot.parent.iterdir()) if path.suffix in FORMATS)
 
 
 def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterator[Ran]:

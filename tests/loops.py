@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.dynamics.loops import closed_log, without_loop_forces
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.robot.loops import closed_log, without_loop_forces
 
 LAW = get_law("coulomb-viscous")
 TRUTH = {"viscous": 0.4, "coulomb": 0.9, "offset": 0.1}

@@ -13,6 +13,7 @@ from stribeck.settings import RobotFile
 from stribeck.typing import Array
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+CASSIE = Path(__file__).parents[1] / "examples" / "robots" / "cassie" / "cassie.urdf"
 SIDES = ("left", "right")
 LEGS = ("FL", "FR", "RL", "RR")
 
@@ -39,7 +40,7 @@ MODELS: dict[str, tuple[str, dict[str, Any], dict[str, dict[str, str]]]] = {
     ),
     "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", {}, _feet("{}_ankle_roll_link", "surface")),
     "go2": ("go2_description/urdf/go2.urdf", {}, _feet("{}_foot", "point", LEGS)),
-    "cassie": ("cassie_description/robots/cassie_v2.sdf", {}, _feet("{}-foot", "point")),
+    "cassie": (str(CASSIE), {}, _feet("{}-foot", "point")),
     "icub": (
         "icub_description/robots/icub.urdf",
         {},

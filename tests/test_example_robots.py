@@ -43,7 +43,9 @@ def test_friction_of_an_example_comes_back(name: str, tmp_path: Path) -> None:
         assert result.parameters["coulomb"].value == pytest.approx(truth["coulomb"], rel=TOLERANCE), joint
     log = tmp_path / "log.npz"
     write_log(simulated.log, log)
-    drafted = tomllib.loads(draft_robot_file(file["robot"]["model"], log, tmp_path / "robot.toml").text)
+    model = file["robot"]["model"]
+    model = model if model.startswith("package:") else str(ROBOTS / name / model)
+    drafted = tomllib.loads(draft_robot_file(model, log, tmp_path / "robot.toml").text)
     for key in ("base", "torque_source"):
         assert drafted["robot"][key] == file["robot"][key]
     assert set(drafted["robot"].get("locked", {})) == set(file["robot"].get("locked", {}))

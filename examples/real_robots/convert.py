@@ -9,7 +9,6 @@ import json
 import shutil
 import sys
 from collections.abc import Callable
-from importlib.metadata import distribution
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -105,9 +104,7 @@ def double_pendulum(data: Path, out: Path) -> None:
 
 def cassie_landings(data: Path, out: Path) -> None:
     """Cassie: columns by name; only ten of the sixteen joints have a motor, the others get no torque."""
-    files = distribution("example-robot-data").files or []
-    model = next(file for file in files if file.name == "cassie_v2.sdf")
-    shutil.copyfile(str(model.locate()), out / "cassie.sdf")
+    shutil.copyfile(HERE.parent / "robots" / "cassie" / "cassie.urdf", out / "cassie.urdf")
     joints = CASSIE_STATE[7:]
     torque_columns = [joints.index(name) for name in CASSIE_MOTORS]
     for number in range(29):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stribeck.contact import SupportPhases, find_support_phases
+from stribeck.dynamics.loops import closed_log
 from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.log import RobotLog
 from stribeck.log.overlap import Prints, prints
@@ -12,7 +13,6 @@ from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
 from stribeck.motion import make_filter
 from stribeck.robot import Robot
-from stribeck.robot.loops import closed_log
 from stribeck.settings import Settings
 
 Progress = Callable[[str, float], None]

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pytest
-from tests.models import EXAMPLES, POSTURES, STRIBECK, example_robot
+from tests.models import CASSIE, EXAMPLES, POSTURES, STRIBECK, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.cli import main
@@ -349,15 +349,15 @@ def test_a_change_after_which_nothing_is_explained_is_not_made(
         ("solo12", {f"{leg}_FOOT": "point" for leg in ("FL", "FR", "HL", "HR")}),
         ("anymal_c_simple_description/anymal", {f"{leg}_FOOT": "point" for leg in ("LF", "LH", "RF", "RH")}),
         ("icub", {"l_sole": "surface", "r_sole": "surface"}),
-        ("cassie_v2", {"left-foot": "surface", "right-foot": "surface"}),
+        (CASSIE, {"left-foot": "surface", "right-foot": "surface"}),
         ("bolt", {"FL_FOOT": "point", "FR_FOOT": "point"}),
         ("panda", {}),
         ("so101", {}),
         ("tiago", {}),
     ],
 )
-def test_feet_are_found_by_name_and_shape(model: str, feet: dict[str, str]) -> None:
-    facts = read_model(model_path(f"package:{model}", Path()))
+def test_feet_are_found_by_name_and_shape(model: str | Path, feet: dict[str, str]) -> None:
+    facts = read_model(model if isinstance(model, Path) else model_path(f"package:{model}", Path()))
     assert {foot.frame: foot.kind for foot in facts.feet} == feet
     assert facts.base == ("floating" if feet else "fixed")
 

@@ -9,14 +9,13 @@ import pytest
 from tests.loops import LAW, MJCF, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
 
 from stribeck import Robot, identify, inspect_log
-from stribeck.dynamics.loops import loop_inertia, loop_momentum_balance
+from stribeck.dynamics.loops import closed_log, loop_inertia, loop_momentum_balance, loop_terms
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.friction import get_law
 from stribeck.methods.whole_log import identify_whole_log
 from stribeck.planning.plan import plan
 from stribeck.preparation import prepare
 from stribeck.replay.replay import replay
-from stribeck.robot.loops import closed_log, loop_terms
 from stribeck.settings import FilterSettings, Settings
 
 EXACT = Settings(method="curve-fit", law="coulomb-viscous", filter=FilterSettings(kind="log"), standing_legs=True)

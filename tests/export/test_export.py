@@ -35,7 +35,7 @@ def robot_of(name: str, folder: Path) -> tuple[Robot, str]:
         if name == "g1":
             text += "locked = { waist_roll_joint = 0.1, left_wrist_roll_joint = -0.4 }\n"
     path.write_text(text)
-    return Robot.from_file(path), {"toro": "mjcf", "cassie": "sdf"}.get(name, "urdf")
+    return Robot.from_file(path), {"toro": "mjcf"}.get(name, "urdf")
 
 
 def read_again(robot: Robot, model: Path) -> Robot:

@@ -242,7 +242,7 @@ def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsy
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("wrong.urdf", ""), ["wrong.urdf: no such file; expected a URDF, MJCF or SDF model of robot 'arm'"]),
+        (("wrong.urdf", ""), ["wrong.urdf: no such file; expected a URDF or MJCF model of robot 'arm'"]),
         (("wrong.urdf", URDF.replace("elbow", "knee")), ["wrong.urdf: has no joint 'elbow'", "shoulder, knee, slide"]),
         (("wrong.urdf", "<robot"), ["wrong.urdf: is not well-formed"]),
         (

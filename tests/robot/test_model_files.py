@@ -4,10 +4,9 @@ import os
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from tests.models import EXAMPLES
-from tests.robot.test_robot import HIP, MJCF, SDF, URDF, inertia, refuse, write_robot
+from tests.robot.test_robot import HIP, MJCF, URDF, inertia, refuse, write_robot
 
 from stribeck.robot import Robot
 from stribeck.robot.urdf_check import check_urdf
@@ -179,109 +178,6 @@ def test_what_an_mjcf_includes_is_checked_too(tmp_path: Path) -> None:
     (tmp_path / "more.xml").write_text('<mujoco><worldbody><body name="x" pos="0 0 nan"/></worldbody></mujoco>')
     text = MJCF.replace("<worldbody>", '<include file="more.xml"/><worldbody>')
     refuse(write_robot(tmp_path, "", text, "hopper.xml"), "more.xml: line 1: pos of <body> is '0 0 nan'")
-
-
-def joint_of(robot: Robot) -> tuple[pin.SE3, np.ndarray]:
-    """Return where the first joint is, and its axis."""
-    return robot.tree.model.jointPlacements[1], robot.tree.axes[0].direction
-
-
-def sdf_robot(folder: Path, text: str) -> Robot:
-    return Robot.from_file(write_robot(folder, "", text, "post.sdf"))
-
-
-ROD = '<link name="rod"><pose>0 0 1 0 0.3 0</pose>'
-SAME_PLACE = {
-    "of a link": ROD.replace("<pose>0 0 1 0", '<pose relative_to="root">0 0 1 0'),
-    "of the model": ROD.replace("<pose>", '<pose relative_to="__model__">'),
-    "of a frame": '<frame name="half"><pose>0 0 0.5 0 0 0</pose></frame>'
-    + ROD.replace("<pose>0 0 1 0", '<pose relative_to="half">0 0 0.5 0'),
-    "of an attached frame": '<frame name="half" attached_to="root"><pose>0 0 0.5 0 0 0</pose></frame>'
-    + ROD.replace("<pose>0 0 1 0", '<pose relative_to="half">0 0 0.5 0'),
-    "in degrees": ROD.replace("<pose>0 0 1 0 0.3 0", f'<pose degrees="true">0 0 1 0 {np.degrees(0.3)} 0'),
-    "as a quaternion": ROD.replace(
-        "<pose>0 0 1 0 0.3 0",
-        f'<pose rotation_format="quat_xyzw">0 0 1 0 {np.sin(0.15)} 0 {np.cos(0.15)}',
-    ),
-    "of nothing": ROD.replace("<pose>", "<pose frame=''>"),
-}
-
-
-@pytest.mark.parametrize("case", SAME_PLACE)
-def test_an_sdf_pose_may_be_given_anyhow(tmp_path: Path, case: str) -> None:
-    given, usual = sdf_robot(tmp_path, SDF.replace(ROD, SAME_PLACE[case])), sdf_robot(tmp_path, SDF)
-    np.testing.assert_allclose(joint_of(given)[0].homogeneous, joint_of(usual)[0].homogeneous, atol=1e-12)
-    np.testing.assert_allclose(inertia(given), inertia(usual), atol=1e-12)
-
-
-def test_an_sdf_joint_is_where_its_pose_says(tmp_path: Path) -> None:
-    text = SDF.replace('<joint name="pivot" type="revolute">', '<joint name="pivot" type="revolute">@').replace
-    in_link = sdf_robot(tmp_path, text("@", "<pose>0 0 -0.2 0 0 0</pose>"))
-    in_model = sdf_robot(tmp_path, text("@", '<pose relative_to="root">0 0 0.2 0 0 0</pose>'))
-    lean = np.array([np.sin(0.3), 0, np.cos(0.3)])
-    np.testing.assert_allclose(joint_of(in_link)[0].translation, [0, 0, 1] - 0.2 * lean, atol=1e-12)
-    np.testing.assert_allclose(joint_of(in_model)[0].translation, [0, 0, 0.2], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("version", "axis"),
-    [
-        ("1.4", "<xyz>0 0 1</xyz>"),
-        ("1.6", "<xyz>0 0 1</xyz><use_parent_model_frame>true</use_parent_model_frame>"),
-        ("1.9", '<xyz expressed_in="__model__">0 0 1</xyz>'),
-        ("1.9", '<xyz expressed_in="root">0 0 1</xyz>'),
-    ],
-)
-def test_an_sdf_axis_may_be_given_in_another_frame(tmp_path: Path, version: str, axis: str) -> None:
-    text = SDF.replace("1.6", version).replace("<xyz>0 1 0</xyz>", axis)
-    np.testing.assert_allclose(joint_of(sdf_robot(tmp_path, text))[1], [-np.sin(0.3), 0, np.cos(0.3)], atol=1e-12)
-
-
-def test_sdf_has_its_own_defaults(tmp_path: Path) -> None:
-    robot = sdf_robot(tmp_path, SDF.replace("<mass>2</mass>", ""))
-    assert robot.mass == pytest.approx(1 + 1)
-    assert robot.warnings == (
-        "post.sdf: these links state no mass or no moments, and have 1 kg or 1 kg m^2, as SDF says: 'rod' (line 3)",
-    )
-    inertias = [sdf_robot(tmp_path, SDF.replace(old, "")) for old in ("<ixx>0.1</ixx>", "<iyy>0.1</iyy>")]
-    assert inertia(inertias[0])[0, 0] == pytest.approx(0.1 + 2 * 0.5**2)
-    assert inertia(inertias[1])[0, 0] == pytest.approx(1 + 2 * 0.5**2)
-
-
-UNREAD_SDF = {
-    "include": ("</model>", "<include><uri>model://hand</uri></include></model>", "<include> in <model>"),
-    "second model": ("</model>", '</model><model name="other"><link name="x"/></model>', "'other' follows 'post'"),
-    "model in it": ("</model>", '<model name="hand"><link name="x"/></model></model>', "'hand' follows 'post'"),
-    "static": ('name="post">', 'name="post"><static>1</static>', "<model> sets <static> to true; expected false"),
-    "no gravity": (ROD, ROD + "<gravity>false</gravity>", "line 3: <link> sets <gravity> to false; expected true"),
-    "kinematic": (ROD, ROD + "<kinematic>1</kinematic>", "<link> sets <kinematic> to true"),
-    "frame of a pose": ("<pose>0 0 1 0", '<pose frame="root">0 0 1 0', '<pose> has the attribute frame="root"'),
-    "unknown frame": ("<pose>0 0 1 0", '<pose relative_to="rot">0 0 1 0', "'rod' refers to 'rot', which is no link"),
-    "own frame": ("<pose>0 0 1 0", '<pose relative_to="rod">0 0 1 0', "the pose of 'rod' is relative to itself"),
-    "automatic": ("<inertial><pose>", '<inertial auto="true"><pose>', '<inertial> has the attribute auto="true"'),
-    "added mass": ("<mass>2</mass>", "<mass>2</mass><fluid_added_mass/>", "line 3: <fluid_added_mass> in <inertial>"),
-    "second axis": ("</axis>", "</axis><axis2><xyz>1 0 0</xyz></axis2>", "<axis2> in <joint> is not understood"),
-    "mimic": ("</axis>", '<mimic joint="weld"/></axis>', "<mimic> in <axis> is not understood"),
-    "placement": ('name="post"', 'name="post" placement_frame="rod"', 'the attribute placement_frame="rod"'),
-    "two masses": ("<mass>2</mass>", "<mass>2</mass><mass>3</mass>", "line 3: <inertial> has 2 <mass>"),
-    "two links": ('"disc"', '"rod"', "link 'rod' is there already, in line 3"),
-    "two joints": ('"weld"', '"pivot"', "joint 'pivot' is there already"),
-    "nothing stated": (
-        "<inertial><mass>0</mass>\n    <inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial>",
-        "",
-        "line 5: link 'disc' has no <inertial>, which is 1 kg and 1 kg m.2 in SDF",
-    ),
-    "moment": ("<ixx>0.1</ixx>", "<ixx>nan</ixx>", "line 4: ixx of link 'rod' is 'nan'"),
-    "mass": ("<mass>2</mass>", "<mass>inf</mass>", "line 3: mass of link 'rod' is 'inf'"),
-    "flag": ("<xyz>0 1 0</xyz>", "<xyz>0 1 0</xyz><use_parent_model_frame>no</use_parent_model_frame>", "is 'no'"),
-}
-
-
-@pytest.mark.parametrize("case", UNREAD_SDF)
-def test_what_an_sdf_says_beyond_the_tree_is_refused_by_name(tmp_path: Path, case: str) -> None:
-    old, new, words = UNREAD_SDF[case]
-    assert old in SDF
-    refuse(write_robot(tmp_path, "", SDF.replace(old, new), "post.sdf"), words)
 
 
 @pytest.mark.parametrize("what", ["folder", "named pipe", "device"])

@@ -1,4 +1,4 @@
-"""Robots are read from URDF, MJCF and SDF, and what is wrong about a robot file is said in one sentence."""
+"""Robots are read from URDF and MJCF, and what is wrong about a robot file is said in one sentence."""
 
 import re
 from pathlib import Path
@@ -15,7 +15,7 @@ EXPECTED = {
     "talos": (32, 90.272192, {"leg_left_1_joint", "torso_2_joint", "arm_right_7_joint"}, []),
     "g1": (29, 33.34, {"left_hip_pitch_joint", "waist_yaw_joint", "right_wrist_yaw_joint"}, []),
     "go2": (12, 16.085, {"FL_hip_joint", "RR_calf_joint"}, []),
-    "cassie": (22, 32.94, {"left-knee-op", "right-crank-rod-joint"}, ["left out of the tree: ball joint"]),
+    "cassie": (22, 32.94, {"left-knee-op", "right-crank-rod-joint"}, []),
     "icub": (32, 28.346871, {"l_hip_pitch", "neck_yaw"}, ["no rigid body has the inertia given"]),
     "panda": (9, 17.451901, {"panda_joint1", "panda_finger_joint2"}, ["mimic joints are taken as independent: panda"]),
     "ur5": (6, 20.9939, {"shoulder_pan_joint", "wrist_3_joint"}, []),
@@ -63,15 +63,6 @@ MJCF = """<mujoco model="hopper"><worldbody>
       <body name="foot" pos="0 0 -.3"><joint name="slide" type="slide" axis="0 0 1"/>
         <geom type="sphere" size=".05" mass=".5"/></body></body></body>
 </worldbody></mujoco>"""
-SDF = """<sdf version="1.6"><model name="post">
-  <link name="root"><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
-  <link name="rod"><pose>0 0 1 0 0.3 0</pose><inertial><pose>0 0 0.5 0 0 0</pose><mass>2</mass>
-    <inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
-  <link name="disc"><pose>1 0 1 0 0 0</pose><inertial><mass>0</mass>
-    <inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link>
-  <joint name="pivot" type="revolute"><parent>root</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint>
-  <joint name="weld" type="fixed"><parent>rod</parent><child>disc</child></joint>
-</model></sdf>"""
 
 
 def write_robot(folder: Path, table: str = "", model: str = URDF, name: str = "arm.urdf", base: str = "fixed") -> Path:
@@ -149,13 +140,6 @@ def test_a_floating_base_is_put_under_an_mjcf_without_one(tmp_path):
     robot = Robot.from_file(write_robot(tmp_path, "", MJCF.replace("<freejoint/>", ""), "hopper.xml", "floating"))
     assert robot.base == "floating"
     assert robot.tree.model.nv == 8
-
-
-def test_sdf_is_read_as_its_tree(tmp_path):
-    robot = Robot.from_file(write_robot(tmp_path, "", SDF, "post.sdf"))
-    assert robot.joint_names == ("pivot",)
-    assert inertia(robot)[0, 0] == pytest.approx(0.1 + 2 * 0.5**2)
-    assert not robot.warnings
 
 
 def test_coupled_joints_of_mjcf_are_warned_of(tmp_path):
@@ -269,42 +253,13 @@ WRONG_MODELS = {
         "joint 'hip' is a Spherical.*or lock it",
     ),
     "no MuJoCo": (MJCF.replace('type="capsule"', 'type="blob"'), "hopper.xml", "hopper.xml: "),
-    "no model": ('<sdf version="1.6"/>', "post.sdf", "holds no <model>"),
-    "no such link": (
-        SDF.replace("<child>rod</child>", "<child>bar</child>"),
-        "post.sdf",
-        "joint 'pivot' connects 'root' and 'bar', which are not both links",
-    ),
-    "no root": (
-        SDF.replace("<parent>root</parent>", "<parent>disc</parent>").replace(
-            "</model>",
-            '<joint name="x" type="fixed"><parent>rod</parent><child>root</child></joint></model>',
-        ),
-        "post.sdf",
-        "no link is the root",
-    ),
-    "no axis": (
-        SDF.replace("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>"),
-        "post.sdf",
-        "line 7: joint 'pivot' has the axis .*; expected finite numbers",
-    ),
-    "pose not finite": (
-        SDF.replace("<pose>0 0 1 0 0.3 0</pose>", "<pose>0 0 nan 0 0.3 0</pose>"),
-        "post.sdf",
-        "line 3: the pose of <link> is '0 0 nan 0 0.3 0'; expected 6 finite numbers",
-    ),
+    "SDF": ('<sdf version="1.6"/>', "post.sdf", "post.sdf: SDF models are not read; convert this one to URDF or MJCF"),
     "no direction": (
         URDF.replace('<axis xyz="0 1 0"/><limit', '<axis xyz="0 0 0"/><limit'),
         "arm.urdf",
         "'elbow' has no direction",
     ),
     "joint without a name": (MJCF.replace('name="slide" ', ""), "hopper.xml", r"1 joint\(s\) have no name"),
-    "five numbers": (
-        SDF.replace("0 0 1 0 0.3 0", "0 0 1 0 0.3"),
-        "post.sdf",
-        "line 3: the pose of <link> is '0 0 1 0 0.3'; expected 6 finite numbers",
-    ),
-    "negative mass": (SDF.replace("<mass>2</mass>", "<mass>-2</mass>"), "post.sdf", "link 'rod' has a mass of -2 kg"),
 }
 
 
@@ -369,24 +324,6 @@ def test_an_mjcf_whose_meshes_are_elsewhere_is_read_by_its_inertias(tmp_path):
     assert robot.warnings == ()
 
 
-def test_sdf_axes_may_be_given_in_the_model_frame_and_loops_are_left_out(tmp_path):
-    """The rod leans by 0.3 rad about y: along the model's z it slides as along (-sin 0.3, 0, cos 0.3) of its own."""
-    text = (
-        SDF.replace('"revolute"', '"prismatic"')
-        .replace("<xyz>0 1 0</xyz>", "<xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame>")
-        .replace(
-            "</model>",
-            '<link name="loose"/><joint name="drive" type="gearbox"><parent>root</parent><child>loose</child></joint>'
-            "</model>",
-        )
-    )
-    robot = Robot.from_file(write_robot(tmp_path, "", text, "post.sdf"))
-    assert robot.prismatic == (True,)
-    np.testing.assert_allclose(robot.tree.axes[0].direction, [-np.sin(0.3), 0, np.cos(0.3)], atol=1e-12)
-    assert inertia(robot)[0, 0] == pytest.approx(2.0)
-    assert robot.warnings == ("post.sdf: left out of the tree: gearbox joint 'drive', link 'loose'",)
-
-
 def test_a_joint_is_locked_where_it_is_said(tmp_path):
     """Bent by 0.8 rad, the forearm's mass 0.1 m behind the elbow is nearer to the shoulder."""
     robot = Robot.from_file(write_robot(tmp_path, "locked = { elbow = 0.8 }"))
@@ -395,12 +332,11 @@ def test_a_joint_is_locked_where_it_is_said(tmp_path):
     assert inertia(robot)[0, 0] == pytest.approx(0.02 + 2 * 0.2**2 + 0.01 + square)
 
 
-@pytest.mark.parametrize(("model", "name"), [(URDF, "arm.urdf"), (SDF, "post.sdf")])
-def test_a_model_is_read_without_a_robot_file(tmp_path, model, name):
-    given = Robot.from_file(write_robot(tmp_path, "gravity = [0, -9.81, 0]", model, name))
-    robot = Robot.from_model(tmp_path / name, base="fixed", gravity=(0, -9.81, 0))
+def test_a_model_is_read_without_a_robot_file(tmp_path):
+    given = Robot.from_file(write_robot(tmp_path, "gravity = [0, -9.81, 0]"))
+    robot = Robot.from_model(tmp_path / "arm.urdf", base="fixed", gravity=(0, -9.81, 0))
     assert robot.joint_names == given.joint_names
-    assert (robot.base, robot.path, robot.model_path) == ("fixed", str(tmp_path / name), given.model_path)
+    assert (robot.base, robot.path, robot.model_path) == ("fixed", str(tmp_path / "arm.urdf"), given.model_path)
     np.testing.assert_array_equal(robot.gravity, given.gravity)
     np.testing.assert_array_equal(inertia(robot), inertia(given))
 

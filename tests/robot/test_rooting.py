@@ -37,11 +37,8 @@ def test_frames_stand_to_one_another_as_before(name, foot):
         tree = robot.rooted_at(foot)
         ours = placements(tree.model, configuration(tree, joints))
         assert ours[robot.contacts[foot].frame].isApprox(pin.SE3.Identity(), 1e-12)
-        if name == "cassie":  # Pinocchio does not read SDF
-            theirs = placements(robot.tree.model, configuration(robot.tree, joints))
-        else:
-            model = plain_model(name)
-            theirs = placements(model, plain_configuration(model, robot, joints))
+        model = plain_model(name)
+        theirs = placements(model, plain_configuration(model, robot, joints))
         frames = set(theirs) & set(ours) - {"universe"}
         assert len(frames) > len(robot.joint_names) / 2
         for frame in frames:

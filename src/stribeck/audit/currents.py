@@ -17,6 +17,7 @@ import pinocchio as pin
 from stribeck.audit.cures import listed
 from stribeck.audit.evidence import STILL, Evidence, gather
 from stribeck.audit.regression import FEWEST, effective_share, friction_shapes
+from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State, root_quaternions
 from stribeck.errors import LogError
@@ -24,7 +25,6 @@ from stribeck.finding import Finding
 from stribeck.friction_torque.stream import ContactMode, contact_root
 from stribeck.preparation import PreparedLog, log_names
 from stribeck.robot import Robot
-from stribeck.robot.loops import without_loop_forces
 from stribeck.settings import Priors, Settings
 from stribeck.typing import Array
 

@@ -134,7 +134,7 @@ def identify(
 
 @app.command()
 def init(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF, MJCF or SDF file, or package:NAME.")],
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF or MJCF file, or package:NAME.")],
     log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="A log of the robot.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The robot file to write.")] = Path("robot.toml"),
     overwrite: OverwriteOption = False,
@@ -314,7 +314,7 @@ def plan(
 def replay(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
     robot: RobotOption,
-    model: Annotated[Path, typer.Option("--model", "-m", help="A URDF, MJCF or SDF with the robot's joints.")],
+    model: Annotated[Path, typer.Option("--model", "-m", help="A URDF or MJCF with the robot's joints.")],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder for replay.json and replay.html.")
     ] = None,

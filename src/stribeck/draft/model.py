@@ -86,7 +86,7 @@ def read_model(path: Path) -> ModelFacts:
 
 
 def _is_ball(link: Element) -> bool:
-    """Return whether a link of a URDF or SDF touches others by one sphere; four of them are the corners of a sole."""
+    """Return whether a link of a URDF touches others by one sphere; four of them are the corners of a sole."""
     return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
 
 

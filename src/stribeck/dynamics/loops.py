@@ -1,13 +1,211 @@
-"""Inertia and momentum of a tree with loops, in its independent joints (`robot.loops`): G^T M G and G^T M v."""
+"""Closed kinematic chains: positions of the passive joints, and the dynamics in the independent joints.
+
+The joints are split into independent and passive ones, q = (q_i, q_p). A loop requires gap(q) = 0, so
+
+    J_p v_p = -J_i v_i,  v = G v_i,  G = (1, -J_p^+ J_i),        a = G a_i + (0, -J_p^+ J' v)
+
+The forces that close it do no work in any such motion, G^T J^T = 0. Multiplying the tree's equation of motion by G^T
+therefore removes them: embedding, R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 8.5. No torque acts on
+passive joints; their friction appears at the independent joints, as G^T maps it.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
+import pinocchio as pin
 
 from stribeck.dynamics.momentum import STEP, momentum_balance
 from stribeck.dynamics.rooted import RootMotion, joint_inertia
+from stribeck.errors import LogError, RobotFileError
+from stribeck.log.robot_log import RobotLog
 from stribeck.robot import Robot
-from stribeck.robot.loops import loop_terms, passive_response, without_loop_forces
 from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
+
+CLOSED = 1e-12
+"""Gap [m], [rad], or step [rad], [m], at which Gauss-Newton ends."""
+OPEN = 1e-3
+"""Gap [m], [rad] that is left by more than the digits of a model."""
+MOST_STEPS = 30
+"""Of Gauss-Newton for a sample; three are usual."""
+STRIDE = 0.05
+"""[rad], [m] that independent joints may move between two solutions: further ones may lie on another branch."""
+RANK = 1e-6
+"""Singular values below this share of the largest [1] are of what two loops say twice, or of a dead centre."""
+ROUNDED = 1e-3
+"""The same of a model whose axes are rounded: what it holds by that little is not held."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoopTerms:
+    """Gaps [m], [rad], shape (T, m), their Jacobian J, shape (T, m, n), and J' v, shape (T, m), in the root's axes."""
+
+    gap: Array
+    jacobian: Array
+    drift: Array
+
+
+@cache
+def _workspace(robot: Robot) -> tuple[pin.Model, pin.Data, tuple[tuple[int, int, int], ...]]:
+    model = robot.tree.model
+    frames = tuple((*(int(model.getFrameId(name)) for name in loop.frames), loop.size) for loop in robot.loops)
+    return model, model.createData(), frames  # type: ignore[return-value]
+
+
+def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> LoopTerms:
+    """Return gap, Jacobian and drift (zero without velocities) of all loops; Pinocchio has no batched call for them."""
+    model, data, frames = _workspace(robot)
+    columns, size = robot.tree.columns, robot.tree.root_size
+    rows = sum(loop.size for loop in robot.loops)
+    gap, drift = np.empty((2, len(position), rows))
+    jacobian = np.empty((len(position), rows, len(columns)))
+    configuration, rates, still = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+    for k, row in enumerate(position):
+        configuration[model.nq - len(columns) :] = row[columns]
+        if velocity is not None:
+            rates[size:] = velocity[k, columns]
+            pin.forwardKinematics(model, data, configuration, rates, still)
+        pin.computeJointJacobians(model, data, configuration)
+        pin.updateFramePlacements(model, data)
+        first = 0
+        for one, other, count in frames:
+            here = slice(first, first + count)
+            first += count
+            poses = data.oMf[one], data.oMf[other]
+            gap[k, here][:3] = poses[0].translation - poses[1].translation
+            if count == 6:
+                gap[k, here][3:] = pin.log3(poses[0].rotation @ poses[1].rotation.T)
+            both = [pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED) for frame in (one, other)]
+            jacobian[k, here][:, columns] = (both[0] - both[1])[:count, size:]
+            if velocity is not None:
+                turns = [
+                    pin.getFrameClassicalAcceleration(model, data, frame, pin.LOCAL_WORLD_ALIGNED).vector
+                    for frame in (one, other)
+                ]
+                drift[k, here] = (turns[0] - turns[1])[:count]
+    return LoopTerms(gap, jacobian, drift if velocity is not None else np.zeros_like(gap))
+
+
+def passive_response(robot: Robot, jacobian: Array) -> Array:
+    """Return -J_p^+ J_i: how passive joints follow the independent ones, shape (T, passive, independent)."""
+    inverse = np.linalg.pinv(jacobian[:, :, robot.passive_columns], rcond=RANK)
+    return np.asarray(-inverse @ jacobian[:, :, robot.independent])
+
+
+def without_loop_forces(robot: Robot, position: Array, torque: Array) -> Array:
+    """Return G^T of joint torques, shape (T, n) or (T, n, c), in the columns of independent joints; zero in others.
+
+    Without loops they are returned as they are.
+    """
+    if not robot.loops:
+        return torque
+    response = passive_response(robot, loop_terms(robot, position).jacobian)
+    found = np.zeros(torque.shape)
+    passive = torque[:, robot.passive_columns]
+    found[:, robot.independent] = torque[:, robot.independent] + np.einsum("tpi,tp...->ti...", response, passive)
+    return found
+
+
+def closed_log(log: RobotLog, robot: Robot) -> tuple[RobotLog, list[str]]:
+    """Return a log with the positions of passive joints that it lacks (NaN), and velocities and accelerations likewise.
+
+    Raises
+    ------
+    RobotFileError
+        If the loops leave passive joints free.
+    LogError
+        If the logged joints do not let the loops close.
+    """
+    if not robot.loops:
+        return log, []
+    passive, position = robot.passive_columns, log.position
+    torque = log.torque.copy()
+    torque[:, passive] = 0.0
+    missing = [robot.joint_names[k] for k in passive if not np.isfinite(position[:, k]).any()]
+    if missing:
+        position = _solved(robot, log)
+    known = np.isfinite(position).all(axis=1)
+    if not known.any():
+        return log, []
+    some = position[known][:: max(1, len(position) // 200)]
+    terms = loop_terms(robot, some)
+    free = ", ".join(robot.joint_names[k] for k in passive)
+    if np.linalg.matrix_rank(terms.jacobian[0][:, passive], rtol=RANK) < len(passive):
+        raise RobotFileError(
+            f"{robot.path}: [[robot.loops]] do not say how {free} move with the other joints; expected as many passive "
+            "joints as the loops hold, away from a dead centre"
+        )
+    if np.linalg.matrix_rank(terms.jacobian[0], rtol=ROUNDED) > len(passive):
+        raise RobotFileError(
+            f"{robot.path}: [[robot.loops]] hold more than the passive joints {free} give way to, so that the others "
+            "do not move freely; expected every joint of the loops without a motor in [robot] passive"
+        )
+    velocity, acceleration = _rates(robot, position, log.velocity, log.acceleration)
+    widest = 1e3 * float(np.abs(terms.gap).max())
+    note = f"The positions leave the loops open by up to {widest:.2g} mm or mrad."
+    if missing:
+        note = f"Positions of the passive joints {', '.join(missing)} are those that close the loops. {note}"
+    taken = "Friction of passive joints cannot be told from that of the joints that move them, and is taken for theirs."
+    log = replace(log, position=position, torque=torque, velocity=velocity, acceleration=acceleration)
+    return log, [note, taken]
+
+
+def _rates(
+    robot: Robot, position: Array, velocity: Array | None, acceleration: Array | None
+) -> tuple[Array | None, Array | None]:
+    """Return velocities and accelerations whose passive joints follow the others, where they are not logged."""
+    passive = robot.passive_columns
+    if velocity is None or np.isfinite(velocity[:, passive]).any():
+        return velocity, acceleration
+    position, velocity = np.nan_to_num(position), velocity.copy()  # rows that lack values are cut out later on
+    jacobian = loop_terms(robot, position).jacobian
+    response = passive_response(robot, jacobian)
+    velocity[:, passive] = np.einsum("tpi,ti->tp", response, velocity[:, robot.independent])
+    if acceleration is not None:
+        drift = loop_terms(robot, position, velocity).drift
+        own = np.linalg.pinv(jacobian[:, :, passive], rcond=RANK)
+        acceleration = acceleration.copy()
+        acceleration[:, passive] = np.einsum("tpi,ti->tp", response, acceleration[:, robot.independent])
+        acceleration[:, passive] -= np.einsum("tpm,tm->tp", own, drift)
+    return velocity, acceleration
+
+
+def _solved(robot: Robot, log: RobotLog) -> Array:
+    """Return positions whose passive joints close the loops, sample after sample from the model's zero."""
+    independent = robot.independent
+    found = log.position.copy()
+    found[:, robot.passive_columns] = np.nan
+    now = np.zeros(found.shape[1])
+    for k in np.flatnonzero(np.isfinite(found[:, independent]).all(axis=1)).tolist():
+        step = found[k, independent] - now[independent]
+        parts = max(1, int(np.ceil(np.abs(step).max() / STRIDE)))
+        before = now[independent].copy()
+        for part in range(1, parts + 1):
+            now[independent] = before + step * part / parts
+            gap = _close(robot, now)
+            if not gap < OPEN:
+                loops, left = ", ".join(map(str, robot.loops)), f"{1e3 * gap:.3g} mm or mrad"
+                raise LogError(
+                    f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {left} are "
+                    "left; check zeros and signs of the joints that are logged, and the model"
+                )
+        found[k] = now
+    return found
+
+
+def _close(robot: Robot, position: Array) -> float:
+    """Move the passive joints of one sample, in place, by Gauss-Newton until the loops close; return the gap left."""
+    passive = robot.passive_columns
+    gap = np.inf
+    for _ in range(MOST_STEPS):
+        terms = loop_terms(robot, position[None])
+        gap = float(np.abs(terms.gap).max())
+        step = np.linalg.lstsq(terms.jacobian[0][:, passive], terms.gap[0], rcond=RANK)[0]
+        if not gap >= CLOSED or np.abs(step).max() < CLOSED:
+            break
+        position[passive] -= step
+    return gap
 
 
 def loop_inertia(robot: Robot, rooted: RootedModel, position: Array) -> Array:

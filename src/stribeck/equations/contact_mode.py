@@ -15,11 +15,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
-from stribeck.robot.loops import without_loop_forces
 from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
 

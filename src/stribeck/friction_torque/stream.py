@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.constrained import minimum_norm_friction_torque
+from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import base_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
@@ -30,7 +31,6 @@ from stribeck.motion import Filter, make_filter
 from stribeck.motion.averaging import Nodes, average_nodes
 from stribeck.motion.filters import sharper_filter
 from stribeck.robot import Robot
-from stribeck.robot.loops import without_loop_forces
 from stribeck.robot.rooting import RootedModel
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings

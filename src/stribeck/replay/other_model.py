@@ -28,7 +28,7 @@ def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:
         If the file cannot be read, or lacks a joint of the robot.
     """
     if not path.exists():
-        raise RobotFileError(f"{path}: no such file; expected a URDF, MJCF or SDF model of robot '{robot.name}'")
+        raise RobotFileError(f"{path}: no such file; expected a URDF or MJCF model of robot '{robot.name}'")
     model, notes = load_model(path, robot.base)
     names = joint_names(model)
     if missing := [name for name in robot.joint_names if name not in names]:

@@ -120,7 +120,7 @@ def replay(
     robot
         The robot, or the path of its robot file.
     model
-        A URDF, MJCF or SDF with the robot's joints.
+        A URDF or MJCF with the robot's joints.
     settings
         The robot file's if None. Motion and torque pass the same filter, and standing legs move as measured.
     force

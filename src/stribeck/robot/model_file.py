@@ -1,4 +1,4 @@
-"""Reads a model file (URDF, MJCF or SDF) into Pinocchio, checked, with locked joints removed."""
+"""Read a model file (URDF or MJCF) into Pinocchio, checked, with locked joints removed."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,6 @@ from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.robot.mjcf_file import check_mjcf_file
 from stribeck.robot.model_check import check_finite, check_inertias, require_same_joints, require_same_mass
 from stribeck.robot.rooting import FLOATING, is_floating
-from stribeck.robot.sdf import build_from_sdf
 from stribeck.robot.urdf_check import check_urdf, keep_dynamics, moving_joints, total_mass
 from stribeck.robot.xml_file import XmlFile, read_xml
 from stribeck.typing import Array
@@ -26,7 +25,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     Parameters
     ----------
     path
-        A .urdf, .xml or .mjcf (MuJoCo), or .sdf file.
+        A URDF or MJCF (MuJoCo) file.
     base
         Whether the root moves freely. A root fixed in a floating model stays where the file puts it.
 
@@ -41,9 +40,6 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     try:
         if kind == "urdf":
             model, notes = _build_from_urdf(xml, root)
-        elif kind == "sdf":
-            model, notes = build_from_sdf(xml, root)
-            check_finite(path, model)
         else:
             try:
                 from stribeck.robot.mjcf_check import add_loop_frames, check_mjcf, compile_mjcf
@@ -88,7 +84,7 @@ def _with_root(fixed: pin.Model, root: pin.JointModelFreeFlyer) -> pin.Model:
     return model
 
 
-def kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:
+def kind_of(path: Path) -> Literal["urdf", "mjcf"]:
     """Return which format a model file has, by its root element.
 
     Raises
@@ -99,11 +95,13 @@ def kind_of(path: Path) -> Literal["urdf", "mjcf", "sdf"]:
     return _kind(read_xml(path))
 
 
-def _kind(xml: XmlFile) -> Literal["urdf", "mjcf", "sdf"]:
-    kinds: dict[str, Literal["urdf", "mjcf", "sdf"]] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
+def _kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
+    kinds: dict[str, Literal["urdf", "mjcf"]] = {"robot": "urdf", "mujoco": "mjcf"}
+    if xml.root.tag == "sdf":
+        raise RobotFileError(f"{xml.path}: SDF models are not read; convert this one to URDF or MJCF")
     if xml.root.tag not in kinds:
         raise RobotFileError(
-            f"{xml.path}: the root element is <{xml.root.tag}>; expected <robot> (URDF), <mujoco> (MJCF) or <sdf> (SDF)"
+            f"{xml.path}: the root element is <{xml.root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
         )
     return kinds[xml.root.tag]
 

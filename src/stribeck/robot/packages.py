@@ -91,7 +91,7 @@ def _examples() -> dict[str, list[Path]]:
     found: dict[str, list[Path]] = {}
     for file in sorted(files, key=str):
         parts = file.parts
-        if file.suffix in (".urdf", ".sdf") and "robots" in parts:
+        if file.suffix == ".urdf" and "robots" in parts:
             path = Path(str(file.locate()))
             for name in (file.stem, f"{parts[parts.index('robots') + 1]}/{file.stem}"):
                 found.setdefault(name, []).append(path)

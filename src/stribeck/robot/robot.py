@@ -16,7 +16,6 @@ from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.files import read_text
 from stribeck.robot.actuators import armature_warning, command_gains, motors_of
 from stribeck.robot.kinematics import frame_pose
-from stribeck.robot.loops import Loop, columns_of, loop_groups, passive_of
 from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
@@ -39,6 +38,22 @@ class Contact:
     def size(self) -> int:
         """Number of constraints."""
         return 6 if self.kind == "surface" else 3
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Two frames whose origins are held together (`point`), or that are wholly (`weld`)."""
+
+    frames: tuple[str, str]
+    kind: Literal["point", "weld"] = "point"
+
+    def __str__(self) -> str:
+        return " and ".join(f"'{frame}'" for frame in self.frames)
+
+    @property
+    def size(self) -> int:
+        """Number of constraints."""
+        return 3 if self.kind == "point" else 6
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,7 +79,7 @@ class Robot:
     torque_source, log_table, settings
         As the robot file says.
     passive, loops
-        Joints without a motor, which are among those under position control, and what moves them (`robot.loops`).
+        Joints without a motor, which are among those under position control, and what moves them (`dynamics.loops`).
     motors
         By joint: what its torque is made of, where the log holds currents or torques before the gear.
     command_gains
@@ -138,7 +153,7 @@ class Robot:
         position_controlled: Sequence[str] = (),
         gravity: Sequence[float] = (0.0, 0.0, -9.81),
     ) -> Robot:
-        """Read a URDF, MJCF or SDF model, without a robot file; `from_urdf` is another name of this.
+        """Read a URDF or MJCF model, without a robot file; `from_urdf` is another name of this.
 
         Parameters
         ----------
@@ -237,7 +252,7 @@ class Robot:
     @cached_property
     def passive_columns(self) -> NDArray[np.int64]:
         """Columns of the passive joints."""
-        return columns_of(self.joint_names, self.passive)
+        return np.array([k for k, name in enumerate(self.joint_names) if name in self.passive], dtype=np.int64)
 
     @cached_property
     def independent(self) -> NDArray[np.int64]:
@@ -266,10 +281,24 @@ class Robot:
             frame = self.tree.model.frames[self.tree.model.getFrameId(self.contacts[foot].frame)]
             for joint in self.tree.path_to_root(int(frame.parentJoint)):
                 mask[self.tree.column(joint)] = True
-        for group in loop_groups(self):  # the ground's force on a loop acts on all of its joints
+        for group in self._loop_groups():  # the ground's force on a loop acts on all of its joints
             if mask[list(group)].any():
                 mask[list(group)] = True
         return mask
+
+    def _loop_groups(self) -> list[set[int]]:
+        """Return the columns of the joints that loops tie together, group by group."""
+        frames = self.tree.model.frames
+        groups: list[set[int]] = []
+        for loop in self.loops:
+            first, second = (
+                {self.tree.column(joint) for joint in self.tree.path_to_root(int(frames[index].parentJoint))}
+                for index in map(self.tree.model.getFrameId, loop.frames)
+            )
+            joined = first ^ second
+            apart = [group for group in groups if not group & joined]
+            groups = [*apart, joined.union(*(group for group in groups if group & joined))]
+        return groups
 
     def foot_pose(self, contact: str, position: Array) -> tuple[Array, Array]:
         """Return rotation (T, 3, 3) and translation (T, 3) [m] of a contact's frame in the base frame."""
@@ -386,6 +415,23 @@ def from_robot_file(file: RobotFile, path: Path) -> Robot:
         path=str(path),
         model_path=str(file_of_model),
     )
+
+
+def passive_of(robot_joints: tuple[str, ...], passive: list[str], given: list[str], loops: int, path: str) -> None:
+    """Refuse passive joints that there are not, or that nothing moves."""
+    for name in passive:
+        if name not in robot_joints:
+            known = ", ".join(robot_joints)
+            raise RobotFileError(f"{path}: [robot] passive names joint '{name}'; the joints are {known}")
+        if name in given:
+            raise RobotFileError(
+                f"{path}: joint '{name}' is both passive and position_controlled; expected one of them"
+            )
+    if bool(passive) != bool(loops):
+        raise RobotFileError(
+            f"{path}: [robot] passive and [[robot.loops]] belong together; expected the joints without a motor that "
+            "the loops move, and the frames that are held together"
+        )
 
 
 def _couplings(table: RobotTable, joints: Sequence[str], path: str) -> dict[str, dict[str, float]]:

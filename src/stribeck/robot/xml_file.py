@@ -77,7 +77,7 @@ def read_xml(path: Path) -> XmlFile:
     """
     if _is_missing(path):
         raise RobotFileError(f"{path}: no such model file; [robot] model is taken relative to the robot file")
-    content = read_bytes(path, "a URDF, MJCF or SDF model", RobotFileError)
+    content = read_bytes(path, "a URDF or MJCF model", RobotFileError)
     builder, lines, depth = TreeBuilder(), dict[Element, int](), 0
     parser = expat.ParserCreate()
 
@@ -108,7 +108,7 @@ def read_xml(path: Path) -> XmlFile:
     try:
         parser.Parse(content, True)
     except (expat.ExpatError, ValueError, LookupError) as error:  # of an unknown encoding
-        raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF, MJCF or SDF model") from error
+        raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF or MJCF model") from error
     return XmlFile(path, builder.close(), lines)
 
 
