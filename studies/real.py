@@ -171,7 +171,7 @@ def looked_at(name: str, log: Path, scratch: Path) -> list[Ran]:
     out.mkdir(parents=True, exist_ok=True)
     return [
         run(name, ["inspect", str(log), "-r", str(robot)], "inspect"),
-        run(name, ["convert", str(log), "-r", str(robot), "-o", str(out / "log.mcap")], "convert mcap"),
+        run(name, ["convert", str(log), "-r", str(robot), "-o", str(out / "log.parquet")], "convert"),
         run(name, ["init", str(model_of(robot)), str(log), "-o", str(out / "robot.toml")], "init"),
     ]
 

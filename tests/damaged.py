@@ -31,7 +31,7 @@ from tests.log.readers.formats import (
     write_rosbag2,
 )
 
-SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag", ".lcm")
+SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag")
 
 
 def main_file(path: Path) -> Path:

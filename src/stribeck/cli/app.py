@@ -36,7 +36,7 @@ app = typer.Typer(
 )
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag, lcm; rosbag2, LeRobot.")
+    list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag; rosbag2, LeRobot.")
 ]
 RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone, and JSON if asked for.")]
@@ -191,7 +191,7 @@ def inspect(
 @app.command()
 def convert(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .npz, .parquet or .mcap.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .npz or .parquet.")],
     robot: Annotated[
         Path | None, typer.Option("--robot", "-r", help="Whose joints, in whose order, units and signs.")
     ] = None,
@@ -208,13 +208,11 @@ def convert(
         progress("reading", 0.1)
         found = read_log(log, Robot.from_file(robot) if robot else None)
         progress("writing", 0.6)
-        left_out = write_log(found, output)
+        write_log(found, output)
     if quiet:
         return
     for note in found.notes:
         typer.echo(note)
-    if left_out:
-        typer.echo(f"Messages have no place for {' and '.join(left_out)}: left out.")
     console.print_paths([output])
 
 

@@ -16,7 +16,6 @@ from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.frame import table_of_frame
 from stribeck.log.readers.hdf5 import open_hdf5
-from stribeck.log.readers.lcm import MAGIC, open_lcm
 from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
@@ -43,7 +42,6 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".parquet": open_parquet,
     ".mcap": open_mcap,
     ".bag": open_rosbag,
-    ".lcm": open_lcm,
 }
 """Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
 
@@ -55,8 +53,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap`, `.bag` or `.lcm` file, or the folder of a rosbag2 or of a
-        LeRobot dataset.
+        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2, of a LeRobot
+        dataset or of tables.
     robot
         Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
 
@@ -177,8 +175,6 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
             f"{path}: is a folder without metadata.yaml, {INFO} or tables; expected a log file, a rosbag2 folder, a "
             "LeRobot dataset, or a folder with a .csv or .parquet file a channel"
         )
-    if size and path.suffix.lower() not in FORMATS and _begins_with(path, MAGIC):
-        return open_lcm
     if path.suffix.lower() not in FORMATS:
         raise LogError(
             f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
@@ -198,11 +194,6 @@ def _check_whole(path: Path) -> None:
         stored = stored_bytes(path)
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
         raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
-
-
-def _begins_with(path: Path, magic: bytes) -> bool:
-    with foreign(str(path), "a log"), path.open("rb") as file:
-        return file.read(len(magic)) == magic
 
 
 def _time(source: Source, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:

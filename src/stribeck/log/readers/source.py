@@ -9,7 +9,7 @@ To add a format:
 4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/log/readers/formats.py`, and damage to
    `tests/damaged.py`.
 
-A type of message is a function in `messages.py` (ROS) or `lcm.py`, which takes it apart into joints, IMUs and feet.
+To add a type of message, write a function in `messages.py` that splits it into joints, IMUs and feet.
 """
 
 import errno

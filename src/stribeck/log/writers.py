@@ -1,0 +1,71 @@
+"""Writers of logs, under the names that `read_log` reads without any setting."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+
+from stribeck.errors import LogError
+from stribeck.log.readers.source import JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
+from stribeck.log.robot_log import RobotLog
+from stribeck.log.storage import BLOCK_ROWS
+from stribeck.outputs import whole_or_not_at_all
+
+
+def write_log(log: RobotLog, path: str | Path) -> None:
+    """Write a log, in SI units and under the names that `read_log` reads without any setting, whole or not at all.
+
+    Parameters
+    ----------
+    log
+        Its time may be irregular and values may be missing (NaN); both are written unchanged.
+    path
+        A `.npz` or `.parquet` file; an existing file is replaced.
+
+    Raises
+    ------
+    LogError
+        If there is no writer for the suffix, or torques are currents.
+    SettingsError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> write_log(read_log("log.npz"), "log.parquet")
+    """
+    target = Path(path)
+    if target.suffix not in WRITERS:
+        raise LogError(f"{target}: the suffix is '{target.suffix}'; logs are written as {', '.join(WRITERS)}")
+    if log.in_amperes:
+        raise LogError(
+            f"{log.path or 'log'}: torques of {', '.join(log.in_amperes)} are currents in amperes, and logs are "
+            "written in N m; expected their [robot.motors.<joint>] torque_constant"
+        )
+    with whole_or_not_at_all(target) as temporary:
+        WRITERS[target.suffix](log, temporary)
+
+
+def _write_npz(log: RobotLog, path: Path) -> None:
+    names = {"joint_names": np.array(log.joint_names), "torque_source": np.array(log.torque_source)}
+    if log.foot_names:
+        names["foot_names"] = np.array(log.foot_names)
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **names, **log.channels())
+
+
+def _write_parquet(log: RobotLog, path: Path) -> None:
+    labels = dict.fromkeys(JOINT_CHANNELS, log.joint_names) | VECTOR_CHANNELS
+    labels |= {"contact": log.foot_names, "foot_force": log.foot_names}
+    labels["foot_wrench"] = tuple(f"{foot}.{axis}" for foot in log.foot_names for axis in WRENCH)
+    columns = {}
+    for channel, values in log.channels().items():
+        names = [f"{channel}.{label}" for label in labels[channel]] if channel != "time" else ["time"]
+        columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
+    table = pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
+    pyarrow.parquet.write_table(table, path, row_group_size=BLOCK_ROWS, write_page_checksum=True)
+
+
+WRITERS: dict[str, Callable[[RobotLog, Path], None]] = {".npz": _write_npz, ".parquet": _write_parquet}
+"""Writers by suffix."""
