@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
+from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log.readers.source import JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
@@ -59,7 +60,7 @@ def _write_parquet(log: RobotLog, path: Path) -> None:
     labels = dict.fromkeys(JOINT_CHANNELS, log.joint_names) | VECTOR_CHANNELS
     labels |= {"contact": log.foot_names, "foot_force": log.foot_names}
     labels["foot_wrench"] = tuple(f"{foot}.{axis}" for foot in log.foot_names for axis in WRENCH)
-    columns = {}
+    columns: dict[str, NDArray[np.generic]] = {}
     for channel, values in log.channels().items():
         names = [f"{channel}.{label}" for label in labels[channel]] if channel != "time" else ["time"]
         columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
