@@ -24,8 +24,7 @@ import numpy as np
 from stribeck import Robot, identify, plan
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.planning.assumed import AssumedFriction
-from stribeck.planning.present import shrinking_share
+from stribeck.planning.joint import PlannedJoint, Reach
 from stribeck.result import JointResult
 from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
@@ -80,7 +79,15 @@ def run(name: str, seed: int) -> dict[str, Any]:
     joints = {}
     for joint in names:
         now = found.joints[joint]
-        share = shrinking_share(AssumedFriction(now, False, False, known.settings.priors, known.settings.rest))
+        share = PlannedJoint(
+            column=0,
+            found=now,
+            guessed=False,
+            prismatic=False,
+            priors=known.settings.priors,
+            rest=known.settings.rest,
+            reach=Reach(low=0.0, high=0.0, speed=0.0),
+        ).shrinking_share
         half = np.array([point.half_width for point in now.curve]) * np.sqrt(share / TIMES + 1 - share)
         promised = next(each for each in planned.joints[joint].candidates if each.motion == FASTER).curve
         joints[joint] = {

@@ -12,12 +12,11 @@ from stribeck import Robot, Settings, identify, plan
 from stribeck.cli.app import app
 from stribeck.errors import SettingsError
 from stribeck.identification.judgement.curve import WIDEST, relative_width
-from stribeck.planning.advice import of_pace, present_length
-from stribeck.planning.assumed import AssumedFriction, guess
+from stribeck.planning.advice import PERIOD, motions_of, of_pace, present_length
 from stribeck.planning.information import covariances, dynamics_of, expected_curve
-from stribeck.planning.motions import PERIOD, Reach, motions_of
+from stribeck.planning.joint import PlannedJoint, PresentMotion, Reach, guess
 from stribeck.planning.plan import gravity
-from stribeck.planning.present import PresentMotion, read_noise, unit_information
+from stribeck.planning.present import read_noise
 from stribeck.result import JointResult, Result, read_result
 
 NOISE = 20.0
@@ -43,8 +42,23 @@ def result(out: Path) -> Result:
     return read_result(out / "result.json")
 
 
-def assumed_of(joint: JointResult) -> AssumedFriction:
-    return AssumedFriction(joint, guessed=False, prismatic=False, priors=Settings().priors, rest=0.005)
+def planned(joint: JointResult, noise: float = 1e-3) -> PlannedJoint:
+    return PlannedJoint(
+        column=0,
+        found=joint,
+        guessed=False,
+        prismatic=False,
+        priors=Settings().priors,
+        rest=0.005,
+        reach=Reach(low=-1.0, high=1.0, speed=2.0),
+        noise=noise,
+    )
+
+
+def random_motion(seed: int) -> PresentMotion:
+    velocity = np.repeat(np.random.default_rng(seed).uniform(-2, 2, 50), 100)
+    usable = np.ones(len(velocity), dtype=bool)
+    return PresentMotion(velocity=velocity, friction_torque=velocity, usable=usable, period=0.005)
 
 
 def wider(joint: JointResult, width: float, shares: dict[str, float] | None = None) -> JointResult:
@@ -81,66 +95,47 @@ def test_weak_and_still_joints_are_planned_for(out: Path, result: Result) -> Non
 def test_a_longer_motion_is_as_much_longer_as_the_interval_is_too_wide(result: Result) -> None:
     """Four times as long halves it; what does not fall with the length leaves less room, and in the end none."""
     shoulder = result.joints["shoulder"]
-    assert present_length(assumed_of(wider(shoulder, 2 * WIDEST)), 10.0) == pytest.approx(40)
+    assert present_length(planned(wider(shoulder, 2 * WIDEST)), 10.0) == pytest.approx(40)
     some = wider(shoulder, 2 * WIDEST, {"noise": 0.8, "repeated errors": 0.2})
-    assert present_length(assumed_of(some), 10.0) == pytest.approx(10 * 0.8 / (0.25 - 0.2))
+    assert present_length(planned(some), 10.0) == pytest.approx(10 * 0.8 / (0.25 - 0.2))
     most = wider(shoulder, 2 * WIDEST, {"noise": 0.7, "repeated errors": 0.3})
-    assert present_length(assumed_of(most), 10.0) is None
+    assert present_length(planned(most), 10.0) is None
 
 
 def test_the_present_motion_at_its_own_pace_brings_what_it_has_brought(result: Result) -> None:
     """Twice as fast it halves what falls with the length of viscous friction, and nothing of what stays."""
-    velocity = np.repeat(np.random.default_rng(2).uniform(-2, 2, 50), 100)
-    motion = PresentMotion(
-        velocity=velocity, friction_torque=velocity, usable=np.ones(len(velocity), dtype=bool), period=0.005
-    )
-    shoulder = result.joints["shoulder"]
     for stays in (0.0, 1.0):
-        joint = wider(shoulder, WIDEST / 2, {"noise": 1 - stays, "repeated errors": stays})
-        same, faster = (of_pace("", pace, assumed_of(joint), motion, 2.0, 1e-3) for pace in (1.0, 2.0))
+        joint = wider(result.joints["shoulder"], WIDEST / 2, {"noise": 1 - stays, "repeated errors": stays})
+        same, faster = (of_pace("", pace, planned(joint), random_motion(2), 2.0) for pace in (1.0, 2.0))
         for now, again in zip(joint.curve, same.curve, strict=True):
             assert again.half_width == pytest.approx(now.half_width)
         gain = faster.curve[-1].half_width / joint.curve[-1].half_width
         assert gain == pytest.approx(1.0) if stays else 0.4 < gain < 0.9
 
 
-def test_the_noise_is_that_which_explains_the_intervals(result: Result) -> None:
-    generator = np.random.default_rng(1)
-    velocity = np.repeat(generator.uniform(-2, 2, 50), 100)
-    everything = np.ones(len(velocity), dtype=bool)
-    motion = PresentMotion(velocity=velocity, friction_torque=velocity, usable=everything, period=0.005)
-    assumed = assumed_of(result.joints["shoulder"])
-    covariance = np.linalg.inv(unit_information(motion, assumed) / 1e-3 + np.diag(assumed.precision))
-    curve = expected_curve(assumed, covariance, assumed.joint.curve[-1].velocity, 25.0)
-    assert read_noise(motion, assumed_of(replace(assumed.joint, curve=curve))) == pytest.approx(1e-3)
+def test_the_noise_explains_the_intervals(result: Result) -> None:
+    motion, joint = random_motion(1), planned(result.joints["shoulder"])
+    covariance = np.linalg.inv(joint.information(motion) / 1e-3 + np.diag(joint.precision))
+    curve = expected_curve(joint, covariance, joint.found.curve[-1].velocity, 25.0)
+    assert read_noise(motion, planned(replace(joint.found, curve=curve))) == pytest.approx(1e-3)
 
 
-def test_covariances_are_those_of_least_squares_with_bodies_known_and_larger_otherwise(
-    out: Path, result: Result
-) -> None:
+def test_covariances_equal_least_squares_with_bodies_known_and_are_larger_otherwise(out: Path, result: Result) -> None:
     robot = Robot.from_file(out / "robot.toml")
-    assumed = assumed_of(result.joints["shoulder"])
-    motion = motions_of(assumed.joint, prismatic=False, reach=Reach(low=-1.0, high=1.0, speed=2.0))[1]
+    joint = planned(result.joints["shoulder"])
     dynamics = dynamics_of(robot, gravity(robot, "z"), Settings().priors)
-    state = motion.state(0, np.zeros(3))
+    state = motions_of(joint, np.zeros(3))[1].state
     known = replace(dynamics, directions=1e-9 * dynamics.directions)
-    sure, open_ = (covariances(each, state, {0: assumed}, {0: 1e-3}, PERIOD)[0] for each in (known, dynamics))
-    columns = np.column_stack([motion.velocity, np.sign(motion.velocity), np.ones(len(motion.velocity))])
+    sure, open_ = (covariances(each, state, [joint], PERIOD)[0] for each in (known, dynamics))
+    velocity = state.velocity[:, 0]
+    columns = np.column_stack([velocity, np.sign(velocity), np.ones(len(velocity))])
     least_squares = np.linalg.inv(columns.T @ columns * PERIOD / 1e-3)
     assert np.sqrt(np.diag(sure)) == pytest.approx(np.sqrt(np.diag(least_squares)), rel=0.05)
     assert np.all(np.diag(open_) >= np.diag(sure))
     assert open_[2, 2] > 10 * sure[2, 2]  # gravity makes up for an offset
-
-
-def test_a_torque_without_noise_makes_friction_known_however_far_bodies_outweigh_their_priors(
-    out: Path, result: Result
-) -> None:
-    robot = Robot.from_file(out / "robot.toml")
-    assumed = assumed_of(result.joints["shoulder"])
-    motion = motions_of(assumed.joint, prismatic=False, reach=Reach(low=-1.0, high=1.0, speed=2.0))[1]
-    dynamics, state = dynamics_of(robot, gravity(robot, "z"), Settings().priors), motion.state(0, np.zeros(3))
-    by_noise = [covariances(dynamics, state, {0: assumed}, {0: noise}, PERIOD)[0] for noise in (1e-6, 1e-20, 1e-40)]
-    errors = np.array([np.sqrt(np.diag(each)) for each in by_noise])
+    # without noise friction becomes known, however far the information about bodies outweighs their priors
+    quiet = [planned(joint.found, noise) for noise in (1e-6, 1e-20, 1e-40)]
+    errors = np.array([np.sqrt(np.diag(covariances(dynamics, state, [each], PERIOD)[0])) for each in quiet])
     assert np.all(errors > 0)
     np.testing.assert_allclose(errors[1], errors[2])
     assert np.all(errors[1] < 1e-2 * errors[0])
@@ -179,18 +174,8 @@ def test_a_result_without_its_table_is_refused(out: Path, tmp_path: Path) -> Non
 def test_the_command_writes_plan_and_trajectory_once(
     out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = [
-        "plan",
-        str(out),
-        "-r",
-        str(out / "robot.toml"),
-        "-o",
-        str(tmp_path / "new"),
-        "--duration",
-        "10",
-        "--joints",
-        "slide",
-    ]
+    words = ["plan", str(out), "-r", str(out / "robot.toml"), "-o", str(tmp_path / "new")]
+    words += ["--duration", "10", "--joints", "slide"]
     app(words, standalone_mode=False)
     shown = capsys.readouterr().out
     assert "slide: weak: the present motion would do if it lasted" in shown

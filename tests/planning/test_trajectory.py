@@ -14,12 +14,11 @@ from tests.arm import TRUTH, write_arm
 
 from stribeck import Robot, Settings
 from stribeck.errors import SettingsError
-from stribeck.planning.assumed import AssumedFriction, guess
 from stribeck.planning.collision import CLEARANCE, load_self_collision
 from stribeck.planning.files import KIND, TOPIC, write_csv, write_message
 from stribeck.planning.fourier import FREE, Series
 from stribeck.planning.information import dynamics_of
-from stribeck.planning.motions import Reach
+from stribeck.planning.joint import PlannedJoint, Reach, guess
 from stribeck.planning.plan import gravity
 from stribeck.planning.trajectory import (
     FINE,
@@ -27,16 +26,18 @@ from stribeck.planning.trajectory import (
     Promise,
     Task,
     Trajectory,
-    _drawn,
-    _promise,
-    _within_limits,
     design,
+    promise_of,
+    within_limits,
 )
 from stribeck.result import JointResult
 
 EMPTY = JointResult(
     parameters={}, verdict="not excited", reason="", samples=0, velocity_range=(0.0, 0.0), reversals=0, law="stribeck"
 )
+NEAREST = 0.35 - 0.05 - 0.05 - 0.2 * np.cos(0.2)
+"""From the face of the base at 0.05 m to the mesh's far edge, with the elbow at 0.35 m turned by 180 degrees [m]."""
+
 ELBOW = """<robot name="elbow">
   <link name="base"><collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
   <joint name="shoulder" type="revolute"><origin xyz="0.15 0 0.1"/><parent link="base"/><child link="upper"/>
@@ -56,15 +57,20 @@ def task_of(robot: Robot, moving: tuple[int, ...], posture: np.ndarray, reach: f
     """Return the task to find the friction of some joints, which may go so far either way, at 2 units a second."""
     joint = guess(EMPTY, [])
     known = {name: replace(own, value=TRUTH[name]) for name, own in joint.parameters.items()}
-    assumed = AssumedFriction(replace(joint, parameters=known), False, False, Settings().priors, 0.005)
-    return Task(
-        dynamics=dynamics_of(robot, gravity(robot, "z"), Settings().priors),
-        friction=dict.fromkeys(moving, assumed),
-        noise=dict.fromkeys(moving, 1e-4),
-        reach={k: Reach(low=posture[k] - reach, high=posture[k] + reach, speed=2.0) for k in moving},
-        posture=posture,
-        period=10.0,
-    )
+    joints = [
+        PlannedJoint(
+            column=k,
+            found=replace(joint, parameters=known),
+            guessed=False,
+            prismatic=False,
+            priors=Settings().priors,
+            rest=0.005,
+            reach=Reach(low=posture[k] - reach, high=posture[k] + reach, speed=2.0),
+            noise=1e-4,
+        )
+        for k in moving
+    ]
+    return Task(dynamics_of(robot, gravity(robot, "z"), Settings().priors), joints, posture, period=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +108,7 @@ def test_a_trajectory_stays_within_all_limits(task: Task, trajectory: Trajectory
     model, data = robot.tree.model, robot.tree.model.createData()
     rows = zip(state.position, state.velocity, state.acceleration, strict=True)
     torque = np.array([pin.rnea(model, data, *row) for row in rows])
-    torque[:, 0] += task.friction[0].joint.friction(state.velocity[:, 0])
+    torque[:, 0] += task.joints[0].found.friction(state.velocity[:, 0])
     used = np.abs(torque / (TORQUE_SHARE * robot.effort_limits)).max()
     assert used <= 1.001
     assert used == pytest.approx(trajectory.used["torque"], rel=0.02)
@@ -118,9 +124,8 @@ def test_a_trajectory_says_more_than_random_ones(task: Task, trajectory: Traject
     of_random = []
     for _ in range(5):
         series = task.series(np.append(0.0, generator.standard_normal(FREE)))
-        (size, _), _ = _within_limits(task, series, None)
-        state = task.whole(_drawn(task, series, size).at(np.arange(0, 10, FINE)))
-        of_random.append(uncertainty(_promise(task, state, 3)["shoulder"]))
+        state = task.motion(within_limits(task, series, None)[0], np.arange(0, 10, FINE))
+        of_random.append(uncertainty(promise_of(task, state, 3)["shoulder"]))
     assert uncertainty(trajectory.promise["shoulder"]) < min(of_random)
 
 
@@ -162,6 +167,32 @@ def test_bodies_keep_clear_of_each_other(tmp_path: Path) -> None:
     assert bodies.nearest(seeing.at(np.arange(0, 10, 0.05)).position)[0] > 0.9 * CLEARANCE
     assert seeing.clearance is not None
     assert "the distance of base and fore" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("middle", "distance", "notes"),
+    [
+        (0.2, NEAREST, []),
+        (0.0, NEAREST, ["a collision mesh of fore is flat: its bounding box is checked instead of its convex hull"]),
+        (np.nan, np.inf, ["a collision mesh of fore is not checked: it has vertices that are not finite, or none"]),
+    ],
+)
+def test_a_collision_mesh_may_be_flat_or_damaged(
+    tmp_path: Path, middle: float, distance: float, notes: list[str]
+) -> None:
+    """Coal crashes on the convex hulls of such meshes."""
+    corners = np.array([[0.0, 0.0, -0.1], [0.2, 0.0, -0.1], [0.2, 0.0, 0.1], [0.0, 0.0, 0.1], [0.1, middle, 0.0]])
+    turn = np.array([[np.cos(0.2), -np.sin(0.2), 0.0], [np.sin(0.2), np.cos(0.2), 0.0], [0.0, 0.0, 1.0]])
+    triangles = (corners @ turn.T)[[[0, 1, 2], [0, 2, 3], [0, 1, 4], [1, 2, 4]]].astype("<f4")
+    parts = [bytes(12) + each.tobytes() + bytes(2) for each in triangles]
+    (tmp_path / "fore.stl").write_bytes(bytes(80) + len(parts).to_bytes(4, "little") + b"".join(parts))
+    mesh, box = '<origin xyz="0.05 0 0"/><geometry><mesh filename="fore.stl"/>', '<geometry><box size="0.4 0.05 0.05"/>'
+    (tmp_path / "elbow.urdf").write_text(ELBOW.replace(f'<origin xyz="0.2 0 0"/>{box}', mesh))
+    robot = Robot.from_model(tmp_path / "elbow.urdf", base="fixed")
+    bodies, found = load_self_collision(robot, np.zeros(2))
+    assert bodies is not None
+    assert found == notes
+    assert bodies.nearest(np.array([[0.0, 0.0], [0.0, np.pi]]))[0] == pytest.approx(distance, abs=1e-6)
 
 
 def test_a_model_without_geometry_says_so(task: Task) -> None:

@@ -1,4 +1,4 @@
-"""How long the present motion of a joint would have to last, and what each other motion would bring."""
+"""How long the present motion of a joint would have to last, and what other motions would show."""
 
 import math
 from collections.abc import Mapping
@@ -6,26 +6,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stribeck.dynamics.state import State
 from stribeck.identification.judgement.curve import WIDEST, relative_width
-from stribeck.identification.judgement.excitation import MIN_BLOCKS, MIN_REVERSALS
+from stribeck.identification.judgement.excitation import MIN_BLOCKS, MIN_REVERSALS, MIN_SPEED
 from stribeck.identification.judgement.weakness import CLEARED
-from stribeck.planning.assumed import AssumedFriction
-from stribeck.planning.information import Dynamics, covariances, expected_curve, width_of
-from stribeck.planning.motions import DURATION, PERIOD, Motion, Reach, motions_of
-from stribeck.planning.present import PresentMotion, fixed_part, shrinking_share, unit_information
+from stribeck.planning.information import Dynamics, covariances, expected_curve
+from stribeck.planning.joint import PlannedJoint, PresentMotion
 from stribeck.result import CurvePoint
 from stribeck.result.joint import Verdict
 from stribeck.typing import Array
 
 LONGEST = 3600.0
-"""Of a log that is worth advising [s]."""
+"""Longest log worth advising [s]."""
+
+PERIOD, DURATION = 0.005, 30.0
+"""Sampling period and duration of the motions that are compared [s]."""
 
 PARTS = {
     "model": "what is not known of model and calibration",
     "repeated errors": "what comes back with every step",
     "common gain": "what is not known of the torques' gain",
 }
-"""Parts of a variance that no length takes away, in words."""
+"""Descriptions of the parts of a variance that no length of a log reduces."""
 
 PACES = {"the present motion twice as fast": 2.0, "the present motion half as fast": 0.5}
 """Changes of the present motion, and their factors of speed [1]."""
@@ -33,10 +35,10 @@ PACES = {"the present motion twice as fast": 2.0, "the present motion half as fa
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A motion, and what a log of it would say.
+    """A motion, and what a log of it would show.
 
-    `relative_width` is half of the 95 % interval of the friction curve over its value [1], `needed` the time until that
-    is narrow enough for the verdict "identified" [s]; None if no length is.
+    `relative_width` is half of the 95 % interval of the friction curve divided by its value [1], `needed` the time
+    until that is narrow enough for the verdict "identified" [s]; None if no length is.
     """
 
     motion: str
@@ -56,19 +58,19 @@ class JointAdvice:
     Attributes
     ----------
     verdict
-        Of the present log.
+        Verdict of the present log.
     advice
         Sentences.
     unit
-        Of its speed.
+        Unit of the joint's speed.
     noise
         Spectral density of its torque [N^2 m^2 s].
     guessed
-        Whether its friction is a guess from other joints: then widths are as uncertain as that.
+        Whether its friction is a guess from other joints; widths are as uncertain as the guess.
     longer
-        Length of a log of the present motion that would do [s]; None if no length does.
+        Sufficient length of a log of the present motion [s]; None if no length is.
     candidates
-        From the best to the worst.
+        Motions from the best to the worst.
     """
 
     verdict: Verdict
@@ -80,103 +82,124 @@ class JointAdvice:
     candidates: tuple[Candidate, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """A motion in which one joint swings between speeds [rad/s], [m/s] and the others rest."""
+
+    name: str
+    slowest: float
+    fastest: float
+    reversals: int
+    state: State
+
+
 def advise(
-    column: int,
-    assumed: AssumedFriction,
-    verdict: Verdict,
+    joint: PlannedJoint,
     motion: PresentMotion,
     duration: float,
-    noise: float,
-    reach: Reach,
     dynamics: Dynamics,
     posture: Array,
     how: Mapping[str, str],
 ) -> JointAdvice:
-    """Return the advice on one joint.
+    """Advise on one joint.
 
     Parameters
     ----------
-    column
-        Of the joint.
-    assumed, verdict, motion, duration, noise
-        What is known of it, and the length of the log [s].
-    reach
-        How it may move.
+    joint
+        The joint.
+    motion, duration
+        Its motion in the log, and the length of the log [s].
     dynamics, posture
-        Of the robot, and where its other joints rest, shape (n,).
+        Dynamics of the robot, and where its other joints rest, shape (n,).
     how
-        What to say of a motion by its name: how a walker does it.
+        How a walker performs each motion, by the motion's name.
     """
-    unit = "m/s" if assumed.prismatic else "rad/s"
-    top = reach.speed if verdict == "not excited" else max(motion.top_speed, 0.0)
-    found = [
-        _of_motion(each, column, assumed, top, noise, dynamics, posture)
-        for each in motions_of(assumed.joint, assumed.prismatic, reach)
-    ]
-    longer = None
-    if verdict != "not excited":
-        longer = present_length(assumed, duration)
-        found += [of_pace(pace, factor, assumed, motion, top, noise) for pace, factor in PACES.items()]
+    unit, verdict = "m/s" if joint.prismatic else "rad/s", joint.found.verdict
+    still = verdict == "not excited"
+    top = joint.reach.speed if still else max(motion.top_speed, 0.0)
+    longer = None if still else present_length(joint, duration)
+    found = []
+    for each in motions_of(joint, posture):
+        covariance = covariances(dynamics, each.state, [joint], PERIOD)[0]
+        curve = expected_curve(joint, covariance, top, DURATION)
+        found.append(_candidate(each.name, each.slowest, each.fastest, each.reversals, DURATION, curve))
+    if not still:
+        found += [of_pace(pace, factor, joint, motion, top) for pace, factor in PACES.items()]
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
-    said = [_of_longer(verdict, assumed, duration, longer)]
-    if verdict == "not excited" or relative_width(assumed.joint.curve) > WIDEST:
+    said = [_of_longer(joint, duration, longer)]
+    if still or relative_width(joint.found.curve) > WIDEST:
         said.append(_of_best(found, unit, how))
-    if verdict != "not excited":
-        said.append(_of_speed(assumed, motion.top_speed, unit))
+    if not still:
+        said.append(_of_speed(joint, motion.top_speed, unit))
     return JointAdvice(
         verdict=verdict,
         advice="; ".join(text for text in said if text),
         unit=unit,
-        noise=noise,
-        guessed=assumed.guessed,
+        noise=joint.noise,
+        guessed=joint.guessed,
         longer=longer,
         candidates=tuple(found),
     )
 
 
-def _of_motion(
-    motion: Motion,
-    column: int,
-    assumed: AssumedFriction,
-    top: float,
-    noise: float,
-    dynamics: Dynamics,
-    posture: Array,
-) -> Candidate:
-    own = covariances(dynamics, motion.state(column, posture), {column: assumed}, {column: noise}, PERIOD)[0]
-    curve = expected_curve(assumed, own, top, DURATION)
-    return _candidate(motion.name, motion.slowest, motion.fastest, motion.reversals, DURATION, curve)
+def motions_of(joint: PlannedJoint, posture: Array) -> list[Motion]:
+    """Build slow and fast sweeps, one from slow to fast, and one that reverses often; no swing is above 1 Hz.
+
+    Slow is half the Stribeck velocity, or close to the least speed that counts as motion.
+    """
+    least, stribeck = MIN_SPEED[joint.prismatic], joint.found.parameters.get("stribeck_velocity")
+    fast = min(joint.reach.speed, 2 * np.pi * joint.reach.amplitude)
+    slow = float(np.clip(stribeck.value / 2 if stribeck else 2 * least, least, fast / 2))
+    often, turns = min(fast, np.sqrt(slow * fast)), 1.5 * MIN_REVERSALS
+    return [
+        _sweep("slow", slow, slow, joint, posture, turns),
+        _sweep("fast", fast, fast, joint, posture, turns),
+        _sweep("slow to fast", slow, fast, joint, posture, turns),
+        _sweep("turning often", often, often, joint, posture, 2 * DURATION),
+    ]
 
 
-def of_pace(
-    name: str, factor: float, assumed: AssumedFriction, motion: PresentMotion, top: float, noise: float
-) -> Candidate:
-    """Return what the present motion would bring, faster or slower by a factor, in a log as long.
+def _sweep(name: str, slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: float) -> Motion:
+    """Build a swing about the middle whose top speed grows from slow to fast, with at least so many reversals."""
+    time = np.arange(0, DURATION, PERIOD)
+    speed = slow * (fast / slow) ** (time / DURATION)
+    amplitude = min(joint.reach.amplitude, float(speed.sum()) * PERIOD / (np.pi * turns))
+    angle = np.cumsum(speed) * PERIOD / amplitude
+    position = np.tile(posture, (len(time), 1))
+    velocity, acceleration = np.zeros((2, *position.shape))
+    position[:, joint.column] = joint.reach.middle - amplitude * np.cos(angle)
+    velocity[:, joint.column] = speed * np.sin(angle)
+    acceleration[:, joint.column] = np.gradient(velocity[:, joint.column], PERIOD)
+    state = State(position, velocity, acceleration)
+    return Motion(name=name, slowest=slow, fastest=fast, reversals=int(angle[-1] / np.pi), state=state)
 
-    The part of the present variance that falls with the length of a log changes as noise's would; the other stays.
+
+def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> Candidate:
+    """Predict what an equally long log of the present motion would show, faster or slower by a factor.
+
+    The part of the present variance that falls with the length of a log changes as that of noise; the rest stays.
     """
     before, after = (
         expected_curve(
-            assumed,
-            np.asarray(np.linalg.inv(unit_information(motion, assumed, pace) / noise + np.diag(assumed.precision))),
+            joint,
+            np.asarray(np.linalg.inv(joint.information(motion, pace) / joint.noise + np.diag(joint.precision))),
             top,
             motion.duration,
         )
         for pace in (1.0, factor)
     )
-    share = shrinking_share(assumed)
+    share = joint.shrinking_share
     falls = [share * (new.standard_error / old.standard_error) ** 2 for old, new in zip(before, after, strict=True)]
     curve = tuple(
-        _widened(point, math.sqrt(1 - share + own)) for point, own in zip(assumed.joint.curve, falls, strict=True)
+        _widened(point, math.sqrt(1 - share + own)) for point, own in zip(joint.found.curve, falls, strict=True)
     )
-    speed = factor * motion.top_speed
     turns = int(np.count_nonzero(np.diff(np.sign(motion.velocity[motion.usable]))))
     fixed = max((1 - share) / (1 - share + own) for own in falls)
-    return _candidate(name, 0.0, speed, turns, motion.duration, curve, fixed)
+    return _candidate(name, 0.0, factor * motion.top_speed, turns, motion.duration, curve, fixed)
 
 
 def _widened(point: CurvePoint, factor: float) -> CurvePoint:
-    """Return a point of a friction curve whose interval is wider by a factor."""
+    """Widen the interval of a point of a friction curve by a factor."""
     half = factor * point.half_width
     interval = (max(point.value - half, 0.0), point.value + half)
     return replace(point, standard_error=factor * point.standard_error, interval_95=interval)
@@ -191,7 +214,7 @@ def _candidate(
     curve: tuple[CurvePoint, ...],
     fixed: float = 0.0,
 ) -> Candidate:
-    """Return a candidate, of whose variance a share stays whatever the length."""
+    """Build a candidate; a share `fixed` of its variance stays for any length."""
     width = width_of(curve)
     turning = duration * MIN_REVERSALS / max(reversals, 1)
     needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
@@ -207,30 +230,35 @@ def _candidate(
     )
 
 
-def present_length(assumed: AssumedFriction, duration: float) -> float | None:
-    """Return how long the present motion would have to last for the verdict "identified" [s]; None if no length does.
+def width_of(curve: tuple[CurvePoint, ...]) -> float:
+    """Compute half of the 95 % interval divided by the value [1], as the verdicts do; 1e6 where the value is zero."""
+    return min(relative_width(curve), 1e6)
 
-    Half of the interval falls with the root of the length, but for the parts of the variance that stay.
+
+def present_length(joint: PlannedJoint, duration: float) -> float | None:
+    """Compute how long the present motion would have to last for the verdict "identified" [s]; None if no length is.
+
+    Half of the interval falls with the root of the length, except for the parts of the variance that stay.
     """
-    needed = _length(relative_width(assumed.joint.curve), 1 - shrinking_share(assumed), duration)
+    needed = _length(relative_width(joint.found.curve), 1 - joint.shrinking_share, duration)
     return max(needed, duration) if needed < math.inf else None
 
 
 def _length(width: float, fixed: float, duration: float) -> float:
-    """Return how long a log has to be for the widest interval allowed [s], of whose variance a share is fixed."""
+    """Compute the length of a log [s] for the widest interval allowed, if a share of the variance is fixed."""
     room = (WIDEST / width) ** 2 - fixed if width > 0 else math.inf
     return duration * (1 - fixed) / room if room > 0 else math.inf
 
 
-def _of_longer(verdict: Verdict, assumed: AssumedFriction, duration: float, longer: float | None) -> str:
-    if verdict == "not excited":
-        return f"its present motion is not enough: {assumed.joint.reason}"
-    if verdict == "identified":
+def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> str:
+    if joint.found.verdict == "not excited":
+        return f"its present motion is not enough: {joint.found.reason}"
+    if joint.found.verdict == "identified":
         return "its friction is known"
-    if relative_width(assumed.joint.curve) <= WIDEST:
-        return f"no motion is missing: {assumed.joint.reason}"
+    if relative_width(joint.found.curve) <= WIDEST:
+        return f"no motion is missing: {joint.found.reason}"
     if longer is None:
-        part = PARTS.get(fixed_part(assumed), "")
+        part = PARTS.get(joint.fixed_part, "")
         return "no length of the present motion helps" + (f", as {part} stays" if part else "")
     if longer > LONGEST:
         return "the present motion would take more than an hour"
@@ -252,9 +280,9 @@ def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str]) -> str:
     return f"{best.needed:.0f} s of {what}, {turns} reversals) would do"
 
 
-def _of_speed(assumed: AssumedFriction, top: float, unit: str) -> str:
-    """Return what a Stribeck velocity asks for that the joint does not clear."""
-    found = assumed.joint.parameters.get("stribeck_velocity")
+def _of_speed(joint: PlannedJoint, top: float, unit: str) -> str:
+    """Name the speed that a Stribeck velocity needs, if the joint does not exceed it."""
+    found = joint.found.parameters.get("stribeck_velocity")
     if found is None or found.verdict == "weak" or top >= CLEARED * found.value:
         return ""
     return f"for its parameters by themselves, move it faster than {CLEARED * found.value:.2g} {unit}"

@@ -1,9 +1,12 @@
 """How near the bodies of a robot come to each other, by the collision geometry of its URDF."""
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 
+import coal
 import numpy as np
 import pinocchio as pin
 
@@ -13,12 +16,15 @@ from stribeck.typing import Array
 CLEARANCE = 0.02
 """Least distance of bodies [m]: calibration and compliance move them by some millimetres."""
 
+FLAT = 1e-6
+"""Thickness divided by length [1] below which a mesh has no convex hull: Coal crashes on flatter ones."""
+
 
 @dataclass(frozen=True, eq=False)
 class SelfCollision:
-    """Bodies that may collide: all pairs but neighbours, and those that are near each other in the posture already.
+    """Pairs of bodies that may collide.
 
-    `columns` is the robot's joint of each of the model's, shape (m,), -1 of one that is locked, at `locked`.
+    `columns` has the robot's joint for each joint of the model, shape (m,), -1 for one that is locked, at `locked`.
     """
 
     model: pin.Model
@@ -27,83 +33,103 @@ class SelfCollision:
     locked: Array
 
     def nearest(self, position: Array) -> tuple[float, str]:
-        """Return the least distance [m] over some positions of the joints, shape (T, n), and which bodies have it."""
-        data, places = self.model.createData(), pin.GeometryData(self.geometry)
-        least, pair = np.inf, -1
-        for row in position:
-            pin.updateGeometryPlacements(self.model, data, self.geometry, places, self._configuration(row))
-            for k in range(len(self.geometry.collisionPairs)):
-                distance = pin.computeDistance(self.geometry, places, k).min_distance
-                if distance < least:
-                    least, pair = float(distance), k
-        return least, self._names(pair) if pair >= 0 else ""
+        """Find the least distance [m] over some positions of the joints, shape (T, n), and its pair of bodies."""
+        if not len(self.geometry.collisionPairs):
+            return np.inf, ""
+        least = [(float(row.min()), int(np.argmin(row))) for row in self.distances(position)]
+        distance, pair = min(least)
+        return distance, self.names([pair])[0]
 
-    def _names(self, pair: int) -> str:
-        own, objects = self.geometry.collisionPairs[pair], self.geometry.geometryObjects
-        names = [self.model.frames[objects[k].parentFrame].name for k in (own.first, own.second)]
-        return " and ".join(names)
+    def distances(self, position: Array) -> Iterable[Array]:
+        """Yield the distances of all pairs [m] at each position of the joints."""
+        data, places = self.model.createData(), pin.GeometryData(self.geometry)
+        for row in position:
+            pin.computeDistances(self.model, data, self.geometry, places, self._configuration(row))
+            yield np.array([each.min_distance for each in places.distanceResults])
+
+    def names(self, pairs: Iterable[int]) -> list[str]:
+        """Name the bodies of pairs."""
+        objects, found = self.geometry.geometryObjects, [self.geometry.collisionPairs[k] for k in pairs]
+        return [" and ".join(_body(self.model, objects[k]) for k in (own.first, own.second)) for own in found]
 
     def _configuration(self, row: Array) -> Array:
         configuration = pin.neutral(self.model)
-        for joint in range(1, self.model.njoints):
-            column = int(self.columns[joint - 1])
-            value = row[column] if column >= 0 else self.locked[joint - 1]
-            first, size = self.model.joints[joint].idx_q, self.model.joints[joint].nq
-            configuration[first : first + size] = value if size == 1 else (np.cos(value), np.sin(value))
+        values = np.where(self.columns >= 0, row[self.columns], self.locked)
+        for joint, value in zip(list(self.model.joints)[1:], values, strict=True):
+            configuration[joint.idx_q : joint.idx_q + joint.nq] = (
+                value if joint.nq == 1 else (np.cos(value), np.sin(value))
+            )
         return np.asarray(configuration)
 
 
 def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | None, list[str]]:
-    """Return what may collide, None if the model says nothing of it, and notes on what is left out."""
+    """Load the bodies that may collide, None if the model has none, and notes on bodies that are not checked.
+
+    All pairs are checked except neighbors, and bodies that are near each other in the posture.
+    """
     path = Path(robot.model_path)
     if path.suffix != ".urdf":
         return None, [f"self-collision is not checked: {path.name} is no URDF"]
     model = pin.buildModelFromUrdf(str(path))
+    # folders that may contain the packages that a model names: those above it, and ROS's
+    packages = [str(folder) for folder in path.resolve().parents] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")
     try:
-        geometry = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=_packages(path))
+        geometry = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=packages)
     except ValueError as error:
         missing = " ".join(str(error).split())[:160]
         return None, [f"self-collision is not checked: the geometry of {path.name} cannot be read ({missing})"]
     if len(geometry.geometryObjects) < 2:
         return None, [f"self-collision is not checked: {path.name} has no collision geometry"]
-    for each in geometry.geometryObjects:
-        if hasattr(each.geometry, "buildConvexHull"):
-            each.geometry.buildConvexHull(True, "Qt")
-            each.geometry = each.geometry.convex
+    notes = _make_convex(model, geometry)
     _pair(model, geometry)
     file = Path(robot.path)
     locked = read_robot_file(file).robot.locked if file.suffix == ".toml" and file.is_file() else {}
-    names = [str(model.names[joint]) for joint in range(1, model.njoints)]
+    names = [str(name) for name in list(model.names)[1:]]
     columns = np.array([robot.joint_names.index(name) if name in robot.joint_names else -1 for name in names])
     found = SelfCollision(model, geometry, columns, np.array([locked.get(name, 0.0) for name in names]))
-    near = _leave_out_near(found, posture)
-    note = [f"these bodies are near each other in the posture, and are not checked: {'; '.join(near)}"] if near else []
-    return found, note
+    near = np.flatnonzero(next(iter(found.distances(posture[None]))) < CLEARANCE)
+    if len(near):
+        together = "; ".join(dict.fromkeys(found.names(near.tolist())))
+        notes.append(f"these bodies are near each other in the posture, and are not checked: {together}")
+    for pair in [geometry.collisionPairs[k].copy() for k in near.tolist()]:
+        geometry.removeCollisionPair(pair)
+    return found, notes
 
 
-def _packages(path: Path) -> list[str]:
-    """Return folders that may hold the packages that a model names: those above it, and ROS's."""
-    return [str(folder) for folder in path.resolve().parents] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")
+def _body(model: pin.Model, found: pin.GeometryObject) -> str:
+    return str(model.frames[found.parentFrame].name)
+
+
+def _make_convex(model: pin.Model, geometry: pin.GeometryModel) -> list[str]:
+    """Replace meshes by convex hulls, flat ones by boxes; remove those without a shape. Return notes."""
+    notes, broken = [], []
+    for each in geometry.geometryObjects:
+        if not hasattr(each.geometry, "buildConvexHull"):
+            continue
+        vertices, body = np.asarray(each.geometry.vertices()), _body(model, each)
+        if len(vertices) == 0 or not np.isfinite(vertices).all():
+            broken.append(each.name)
+            notes.append(f"a collision mesh of {body} is not checked: it has vertices that are not finite, or none")
+            continue
+        centred = vertices - vertices.mean(axis=0)
+        axes = np.linalg.eigh(centred.T @ centred)[1]
+        low, high = (vertices @ axes).min(axis=0), (vertices @ axes).max(axis=0)
+        if (high - low).min() > FLAT * (high - low).max():
+            each.geometry.buildConvexHull(True, "Qt")
+            each.geometry = each.geometry.convex
+            continue
+        notes.append(f"a collision mesh of {body} is flat: its bounding box is checked instead of its convex hull")
+        each.geometry = coal.Box(*np.maximum(high - low, 1e-6))
+        each.placement = each.placement * pin.SE3(axes * np.linalg.det(axes), axes @ (low + high) / 2)
+    for name in broken:
+        geometry.removeGeometryObject(name)
+    return notes
 
 
 def _pair(model: pin.Model, geometry: pin.GeometryModel) -> None:
-    """Make pairs of all bodies but those of one joint and of its parent."""
+    """Make pairs of all bodies except those of one joint and of its parent."""
     geometry.removeAllCollisionPairs()
-    objects = geometry.geometryObjects
-    for first in range(len(objects)):
-        for second in range(first + 1, len(objects)):
-            one, other = objects[first].parentJoint, objects[second].parentJoint
-            if one != other and model.parents[one] != other and model.parents[other] != one:
-                geometry.addCollisionPair(pin.CollisionPair(first, second))
-
-
-def _leave_out_near(found: SelfCollision, posture: Array) -> list[str]:
-    """Leave out pairs that are nearer than the clearance in the posture; return their names."""
-    data, places = found.model.createData(), pin.GeometryData(found.geometry)
-    pin.updateGeometryPlacements(found.model, data, found.geometry, places, found._configuration(posture))
-    pairs = range(len(found.geometry.collisionPairs))
-    near = [k for k in pairs if pin.computeDistance(found.geometry, places, k).min_distance < CLEARANCE]
-    names = [found._names(k) for k in near]
-    for pair in [found.geometry.collisionPairs[k].copy() for k in near]:
-        found.geometry.removeCollisionPair(pair)
-    return list(dict.fromkeys(names))
+    for first, second in combinations(range(len(geometry.geometryObjects)), 2):
+        one, other = (geometry.geometryObjects[k].parentJoint for k in (first, second))
+        if one != other and model.parents[one] != other and model.parents[other] != one:
+            geometry.addCollisionPair(pin.CollisionPair(first, second))

@@ -2,44 +2,28 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.planning.advice import LONGEST, JointAdvice, advise
-from stribeck.planning.assumed import AssumedFriction, guess
 from stribeck.planning.collision import load_self_collision
 from stribeck.planning.information import dynamics_of
-from stribeck.planning.motions import Reach
-from stribeck.planning.present import PresentMotion, read_noise, read_present, rough_noise
-from stribeck.planning.trajectory import PERIOD, SHORTEST, Task, Trajectory, design
+from stribeck.planning.joint import PlannedJoint, Reach, guess
+from stribeck.planning.present import noise_of, read_present
+from stribeck.planning.trajectory import PERIOD, Task, Trajectory, design
 from stribeck.preparation import Progress, quiet
 from stribeck.result import JointResult, Result, read_result
 from stribeck.robot import Robot
 from stribeck.typing import Array
 
-SCHEMA = 1
-TABLE = "friction_torque.parquet"
-
 SHARE_OF_ADVICE = 0.2
-"""Share of the work that is done before a trajectory is sought [1]."""
+"""Share of the work that precedes the search for a trajectory [1]."""
 
 UP = ("x", "-x", "y", "-y", "z", "-z")
 """Axes of the base."""
-
-POSITION_SHARE, SPEED_SHARE = 0.9, 0.8
-"""Shares of the ranges of position and speed that a plan uses [1]."""
-
-USUAL_RANGE = {False: 1.0, True: 0.1}
-"""Where the model has no limit: how far from the middle of the log a joint goes [rad], [m]."""
-
-USUAL_SPEED = {False: 1.0, True: 0.1}
-"""How fast a joint goes [rad/s], [m/s] that is slower in the log."""
-
-FASTER = 2.0
-"""Speed of a plan over that of the log [1], at most: a robot that was never faster may not stand more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +46,7 @@ class Plan:
     joints: dict[str, JointAdvice]
     notes: list[str]
     trajectory: Trajectory | None = None
-    schema: int = SCHEMA
+    schema: int = 1
 
     def to_json(self) -> str:
         """Return the text of plan.json."""
@@ -120,41 +104,33 @@ def plan(
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     if robot.loops:
         raise SettingsError(f"plan: takes a robot for a tree, and [[robot.loops]] of {robot.path} close it")
-    if duration is not None and not SHORTEST <= duration <= LONGEST:
-        raise SettingsError(f"plan: the duration is {duration:g} s; expected {SHORTEST:g} to {LONGEST:g} s")
+    if duration is not None and not PERIOD <= duration <= LONGEST:
+        raise SettingsError(f"plan: the duration is {duration:g} s; expected {PERIOD:g} to {LONGEST:g} s")
     found = read_result(result)
     chosen = _chosen(found, robot, joints)
-    every = {name: joint for name, joint in found.joints.items() if name in robot.joint_names}
-    motions = read_present(Path(result).parent / TABLE, every, found.log.rate) if chosen else {}
-    noise = _noise(every, motions, robot) if chosen else {}
     dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
+    if not chosen:
+        return Plan(robot=found.robot, joints={}, notes=[])
     posture = posture_of(robot, found)
-    columns = {name: robot.joint_names.index(name) for name in chosen}
-    friction = {name: _assumed(name, every, robot) for name in chosen}
-    reach = {name: reach_of(robot, columns[name], every[name], posture[columns[name]]) for name in chosen}
+    planned = {name: _planned(name, found.joints, robot, posture) for name in found.joints}
+    motions = read_present(Path(result).parent / "friction_torque.parquet", planned, found.log.rate)
+    noise = noise_of(planned, motions)
+    planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
     advice = {}
-    for k, (name, column) in enumerate(columns.items()):
-        progress(f"moving {name}", k / len(columns) * SHARE_OF_ADVICE)
-        known = friction[name], every[name].verdict, motions[name], found.log.duration, noise[name], reach[name]
-        advice[name] = advise(column, *known, dynamics, posture, _how(robot, column))
-    notes = _notes(found, chosen)
-    if duration is None or not chosen:
+    for k, (name, joint) in enumerate(planned.items()):
+        progress(f"moving {name}", k / len(planned) * SHARE_OF_ADVICE)
+        advice[name] = advise(joint, motions[name], found.log.duration, dynamics, posture, _how(robot, joint.column))
+    guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
+    known = f"of {guessed} nothing is known: friction as of the other joints in the middle is assumed"
+    notes = [known] if guessed else []
+    if duration is None:
         return Plan(robot=found.robot, joints=advice, notes=notes)
     if robot.base == "floating" and held is None:
-        notes.append(
-            "no trajectory: the base moves; --held says which of its axes points up if the robot hangs or lies"
-        )
-        return Plan(robot=found.robot, joints=advice, notes=notes)
+        moves = "no trajectory: the base moves; --held says which of its axes points up if the robot hangs or lies"
+        return Plan(robot=found.robot, joints=advice, notes=[*notes, moves])
     progress("seeking a trajectory", SHARE_OF_ADVICE)
     bodies, of_bodies = load_self_collision(robot, posture)
-    task = Task(
-        dynamics=dynamics,
-        friction={columns[name]: friction[name] for name in chosen},
-        noise={columns[name]: noise[name] for name in chosen},
-        reach={columns[name]: reach[name] for name in chosen},
-        posture=posture,
-        period=min(duration, PERIOD),
-    )
+    task = Task(dynamics, list(planned.values()), posture, min(duration, PERIOD))
     trajectory, of_trajectory = design(task, duration, bodies)
     return Plan(robot=found.robot, joints=advice, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)
 
@@ -177,42 +153,22 @@ def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[
     return list(joints)
 
 
-def _assumed(name: str, joints: Mapping[str, JointResult], robot: Robot) -> AssumedFriction:
-    """Return the friction of a joint, that of others in the middle if the log says nothing of it."""
-    joint = joints[name]
-    prismatic = robot.prismatic[robot.joint_names.index(name)]
-    guessed = not joint.curve
-    if guessed:
-        others = [
-            joints[other]
-            for other in joints
-            if joints[other].curve and robot.prismatic[robot.joint_names.index(other)] == prismatic
-        ]
-        joint = guess(joint, others)
-    return AssumedFriction(joint, guessed, prismatic, robot.settings.priors, robot.settings.rest)
-
-
-def _noise(joints: Mapping[str, JointResult], motions: Mapping[str, PresentMotion], robot: Robot) -> dict[str, float]:
-    """Return the spectral density of each joint's torque [N^2 m^2 s].
-
-    It is what the intervals of the result say. Of a joint that is not excited it is that of its torque at rest, as much
-    larger as intervals of the other joints say.
-    """
-    found: dict[str, float] = {}
-    rough = {}
-    for name, motion in motions.items():
-        shown = bool(joints[name].curve) and joints[name].verdict != "no friction"
-        assumed = _assumed(name, joints, robot) if shown else None
-        rough[name] = rough_noise(motion, assumed)
-        if assumed is not None:
-            found[name] = read_noise(motion, assumed)
-    ratios = [found[name] / rough[name] for name in found if rough[name] > 0]
-    factor = float(np.median(ratios)) if ratios else 1.0
-    noise = {name: found.get(name, factor * rough[name]) for name in motions}
-    known = [value for value in noise.values() if value > 0]  # nan of joints without a sample that a fit may use
-    if not known:
-        raise SettingsError("plan: no joint of the result has a torque whose noise is known; expected a longer log")
-    return {name: value if value > 0 else float(np.median(known)) for name, value in noise.items()}
+def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture: Array) -> PlannedJoint:
+    """Describe a joint; without an estimate, its friction is the median of the other joints of its kind."""
+    column, joint = robot.joint_names.index(name), joints[name]
+    prismatic = robot.prismatic[column]
+    if guessed := not joint.curve:
+        alike = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
+        joint = guess(joint, [joints[other] for other in alike if joints[other].curve])
+    return PlannedJoint(
+        column=column,
+        found=joint,
+        guessed=guessed,
+        prismatic=prismatic,
+        priors=robot.settings.priors,
+        rest=robot.settings.rest,
+        reach=_reach(robot, column, joint, posture[column]),
+    )
 
 
 def gravity(robot: Robot, held: str) -> Array:
@@ -236,18 +192,21 @@ def posture_of(robot: Robot, result: Result) -> Array:
     return np.clip(middle, low, high)
 
 
-def reach_of(robot: Robot, column: int, joint: JointResult, middle: float) -> Reach:
-    """Return how a joint may move: shares of the model's limits; where it has none, the usual, or what the log had."""
-    prismatic = robot.prismatic[column]
+def _reach(robot: Robot, column: int, joint: JointResult, middle: float) -> Reach:
+    """Limit a joint's motion to 0.9 of the model's range and 0.8 of its speed, at most twice the speed of the log.
+
+    Without a range, the joint keeps within 1 rad or 0.1 m about the middle of the log, or the log's own range. A joint
+    that was slower than half of 1 rad/s or 0.1 m/s may reach that.
+    """
+    usual = 0.1 if robot.prismatic[column] else 1.0
     low, high = (limits[column] for limits in robot.position_limits)
     if np.isfinite(low) and np.isfinite(high):
-        slack = (1 - POSITION_SHARE) / 2 * (high - low)
+        slack = (1 - 0.9) / 2 * (high - low)
         low, high = low + slack, high - slack
     else:
         seen = joint.position_range or (middle, middle)
-        low, high = (min(seen[0], middle - USUAL_RANGE[prismatic]), max(seen[1], middle + USUAL_RANGE[prismatic]))
-    usual = max(USUAL_SPEED[prismatic], FASTER * np.abs(joint.velocity_range).max())
-    speed = min(SPEED_SHARE * robot.speed_limits[column], usual)
+        low, high = min(seen[0], middle - usual), max(seen[1], middle + usual)
+    speed = min(0.8 * robot.speed_limits[column], max(usual, 2.0 * np.abs(joint.velocity_range).max()))
     return Reach(low=float(low), high=float(high), speed=float(speed))
 
 
@@ -265,10 +224,3 @@ def _how(robot: Robot, column: int) -> dict[str, str]:
         "the present motion twice as fast": f", as by {steps}",
         "the present motion half as fast": ", as by slower steps",
     }
-
-
-def _notes(result: Result, chosen: Sequence[str]) -> list[str]:
-    guessed = [name for name in chosen if not result.joints[name].curve]
-    if not guessed:
-        return []
-    return [f"of {', '.join(guessed)} nothing is known: friction as of the other joints in the middle is assumed"]

@@ -1,74 +1,24 @@
-"""What the log has shown: its motion, and how noisy its torques are, from friction_torque.parquet beside the result."""
+"""Motion of the log, and how noisy its torques were, from friction_torque.parquet next to the result."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from stribeck.equations.constants import WINDOW_LENGTH
 from stribeck.errors import SettingsError
-from stribeck.identification.judgement.speed import top_speed
-from stribeck.planning.assumed import AssumedFriction
-from stribeck.planning.information import averaged
-from stribeck.typing import Array
-
-FINE = WINDOW_LENGTH / 8
-"""Longest time between samples that friction is worked out at [s]: a window averages it."""
-
-SHRINKING = ("noise", "overdispersion", "heterogeneity over folds", "group mean")
-"""Parts of a variance that fall as a log gets longer: the torques' noise, what differs from part to part, and what is
-not known yet of all joints together."""
-
-LEAST_ERROR = 1e-9
-"""Standard error of a friction curve [N m]: smaller ones are rounding."""
-
-ROUNDS = 20
-"""Of a fixed-point iteration [1]."""
-
-
-@dataclass(frozen=True, eq=False)
-class PresentMotion:
-    """How one joint moved in the samples that a fit may use.
-
-    Attributes
-    ----------
-    velocity
-        [rad/s], shape (N,), of all samples in the order of time.
-    friction_torque
-        [N m], shape (N,).
-    usable
-        Shape (N,).
-    period
-        Time that a sample stands for [s].
-    """
-
-    velocity: Array
-    friction_torque: Array
-    usable: NDArray[np.bool_]
-    period: float
-
-    @property
-    def duration(self) -> float:
-        """Of what a fit may use [s]."""
-        return float(np.count_nonzero(self.usable)) * self.period
-
-    @property
-    def top_speed(self) -> float:
-        """As the verdicts have it [rad/s]."""
-        return top_speed(self.velocity[self.usable])
+from stribeck.planning.joint import PlannedJoint, PresentMotion
 
 
 def read_present(path: Path, joints: Iterable[str], rate: float) -> dict[str, PresentMotion]:
-    """Return the motion of joints from the table of friction torques that `identify` wrote.
+    """Read the motion of joints from the table of friction torques that `identify` wrote.
 
     Raises
     ------
     SettingsError
-        If there is no such table, or it is that of another result.
+        If there is no such table, or it belongs to another result.
     """
     needed = "expected the friction_torque.parquet that 'stribeck identify' wrote beside this result.json"
     if not path.is_file():
@@ -84,76 +34,57 @@ def read_present(path: Path, joints: Iterable[str], rate: float) -> dict[str, Pr
 
 
 def _read(table: pq.ParquetFile, name: str, rate: float) -> PresentMotion:
-    keys = (f"velocity.{name}", f"friction_torque.{name}", f"usable.{name}")
-    stride = max(1, int(FINE * rate))
-    velocity, torque, usable = (
-        np.asarray(column.to_numpy())[::stride] for column in table.read(columns=list(keys)).columns
-    )
-    usable = usable.astype(bool) & np.isfinite(velocity) & np.isfinite(torque)
+    keys = [f"{kind}.{name}" for kind in ("velocity", "friction_torque", "usable")]
+    stride = max(1, int(WINDOW_LENGTH / 8 * rate))  # a window averages it
+    velocity, torque, usable = (np.asarray(each.to_numpy())[::stride] for each in table.read(columns=keys).columns)
     return PresentMotion(
         velocity=np.nan_to_num(velocity.astype(float)),
         friction_torque=np.nan_to_num(torque.astype(float)),
-        usable=usable,
+        usable=usable.astype(bool) & np.isfinite(velocity) & np.isfinite(torque),
         period=stride / rate,
     )
 
 
-def unit_information(motion: PresentMotion, assumed: AssumedFriction, speed: float = 1.0) -> Array:
-    """Return what the motion, faster by a factor, says of friction coordinates for noise of density 1, shape (k, k)."""
-    velocity = speed * motion.velocity
-    zero = np.zeros(len(velocity))
-    columns = averaged(assumed.columns(velocity, zero, None, None), motion.period)
-    counted = motion.usable & assumed.moves(velocity)
-    return np.asarray(columns[counted].T @ columns[counted] * motion.period)
+def noise_of(joints: Mapping[str, PlannedJoint], motions: Mapping[str, PresentMotion]) -> dict[str, float]:
+    """Estimate the spectral density of each joint's torque [N^2 m^2 s].
 
-
-def read_noise(motion: PresentMotion, assumed: AssumedFriction) -> float:
-    """Return the spectral density of a joint's torque [N^2 m^2 s] that explains the errors of its friction curve.
-
-    The geometric mean over the curve's points of the variance found, over that of noise of density 1.
+    It follows from the intervals of the result. A joint without an interval gets the rough estimate of its torque,
+    times the median ratio of both estimates over the other joints.
     """
-    joint = assumed.joint
-    information = unit_information(motion, assumed)
-    _, _, slopes = assumed.curve(joint.curve[-1].velocity)
-    errors = np.array([point.standard_error for point in joint.curve])
-    found = np.maximum(errors, LEAST_ERROR) ** 2 * shrinking_share(assumed)
+    shown = {name for name, joint in joints.items() if not joint.guessed and joint.found.verdict != "no friction"}
+    rough = {name: rough_noise(motion, joints[name] if name in shown else None) for name, motion in motions.items()}
+    found = {name: read_noise(motions[name], joints[name]) for name in motions if name in shown}
+    ratios = [found[name] / rough[name] for name in found if rough[name] > 0]
+    factor = float(np.median(ratios)) if ratios else 1.0
+    noise = {name: found.get(name, factor * rough[name]) for name in motions}
+    known = [value for value in noise.values() if value > 0]  # NaN for joints without a usable sample
+    if not known:
+        raise SettingsError("plan: no joint of the result has a torque whose noise is known; expected a longer log")
+    return {name: value if value > 0 else float(np.median(known)) for name, value in noise.items()}
+
+
+def read_noise(motion: PresentMotion, joint: PlannedJoint) -> float:
+    """Compute the spectral density of a joint's torque [N^2 m^2 s] that explains the errors of its friction curve.
+
+    Geometric mean over the points of the curve of the variance found, divided by that of noise of density 1.
+    """
+    information = joint.information(motion)
+    slopes = joint.curve(joint.found.curve[-1].velocity)[2]
+    errors = np.array([point.standard_error for point in joint.found.curve])
+    found = np.maximum(errors, 1e-9) ** 2 * joint.shrinking_share  # smaller errors [N m] are rounding
     noise = float(np.mean(found))
-    for _ in range(ROUNDS):  # as the prior's part does not grow with the noise
-        covariance = np.linalg.inv(information / noise + np.diag(assumed.precision))
+    for _ in range(20):  # a fixed point, because the prior's part does not grow with the noise
+        covariance = np.linalg.inv(information / noise + np.diag(joint.precision))
         noise *= float(np.exp(np.mean(np.log(found / np.einsum("sk,kl,sl->s", slopes, covariance, slopes)))))
     return noise
 
 
-def shrinking_share(assumed: AssumedFriction) -> float:
-    """Return which share of the curve's variance falls with the length of a log [1]: mean over the parameters.
+def rough_noise(motion: PresentMotion, joint: PlannedJoint | None) -> float:
+    """Estimate the spectral density of a joint's torque [N^2 m^2 s] from the torque that its friction leaves.
 
-    Each counts as it does in the curve's variance.
+    Means over consecutive windows are compared, which cancels slow changes (von Neumann 1941).
     """
-    joint = assumed.joint
-    _, _, slopes = assumed.curve(joint.curve[-1].velocity)
-    found = [joint.parameters[name] for name in assumed.names]
-    weight = np.mean(slopes**2, axis=0) * np.array([own.standard_error for own in found]) ** 2 / assumed.units**2
-    shares = [
-        1.0 if own.variance_shares is None else sum(own.variance_shares.get(k, 0.0) for k in SHRINKING) for own in found
-    ]
-    return float(np.average(shares, weights=weight)) if weight.sum() > 0 else 1.0
-
-
-def fixed_part(assumed: AssumedFriction) -> str:
-    """Return the name of the largest part of the parameters' variances that no length takes away."""
-    shares = [own.variance_shares for own in assumed.joint.parameters.values() if own.variance_shares]
-    names = {name for own in shares for name in own if name not in SHRINKING}
-    return max(sorted(names), key=lambda name: sum(own.get(name, 0.0) for own in shares), default="")
-
-
-def rough_noise(motion: PresentMotion, assumed: AssumedFriction | None) -> float:
-    """Return the spectral density of a joint's torque [N^2 m^2 s] from what its friction does not explain.
-
-    Means over one window after another are compared, so that what changes slowly is left out (von Neumann 1941).
-    """
-    error = motion.friction_torque.copy()
-    if assumed is not None:
-        error -= assumed.joint.friction(motion.velocity)
+    error = motion.friction_torque - (joint.found.friction(motion.velocity) if joint else 0.0)
     length = max(1, round(WINDOW_LENGTH / motion.period))
     count = len(error) // length
     means = error[: count * length].reshape(count, length).mean(axis=1)
