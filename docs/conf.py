@@ -54,7 +54,7 @@ NAVIGATION = {
             "estimator",
             "glossary",
         ],
-        "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "ablation", "constants"],
+        "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "tuning"],
         "For developers": ["extending", "api/index"],
     },
     "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},

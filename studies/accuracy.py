@@ -1,32 +1,26 @@
-"""How far identified friction is from the truth: the paper's method and the whole log side by side.
+"""How far identified friction is from the ground truth: curve fit and whole log side by side.
 
     python -m studies.accuracy --save studies/accuracy.json
 
 Three humanoids walk about 45 s straight on, 45 s to the left and 45 s to the right, simulated in MuJoCo with the
-friction of Table 6.2 of the paper in their legs, by sensors without errors. Then white noise is added (A: encoders
+friction of Table 6.2 of the paper in their legs, with sensors without errors. Then white noise is added (A: encoders
 2e-5 rad, torque sensors 0.1 N m; B: 1e-4 rad, 0.3 N m), and the estimators are given a model whose principal moments
 are off by up to 20 %, centres of mass by 5 to 10 mm and masses by up to 5 %, or torque gains off by 1 % and encoder
-zeros by 2 mrad. In harder cases all parameters of all joints are drawn, 30 % from those of the table, for every seed,
-and the motors' torques changed by what their friction takes; or there is only the first third of every walk, 45 s in
-all. Noise and errors are drawn anew for every seed. The IMU's orientation and the contacts are exact;
+zeros by 2 mrad. In some cases all parameters of all joints are drawn, 30 % from those of the table, for every seed; or
+only the first third of every walk is used, 45 s in all. Two of the robots also take walks of 15 s that nothing was
+tuned on, with the errors of `studies.harder_cases`. The IMU's orientation and the contacts are exact elsewhere;
 wrenches of the feet are not logged.
 
-Of the leg joints that get numbers: Coulomb friction's relative error; how far the friction curves are apart without
-the offset, root mean square over the velocities that a joint moves with (its middle 98 %), relative to the Coulomb
-friction; the errors of viscous friction and offset; the coverage of the 95 % intervals; and how many
-parameters are called weak. Means over joints and seeds; the joint that is worst on average over the seeds; and the
-worst of each seed, then the mean over the seeds.
-
-Runs that the file holds already are not repeated: move it away when the estimator has changed. It keeps errors and
-standard errors joint by joint. At the end the rows of both tables of docs/whole-log.md are printed, and how far errors
-go beyond standard errors, parameter by parameter.
+Measured on the leg joints that get numbers: relative error of Coulomb friction; distance of the friction curves without
+the offset, root mean square over the middle 98 % of a joint's velocities, relative to the Coulomb friction; errors of
+viscous friction and offset; coverage of the 95 % intervals; and the share of weak parameters.
 """
 
-import argparse
 import time
-from collections.abc import Callable, Iterable
-from functools import partial
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache, partial
+from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -36,81 +30,80 @@ from stribeck.log import RobotLog
 from stribeck.result import Result
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
-from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, Case, as_walked, exact_walks, measured, wrong_model
-from studies.accuracy_table import (
-    CURVE_FIT,
-    DEFAULT,
-    DEVIATIONS_HEAD,
-    HEAD,
-    METHODS,
-    TRUSTED,
-    WHOLE_LOG,
-    Key,
-    Run,
-    deviations,
-    in_order,
-    read_runs,
-    table,
-    write_runs,
-)
+from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, Case, exact_walks
+from studies.command import Row, command, rounded
+from studies.harder_cases import CONDITIONS, as_seen, other_walks
+from studies.markdown import markdown_table
 
 SEEDS = 10
-"""Of a case; half as many of a harder one, and one where nothing is drawn."""
+"""Number of seeds per case; half as many for harder ones, one where nothing is drawn."""
 SPEEDS = 401
-"""At how many velocities curves are compared [1]."""
-DIGITS = 4
-"""Significant digits that are kept."""
+"""Number of velocities at which curves are compared."""
+METHODS = CURVE_FIT, DEFAULT, WHOLE_LOG, TRUSTED = (
+    "curve-fit",
+    "default",
+    "whole-log, law known",
+    "whole-log, law and model known",
+)
+SETTINGS = {
+    CURVE_FIT: Settings(law=LAW, method="curve-fit"),
+    DEFAULT: Settings(),
+    WHOLE_LOG: Settings(law=LAW),
+    TRUSTED: Settings(law=LAW, corrections="none"),
+}
+"""The same in all cases, as nobody knows beforehand whether model or sensors are wrong."""
+HARDER_ROBOTS = ("TORO-like", "G1")
+ALL_CASES: dict[str, Case] = {**CASES, **CONDITIONS}
 
 
-def methods(case: Case) -> dict[str, Settings]:
-    """Return the settings that are compared: the paper's method, the default, and the whole log with the law known.
-
-    Nobody knows beforehand whether model or sensors are wrong: the settings are the same in all cases.
-    """
-    found = {CURVE_FIT: Settings(law=LAW, method="curve-fit"), DEFAULT: Settings(), WHOLE_LOG: Settings(law=LAW)}
-    if not (case.wrong_model or case.harder):
-        found[TRUSTED] = Settings(law=LAW, corrections="none")
-    return found
-
-
-def run(key: Key, walks: list[Simulated]) -> Run:
-    """Return how a method does on walks without errors, made wrong as a case says."""
-    _, name, method, seed = key
-    case = CASES[name]
-    walks = as_walked(walks, case, seed)
-    robot = wrong_model(walks[0].robot, seed) if case.wrong_model else walks[0].robot
-    logs = [measured(walk.log, case, seed, number) for number, walk in enumerate(walks)]
-    return timed(key, walks, robot, logs, partial(identify, settings=methods(case)[method]))
+def runs() -> Iterator[Row]:
+    """Yield the keys of all runs."""
+    for (robot, (case, made)), method in product(product(ROBOTS, CASES.items()), METHODS):
+        if method == TRUSTED and (made.wrong_model or made.harder):
+            continue
+        seeds = 1 if made == Case() else SEEDS // 2 if made.harder else SEEDS
+        for seed in range(seeds):
+            yield {"robot": robot, "case": case, "method": method, "seed": seed}
+    for robot, case, method in product(HARDER_ROBOTS, CONDITIONS, (CURVE_FIT, WHOLE_LOG, DEFAULT)):
+        yield {"robot": robot, "case": case, "method": method, "seed": 0}
 
 
-def timed(
-    key: Key,
-    walks: list[Simulated],
-    robot: Robot,
-    logs: list[RobotLog],
-    method: Callable[[list[RobotLog], Robot], Result],
-) -> Run:
-    """Return how a method does on the logs of walks."""
+@lru_cache(maxsize=1)
+def walks_of(robot: str, harder: bool) -> list[Simulated]:
+    """Simulate the walks of the accuracy cases, or those of the harder conditions, of one robot."""
+    return other_walks(robot) if harder else exact_walks(robot)
+
+
+def run(robot: str, case: str, method: str, seed: int) -> Row:
+    """Identify the friction of one case with one method, and compare it with the ground truth."""
+    return measure(robot, case, seed, partial(identify, settings=SETTINGS[method]))
+
+
+def measure(robot: str, case: str, seed: int, method: Callable[[list[RobotLog], Robot], Result]) -> Row:
+    """Compare what a method identifies in one case with the ground truth."""
+    walks, believed, logs = as_seen(walks_of(robot, case in CONDITIONS), ALL_CASES[case], seed)
     begin = time.perf_counter()
-    result = method(logs, robot)
+    result = method(logs, believed)
     seconds = (time.perf_counter() - begin) / result.log.duration
-    speeds = usual_speeds(robot, [walk.log for walk in walks])
-    return compared(key, result, walks[0].truth.parameters, speeds, seconds)
+    speeds = usual_speeds(believed, [walk.log for walk in walks])
+    return {"seconds": rounded(seconds, 4), **compared(result, walks[0].truth.parameters, speeds)}
 
 
 def usual_speeds(robot: Robot, walks: list[RobotLog]) -> dict[str, Array]:
-    """Return velocities that each joint moves with [rad/s], evenly spread over the middle 98 % of them."""
+    """Spread velocities evenly over the middle 98 % of those of each joint [rad/s]."""
     velocity = np.concatenate([np.gradient(log.position, log.time, axis=0) for log in walks])
     low, high = np.percentile(velocity, [1, 99], axis=0)
     return {joint: np.linspace(low[k], high[k], SPEEDS) for k, joint in enumerate(robot.joint_names)}
 
 
-def compared(
-    key: Key, result: Result, truth: dict[str, dict[str, float]], speeds: dict[str, Array], seconds: float
-) -> Run:
-    """Return a result beside the truth."""
+def compared(result: Result, truth: dict[str, dict[str, float]], speeds: dict[str, Array]) -> Row:
+    """Compare a result with the ground truth; lists have an element per leg joint that got numbers.
+
+    `relative` and `shape` are the errors of Coulomb friction and of the curve [1], `error` and `standard_error` those
+    of each parameter in its unit, `held` whether the 95 % interval covers the true value.
+    """
     law, joints = get_law(LAW), [joint for joint in truth if result.joints[joint].parameters]
-    there = {
+    pairs = {
         name: [
             (result.joints[joint].parameters[name], truth[joint][name])
             for joint in joints
@@ -118,78 +111,109 @@ def compared(
         ]
         for name in NAMES
     }
-    levels = [truth[joint]["coulomb"] for joint in joints]
-    differences = [
-        result.joints[joint].friction(speeds[joint])
-        - law.torque(speeds[joint], np.array([truth[joint][name] for name in NAMES]))
+    off = [
+        np.std(
+            result.joints[joint].friction(speeds[joint])
+            - law.torque(speeds[joint], np.array([truth[joint][name] for name in NAMES]))
+        )
         for joint in joints
     ]
-    robot, case, method, seed = key
-    return Run(
-        robot=robot,
-        case=case,
-        method=method,
-        seed=seed,
-        seconds=_rounded(seconds),
-        chi_square=_rounded(result.corrections.chi_square) if result.corrections else None,
-        joints=joints,
-        relative=[_rounded(abs(found.value / known - 1)) for found, known in there["coulomb"]],
-        shape=[_rounded(float(np.std(each)) / level) for each, level in zip(differences, levels, strict=True)],
-        error={name: [_rounded(found.value - known) for found, known in pairs] for name, pairs in there.items()},
-        standard_error={name: [_rounded(found.standard_error) for found, _ in pairs] for name, pairs in there.items()},
-        held={
-            name: [int(found.interval_95[0] <= known <= found.interval_95[1]) for found, known in pairs]
-            for name, pairs in there.items()
-        },
-        weak={name: [int(found.verdict == "weak") for found, _ in pairs] for name, pairs in there.items()},
+
+    def of_all(value: Callable[[Any, float], float]) -> dict[str, list[float]]:
+        return {name: [value(found, known) for found, known in each] for name, each in pairs.items()}
+
+    return {
+        "chi_square": rounded(result.corrections.chi_square, 4) if result.corrections else None,
+        "joints": joints,
+        "relative": [rounded(abs(found.value / known - 1), 4) for found, known in pairs["coulomb"]],
+        "shape": [rounded(float(each), 4) / truth[joint]["coulomb"] for each, joint in zip(off, joints, strict=True)],
+        "error": of_all(lambda found, known: rounded(found.value - known, 4)),
+        "standard_error": of_all(lambda found, _: rounded(found.standard_error, 4)),
+        "held": of_all(lambda found, known: int(found.interval_95[0] <= known <= found.interval_95[1])),
+        "weak": of_all(lambda found, _: int(found.verdict == "weak")),
+    }
+
+
+MEASURES: dict[str, Callable[[Row], Array]] = {
+    "coulomb": lambda row: np.array(row["relative"]),
+    "shape": lambda row: np.array(row["shape"]),
+    "viscous": lambda row: np.abs(row["error"]["viscous"]),
+    "offset": lambda row: np.abs(row["error"]["offset"]),
+}
+
+
+def coverage(rows: Iterable[Row]) -> float:
+    """Compute the share of 95 % intervals that cover the true value, of all parameters that are not weak [1]."""
+    pairs = [pair for row in rows for name in NAMES for pair in zip(row["held"][name], row["weak"][name], strict=True)]
+    held = [each for each, weak in pairs if not weak]
+    return float(np.mean(held)) if held else np.nan
+
+
+def summary(rows: list[Row]) -> dict[str, float]:
+    """Average over joints and seeds.
+
+    "worst_joint" is of the joint that is worst on average over the seeds, "worst" the mean of the worst of each seed.
+    """
+    found = {"joints": float(np.mean([len(row["joints"]) for row in rows]))}
+    for name, measure in MEASURES.items():
+        found[name] = float(np.mean([measure(row).mean() for row in rows]))
+    for name in ("coulomb", "shape"):
+        by_joint: dict[str, list[float]] = {}
+        for row in rows:
+            for joint, value in zip(row["joints"], MEASURES[name](row).tolist(), strict=True):
+                by_joint.setdefault(joint, []).append(value)
+        found[f"{name}_worst_joint"] = max(float(np.mean(values)) for values in by_joint.values())
+        found[f"{name}_worst"] = float(np.mean([MEASURES[name](row).max() for row in rows]))
+    found |= {f"{name}_covered": float(np.mean([x for row in rows for x in row["held"][name]])) for name in NAMES}
+    found["weak"] = float(np.mean([x for row in rows for name in NAMES for x in row["weak"][name]]))
+    found["seconds"] = float(np.mean([row["seconds"] for row in rows]))
+    return found
+
+
+HEAD = (
+    *("robot", "case", "method", "seeds", "Coulomb %", "shape %", "viscous", "offset", "Coulomb coverage"),
+    *("viscous coverage", "offset coverage", "weak", "joints", "s per s"),
+)
+HARDER_HEAD = ("condition", "robot", "curve-fit", "law known", "default")
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the tables of docs/whole-log.md: accuracy, joints that differ or short logs, and harder conditions."""
+    together: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        together.setdefault((row["robot"], row["case"], row["method"]), []).append(row)
+    usual, drawn = (
+        [
+            [*key, len(found), *_numbers(summary(found))]
+            for key in product(ROBOTS, (name for name, case in CASES.items() if case.harder == kind), METHODS)
+            if (found := together.get(key))
+        ]
+        for kind in (False, True)
     )
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
-
-
-def keys(robots: Iterable[str], cases: Iterable[str], seeds: int) -> list[Key]:
-    """Return which runs there are to make."""
-    return [
-        (robot, case, method, seed)
-        for robot in ROBOTS
-        if robot in robots
-        for case in CASES
-        if case in cases
-        for method in methods(CASES[case])
-        for seed in range(_seeds(CASES[case], seeds))
+    harder = [
+        [case, robot, *(_cell(together[robot, case, method][0]) for method in (CURVE_FIT, WHOLE_LOG, DEFAULT))]
+        for case, robot in product(CONDITIONS, HARDER_ROBOTS)
+        if all((robot, case, method) in together for method in (CURVE_FIT, WHOLE_LOG, DEFAULT))
     ]
+    return [*(markdown_table(HEAD, each, 3) for each in (usual, drawn)), markdown_table(HARDER_HEAD, harder, 2)]
 
 
-def _seeds(case: Case, seeds: int) -> int:
-    if case == Case():
-        return 1  # where nothing is drawn, one says all
-    return -(-seeds // 2) if case.harder else seeds
+def _numbers(row: dict[str, float]) -> list[str]:
+    errors = [
+        f"{100 * row[name]:.2f} / {100 * row[f'{name}_worst_joint']:.1f} / {100 * row[f'{name}_worst']:.1f}"
+        for name in ("coulomb", "shape")
+    ]
+    held = [f"{100 * row[f'{name}_covered']:.0f} %" for name in ("coulomb", "viscous", "offset")]
+    rest = [f"{100 * row['weak']:.0f} %", f"{row['joints']:.1f}", f"{row['seconds']:.3f}"]
+    return [*errors, f"{row['viscous']:.3f}", f"{row['offset']:.3f}", *held, *rest]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=SEEDS, help="of a case; half as many of a harder one")
-    parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=ROBOTS, help="only these")
-    parser.add_argument("--cases", nargs="+", default=list(CASES), choices=CASES, help="only these")
-    parser.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, help="only these")
-    parser.add_argument("--save", type=Path, help="JSON that is read at first, and written after every run")
-    arguments = parser.parse_args()
-    runs = read_runs(arguments.save) if arguments.save else {}
-    walked: dict[str, list[Simulated]] = {}
-    for key in keys(arguments.robots, arguments.cases, arguments.seeds):
-        if key in runs or key[2] not in arguments.methods:
-            continue
-        if key[0] not in walked:
-            walked = {key[0]: exact_walks(key[0])}  # of one robot at a time
-        runs[key] = run(key, walked[key[0]])
-        print(f"seed {key[3]}: {table([runs[key]])[0]}", flush=True)
-        if arguments.save:
-            write_runs(arguments.save, runs)
-    found = in_order(runs)
-    print(HEAD, *table(found), "\nErrors over standard errors:\n", DEVIATIONS_HEAD, *deviations(found), sep="\n")
+def _cell(row: Row) -> str:
+    coulomb, shape = MEASURES["coulomb"](row), MEASURES["shape"](row)
+    share = coverage([row])
+    held = "–" if np.isnan(share) else f"{100 * share:.0f} %"
+    return f"{100 * coulomb.mean():.1f} / {100 * coulomb.max():.1f}, {100 * shape.mean():.1f}, {held}"
 
 
 if __name__ == "__main__":
-    main()
+    command(__doc__, runs(), run, tables)

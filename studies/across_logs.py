@@ -1,81 +1,48 @@
-"""Whether intervals hold across logs: of friction that two logs of a real robot identify, how many are disjoint.
+"""Whether intervals hold across logs: how often two logs of a real robot disagree about friction that both identify.
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.across_logs --save studies/across_logs.json
 
-Every log by itself, or the halves of the only one, is identified without any setting; of every two, the 95 % intervals
-of what both identify are compared: of a joint's curve at the slowest and at the fastest speed that both have, where the
-larger distance counts, and of each parameter.
+Every log by itself, or the halves of the only one, is identified with default settings. For every two logs, the 95 %
+intervals of what both identify are compared: of each parameter, and of a joint's curve at the slowest and at the
+fastest speed that both have, where one disjoint interval is enough.
 """
 
-import argparse
-import json
-import os
-import runpy
-import sys
-import tempfile
-from collections.abc import Iterator, Sequence
 from itertools import combinations
-from pathlib import Path
-from typing import TypedDict
 
 import numpy as np
 
 from stribeck import NothingIdentifiedError, Robot, identify, read_log
 from stribeck.log import RobotLog
 from stribeck.result import JointResult, ParameterEstimate
-from stribeck.typing import Array
+from studies.command import Row, command, real_robot
+from studies.markdown import markdown_table
 
 ROBOTS = ("tx40", "kinova-gen3", "go2", "double-pendulum")
-HEAD = (
-    "| robot | curves identified in two logs | disjoint | parameters identified in two logs | disjoint |\n"
-    "|---|---:|---:|---:|---:|"
-)
-IDENTIFIED = "identified"
+HEAD = ("robot", "curves identified in two logs", "disjoint", "parameters identified in two logs", "disjoint")
 
 
-class Compared(TypedDict):
-    """Of a robot: pairs of curves and of parameters that two logs identify, and how many of these are disjoint."""
-
-    robot: str
-    curves: tuple[int, int]
-    parameters: tuple[int, int]
-
-
-def compared(robot: Robot, fits: Sequence[dict[str, JointResult]]) -> Compared:
-    """Return what fits to single logs say of each other."""
+def run(robot: str) -> Row:
+    """Count the pairs of curves and of parameters that two logs identify, and how many of these are disjoint."""
+    folder = real_robot(robot)
+    machine = Robot.from_file(folder / "robot.toml")
+    logs = [read_log(path, machine) for path in sorted(folder.glob("log*.npz"))]
+    if len(logs) == 1:
+        middle = len(logs[0].time) // 2
+        logs = [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
+    fits = [_identified(log, machine) for log in logs]
     pairs = [(a[name], b[name]) for a, b in combinations(fits, 2) for name in a if name in b]
-    curves = [disjoint_curves(*pair) for pair in pairs if all(joint.verdict == IDENTIFIED for joint in pair)]
-    parameters = [disjoint(*both) for pair in pairs for both in _parameters(*pair)]
-    return Compared(robot=robot.name, curves=(len(curves), sum(curves)), parameters=(len(parameters), sum(parameters)))
-
-
-def _parameters(a: JointResult, b: JointResult) -> Iterator[tuple[ParameterEstimate, ParameterEstimate]]:
-    """Yield the parameters that both identify."""
-    for name, first in a.parameters.items():
-        second = b.parameters.get(name)
-        if second is not None and first.verdict == second.verdict == IDENTIFIED:
-            yield first, second
-
-
-def disjoint(a: ParameterEstimate, b: ParameterEstimate) -> bool:
-    """Return whether the intervals of two parameters are disjoint."""
-    return max(a.interval_95[0], b.interval_95[0]) > min(a.interval_95[1], b.interval_95[1])
-
-
-def disjoint_curves(a: JointResult, b: JointResult) -> bool:
-    """Return whether the intervals of two curves are disjoint at the slowest or the fastest speed of both."""
-    ends = [max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)]
-    (first, half), (second, other) = (_at(joint, ends) for joint in (a, b))
-    return bool(np.any(np.abs(first - second) > half + other))
-
-
-def _at(joint: JointResult, speeds: list[float]) -> tuple[Array, Array]:
-    """Return friction and half of its interval at some speeds, between those of the curve."""
-    there = [point.velocity for point in joint.curve]
-    return (
-        np.interp(speeds, there, [point.value for point in joint.curve]),
-        np.interp(speeds, there, [point.half_width for point in joint.curve]),
-    )
+    curves = [disjoint_curves(a, b) for a, b in pairs if a.verdict == b.verdict == "identified"]
+    parameters = [
+        disjoint(first, b.parameters[name])
+        for a, b in pairs
+        for name, first in a.parameters.items()
+        if name in b.parameters and first.verdict == b.parameters[name].verdict == "identified"
+    ]
+    return {
+        "name": machine.name,
+        "curves": [len(curves), sum(curves)],
+        "parameters": [len(parameters), sum(parameters)],
+    }
 
 
 def _identified(log: RobotLog, robot: Robot) -> dict[str, JointResult]:
@@ -85,44 +52,26 @@ def _identified(log: RobotLog, robot: Robot) -> dict[str, JointResult]:
         return {}
 
 
-def _parts(logs: list[RobotLog]) -> list[RobotLog]:
-    """Return the logs, or the halves of the only one."""
-    middle = len(logs[0].time) // 2
-    return logs if len(logs) > 1 else [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
+def disjoint(a: ParameterEstimate, b: ParameterEstimate) -> bool:
+    """Check whether the intervals of two parameters are disjoint."""
+    return max(a.interval_95[0], b.interval_95[0]) > min(a.interval_95[1], b.interval_95[1])
 
 
-def study(data: Path) -> Iterator[Compared]:
-    """Yield the rows of all robots."""
-    convert = runpy.run_path(str(Path(__file__).parents[1] / "examples/real_robots/convert.py"))["convert"]
-    with tempfile.TemporaryDirectory() as scratch:
-        for name in ROBOTS:
-            folder = convert(name, data, Path(scratch))
-            robot = Robot.from_file(folder / "robot.toml")
-            logs = _parts([read_log(path, robot) for path in sorted(folder.glob("log*.npz"))])
-            yield compared(robot, [_identified(log, robot) for log in logs])
+def disjoint_curves(a: JointResult, b: JointResult) -> bool:
+    """Check whether the intervals of two curves are disjoint at the slowest or the fastest speed of both."""
+    ends = [max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)]
+    speeds = [[point.velocity for point in joint.curve] for joint in (a, b)]
+    values, halves = (
+        [np.interp(ends, v, [getattr(p, name) for p in joint.curve]) for v, joint in zip(speeds, (a, b), strict=True)]
+        for name in ("value", "half_width")
+    )
+    return bool(np.any(np.abs(values[0] - values[1]) > halves[0] + halves[1]))
 
 
-def row_of(one: Compared) -> str:
-    """Return a robot's row of the table."""
-    return f"| {one['robot']} | {' | '.join(str(count) for count in (*one['curves'], *one['parameters']))} |"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--save", type=Path, help="write the table as JSON")
-    arguments = parser.parse_args()
-    folder = os.environ.get("STRIBECK_REAL_LOGS")
-    if not folder:
-        sys.exit("the published logs of real robots are not part of this repository: set STRIBECK_REAL_LOGS to them")
-    print(HEAD)
-    rows: list[Compared] = []
-    for one in study(Path(folder)):
-        rows.append(one)
-        print(row_of(one), flush=True)
-    if arguments.save:
-        text = ",\n".join(json.dumps(row) for row in rows)
-        arguments.save.write_text(f'{{"robots": [\n{text}\n]}}\n', encoding="utf-8")
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table of docs/verdicts.md."""
+    return [markdown_table(HEAD, [(row["name"], *row["curves"], *row["parameters"]) for row in rows])]
 
 
 if __name__ == "__main__":
-    main()
+    command(__doc__, [{"robot": robot} for robot in ROBOTS], run, tables)

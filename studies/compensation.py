@@ -14,15 +14,14 @@ half as much again (what overestimated friction does), and with the wrong sign; 
 observer sees in the loop, at three bandwidths, which takes a hand for friction.
 """
 
-import argparse
 import ctypes
-import json
 import subprocess
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
+from itertools import product
 from pathlib import Path
-from typing import TypedDict
 
 import numpy as np
 import pinocchio as pin
@@ -31,14 +30,16 @@ from stribeck import MomentumObserver, Robot, RobotLog, identify
 from stribeck.export import export
 from stribeck.export.joints import joint_terms
 from stribeck.friction import get_law
-from stribeck.outputs import whole_or_not_at_all
 from stribeck.result import Result
 from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, LawFriction
+from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.rigid.constrained import BodyState, simulate_constrained
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
+from studies.command import Row, command, rounded
+from studies.markdown import markdown_table
 
 LAW = "stribeck"
 COULOMB = (4.0, 4.0, 3.0, 1.2, 1.0, 0.6)
@@ -77,15 +78,6 @@ Compensation = Callable[[Array, Array, Array, Array], Array]
 """Measured positions and velocities, desired velocities, measured torques -> torques [N m], shape (n,) each."""
 
 
-class Found(TypedDict):
-    """Of one task with one compensation: what is measured, in its unit."""
-
-    task: str
-    compensation: str
-    value: float
-    unit: str
-
-
 def arm() -> Robot:
     """Return the arm."""
     return Robot.from_file(MODELS / "arm.toml")
@@ -103,17 +95,18 @@ def noisy_log(robot: Robot) -> RobotLog:
     return with_noise(exact, position=ENCODER, torque=TORQUE, seed=2)
 
 
-def identified(robot: Robot) -> Result:
-    """Return what the arm's own noisy log shows."""
-    return identify(noisy_log(robot), robot)
+@cache
+def identified() -> Result:
+    """Identify friction from the arm's own noisy log."""
+    return identify(noisy_log(arm()), arm())
 
 
-def with_truth(result: Result, robot: Robot, factor: float) -> Result:
-    """Return the same with the true friction, times a factor."""
+def with_truth(result: Result, truth: Parameters, factor: float = 1.0) -> Result:
+    """Replace a result's friction by the true one, Coulomb and viscous friction times a factor."""
     joints = {}
-    for name, values in truth_of(robot).items():
-        scaled = values | {key: factor * values[key] for key in ("coulomb", "viscous")}
-        some = next(iter(result.joints[name].parameters.values()))
+    some = next(each for joint in result.joints.values() for each in joint.parameters.values())
+    for name, values in truth.items():
+        scaled = {key: value * (factor if key in ("coulomb", "viscous") else 1.0) for key, value in values.items()}
         parameters = {key: replace(some, value=value) for key, value in scaled.items()}
         joints[name] = replace(result.joints[name], parameters=parameters, verdict="identified", law=LAW)
     return replace(result, law=LAW, joints=joints)
@@ -164,8 +157,10 @@ def observed(robot: Robot, bandwidth: float) -> Compensation:
     return compensate
 
 
-def run(robot: Robot, task: str, compensate: Compensation | None) -> tuple[float, str]:
-    """Return what a task shows with a compensation, and its unit."""
+def run(task: str, compensation: str) -> Row:
+    """Simulate a task with a compensation."""
+    robot = arm()
+    compensate = _made(compensation, robot)
     model = robot.tree.model
     data, generator, noise = model.createData(), np.random.default_rng(3), np.random.default_rng(4)
     joints = np.arange(model.nv)
@@ -207,68 +202,39 @@ def run(robot: Robot, task: str, compensate: Compensation | None) -> tuple[float
     start = np.full(model.nv, 0.05) if task == "rest" else np.zeros(model.nv)
     friction = FrictionTruth(model.nv, [law])
     simulate_constrained(robot, controller, (), friction, configuration=start, duration=SECONDS)
-    found = float(np.sqrt(np.mean(np.square(measured))))
-    return {"tracking": (1e3 * found, "mrad"), "guiding": (found, "N m"), "rest": (1e3 * found, "mrad/s")}[task]
+    rms = float(np.sqrt(np.mean(np.square(measured))))
+    value, unit = {"tracking": (1e3 * rms, "mrad"), "guiding": (rms, "N m"), "rest": (1e3 * rms, "mrad/s")}[task]
+    return {"value": rounded(value, 4), "unit": unit}
 
 
-def measure() -> list[Found]:
-    """Return all tasks with all compensations."""
-    robot = arm()
-    result = identified(robot)
-    found = []
-    for task in TASKS:
-        for kind in KINDS:
-            value, unit = run(robot, task, _made(kind, result, robot))
-            found.append(Found(task=task, compensation=kind, value=float(f"{value:.4g}"), unit=unit))
-    return found
-
-
-def _made(kind: str, result: Result, robot: Robot) -> Compensation | None:
-    """Return a compensation with a state of its own."""
+def _made(kind: str, robot: Robot) -> Compensation | None:
+    """Make a compensation with a state of its own."""
     if kind == "none":
         return None
     if kind in OBSERVED:
         return observed(robot, OBSERVED[kind])
-    factor = 1.5 if kind == "half as much again" else 1.0
-    by_law = compiled(
-        result if kind in ("identified", "wrong sign") else with_truth(result, robot, factor),
-        robot,
-        -1.0 if kind == "wrong sign" else 1.0,
-    )
+    result = identified()
+    if kind in ("true", "half as much again"):
+        result = with_truth(result, truth_of(robot), 1.0 if kind == "true" else 1.5)
+    by_law = compiled(result, robot, -1.0 if kind == "wrong sign" else 1.0)
     return lambda _position, measured, desired, _torque: by_law(measured, desired)
 
 
-def gain_of(found: list[Found], task: str) -> float:
-    """Return how much of what the true friction gains over no compensation the identified one does [1]."""
-    none, own, true = (
-        next(each["value"] for each in found if (each["task"], each["compensation"]) == (task, kind))
-        for kind in KINDS[:3]
-    )
-    return (none - own) / (none - true)
+def gain_of(rows: list[Row], task: str) -> float:
+    """Compute the gain of the identified compensation relative to the gain of the true one [1]."""
+    by = {row["compensation"]: row["value"] for row in rows if row["task"] == task}
+    return float((by["none"] - by["identified"]) / (by["none"] - by["true"]))
 
 
-def table(found: list[Found]) -> str:
-    """Return the table of the docs."""
-    lines = [f"| task | {' | '.join(KINDS)} |", "|---|" + "---|" * len(KINDS)]
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table of docs/export.md."""
+    cells = []
     for task in TASKS:
-        own = [each for each in found if each["task"] == task]
-        lines.append(f"| {task} [{own[0]['unit']}] | {' | '.join(format(each['value'], '.3g') for each in own)} |")
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """Print the table and the gains, and save them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--save", type=Path, metavar="FILE", help="save the figures as JSON")
-    options = parser.parse_args()
-    found = measure()
-    print(table(found))
-    for task in TASKS[:2]:
-        print(f"{task}: {gain_of(found, task):.2f} of what the true friction gains")
-    if options.save:
-        with whole_or_not_at_all(options.save) as temporary:
-            temporary.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        own = [row for row in rows if row["task"] == task]
+        if own:
+            cells.append((f"{task} [{own[0]['unit']}]", *(format(row["value"], ".3g") for row in own)))
+    return [markdown_table(("task", *KINDS), cells, 9)]
 
 
 if __name__ == "__main__":
-    main()
+    command(__doc__, [{"task": task, "compensation": kind} for task, kind in product(TASKS, KINDS)], run, tables)

@@ -12,12 +12,6 @@ method found, if it looks for one. W and the motion's filter are the same for al
 method declines to say of a joint is no error of any method.
 """
 
-import argparse
-import json
-import os
-import runpy
-import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -35,9 +29,9 @@ from stribeck.log.interpolation import linear
 from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
 from stribeck.typing import Array
-from studies.least_squares import least_squares
+from studies.command import Row, command, real_robot, rounded
+from studies.markdown import markdown_table
 
-ROOT = Path(__file__).parents[1]
 BANDS = {"tx40": 20.0, "kinova-gen3": 10.0, "go2": 12.0, "double-pendulum": 6.0}
 """Frequency [Hz] up to which torques are compared: what the motion of the robot reaches to."""
 WIDER = 2.0
@@ -161,7 +155,6 @@ def held_out(folder: Path, band: float, methods: Mapping[str, Mapping[str, objec
         others = [other for other in parts if other is not part]
         found: dict[str, Result | None] = {
             "no friction": None,
-            "least squares": least_squares(others, robot, band),
             "curve-fit": identify(others, for_curves),
         }
         found |= {name: identify(others, robot, robot.settings.model_copy(update=own)) for name, own in methods.items()}
@@ -178,43 +171,27 @@ def slowest_speeds(parts: Sequence[RobotLog]) -> Array:
     return np.asarray(REST * np.percentile(np.abs(speeds), 99, axis=0))
 
 
-def study(data: Path) -> dict[str, dict[str, dict[str, float]]]:
-    """Return the table: robot, joint, method; printed row by row."""
-    convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
-    table: dict[str, dict[str, dict[str, float]]] = {}
-    with tempfile.TemporaryDirectory() as scratch:
-        for name, band in BANDS.items():
-            folder = convert(name, data, Path(scratch))
-            robot, found = Robot.from_file(folder / "robot.toml"), held_out(folder, band)
-            table[robot.name] = {
-                joint: {method: float(f"{errors[column]:.3g}") for method, errors in found.items()}
-                for column, joint in enumerate(robot.joint_names)
-            }
-            if len(table) == 1:
-                print(f"| robot | joint | {' | '.join(found)} |\n| --- | --- |{' ---: |' * len(found)}")
-            print("\n".join(rows_of(robot.name, table[robot.name])), flush=True)
-    return table
+def run(robot: str) -> Row:
+    """Compute the errors of all joints of a robot by all methods."""
+    folder = real_robot(robot)
+    machine, errors = Robot.from_file(folder / "robot.toml"), held_out(folder, BANDS[robot])
+    joints = {
+        joint: {method: rounded(float(each[column])) for method, each in errors.items()}
+        for column, joint in enumerate(machine.joint_names)
+    }
+    return {"name": machine.name, "joints": joints}
 
 
-def rows_of(robot: str, joints: dict[str, dict[str, float]]) -> list[str]:
-    """Return the table's rows of a robot, in Markdown."""
-    return [
-        f"| {robot} | {joint} | {' | '.join(f'{error:.3g}' for error in row.values())} |"
-        for joint, row in joints.items()
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table of docs/real-robots.md."""
+    head = ("robot", "joint", "no friction", "curve-fit", *METHODS)
+    cells = [
+        (row["name"], joint, *(f"{errors[method]:.3g}" for method in head[2:]))
+        for row in rows
+        for joint, errors in row["joints"].items()
     ]
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--save", type=Path, help="write the table as JSON")
-    arguments = parser.parse_args()
-    folder = os.environ.get("STRIBECK_REAL_LOGS")
-    if not folder:
-        sys.exit("the published logs of real robots are not part of this repository: set STRIBECK_REAL_LOGS to them")
-    table = study(Path(folder))
-    if arguments.save:
-        arguments.save.write_text(json.dumps({"robots": table}, indent=2) + "\n", encoding="utf-8")
+    return [markdown_table(head, cells, 2)]
 
 
 if __name__ == "__main__":
-    main()
+    command(__doc__, [{"robot": robot} for robot in BANDS], run, tables)

@@ -4,20 +4,24 @@
 
 Robots whose base is fixed, or hangs, move little and slowly for 20 s, every third joint not at all, with noise of 2e-5
 rad and 1 N m. From what the estimator finds then a trajectory of 60 s is planned for joints that are weak or not
-excited. The robot follows it exactly, torques are those of inverse dynamics with the friction that is true, and noise
-is drawn anew for every seed. From the log of that plan it is planned once more, for the same joints. All that estimator
-and plan know is a wrong model, as in `studies.accuracy`.
+excited. The robot follows it exactly, torques are those of inverse dynamics with the true friction, and noise is drawn
+anew for every seed. From the log of that plan it is planned once more, for the same joints. All that estimator and plan
+know is a wrong model, as in `studies.accuracy`.
 
-Of each joint that was planned for, half of the 95 % interval that is obtained over the one that was promised: of the
-friction curve, up to the same top speed, and of the parameters. The law is named: once Coulomb and viscous friction,
-which need no guess, once the smooth Stribeck law, whose shape is guessed of joints that did not move. Coverage is of
-the true parameters by the obtained intervals.
+Robots that walk do so for 30 s at half of their pace, with noise of 2e-5 rad and so much in their torques that many
+joints are weak. The plan says what the same walk would bring if it lasted longer, and what at twice the pace in the
+same time. Both walks are made, exactly and with noise of their own, and identified.
+
+Measured per joint: half of the 95 % interval that is obtained over the promised one, of the friction curve at the same
+three speeds, and of planned joints of the parameters too. The law is named: Coulomb and viscous friction, which need no
+guess, or the smooth Stribeck law, whose shape is guessed for joints that did not move. Coverage is of the true
+parameters by the obtained intervals.
 """
 
-import argparse
-import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,18 +30,23 @@ import numpy as np
 from stribeck import Robot, identify, plan
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
+from stribeck.planning.joint import PlannedJoint, Reach
 from stribeck.planning.plan import Plan
-from stribeck.result import Result
+from stribeck.result import JointResult, Result
 from stribeck.robot import from_robot_file
 from stribeck.settings import RobotFile
 from stribeck.typing import Array
+from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.ground import inverse_dynamics
 from stribeck_simulation.prescribed.trajectory import Trajectory
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import POSTURES
 from studies.accuracy_cases import wrong_model
-from studies.log_coverage import EXAMPLES
+from studies.command import Row, command, rounded
+from studies.markdown import markdown_table
+from studies.walking_cases import EXAMPLES
 
-LAWS = ("coulomb-viscous", "stribeck")
-MODELS = Path(__file__).parents[1] / "src/stribeck_simulation/robots/models"
+LINEAR, STRIBECK = "coulomb-viscous", "stribeck"
 ROBOTS: dict[str, tuple[Path, dict[str, Any]]] = {
     "arm, six joints": (MODELS / "arm.urdf", {}),
     "Franka Panda": (
@@ -47,6 +56,8 @@ ROBOTS: dict[str, tuple[Path, dict[str, Any]]] = {
     "quadruped, hung": (MODELS / "quadruped.urdf", {}),
 }
 """Model, and keys of [robot]."""
+WALKERS = {"TORO-like": ("toro.toml", "toro", 6.0), "quadruped": ("quadruped.toml", "quadruped", 3.0)}
+"""Robot file, posture, and noise of the torques [N m]."""
 MEANS = {
     "viscous": 0.3,
     "coulomb": 0.8,
@@ -55,35 +66,37 @@ MEANS = {
     "offset": 0.3,
     "slope": 40.0,
 }
-"""Of the parameters; each joint's are drawn up to 30 % away."""
-ENCODER, TORQUE = 2e-5, 1.0
-"""White noise [rad], [N m]."""
-RATE, POOR, PLANNED = 1000.0, 20.0, 60.0
-"""[Hz], [s], [s]"""
+"""Means of the parameters; those of each joint are drawn up to 30 % away."""
+SEEDS = 2
+"""Number of times that noise is drawn for a plan."""
+ENCODER, TORQUE, RATE = 2e-5, 1.0, 1000.0
+"""White noise [rad], [N m], and rate [Hz] of planned motions."""
+WALK, TIMES = 30.0, 4
+"""Duration of the present walk [s], and how many times as long the longer one is."""
+FASTER = "the present motion twice as fast"
 HEAD = (
-    "| robot | law | plan | joints | curve: median | worst | within 30 % | parameters: median | worst | within 30 % "
-    "| coverage |\n"
-    "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    *("robot", "law", "plan", "joints", "curve: median", "worst", "within 30 %"),
+    *("parameters: median", "worst", "within 30 %", "coverage"),
 )
-"""Of the table."""
+WALK_HEAD = ("robot", "joints", "weak before", "walk", "curve: median, slow", "middle", "top", "worst", "within 30 %")
 
 
 def robot_of(name: str) -> Robot:
-    """Return a robot with a fixed base."""
+    """Read a robot with a fixed base."""
     path, keys = ROBOTS[name]
     table = {"robot": {"model": path.name, "base": "fixed", **keys}}
     return from_robot_file(RobotFile.model_validate(table), path.parent / "robot.toml")
 
 
-def friction_of(robot: Robot, law: str, seed: int) -> dict[str, dict[str, float]]:
-    """Return each joint's true parameters."""
-    generator = np.random.default_rng(seed)
+def friction_of(robot: Robot, law: str) -> dict[str, dict[str, float]]:
+    """Draw each joint's true parameters."""
+    generator = np.random.default_rng(0)
     names = [parameter.name for parameter in get_law(law).parameters]
     return {joint: {name: MEANS[name] * generator.uniform(0.7, 1.3) for name in names} for joint in robot.joint_names}
 
 
 def poor_motion(robot: Robot, time: Array) -> Trajectory:
-    """Return a small slow swing of each joint, none of every third."""
+    """Swing each joint a little and slowly, every third one not at all."""
     joints = len(robot.joint_names)
     low, high = robot.position_limits
     centre = np.where(np.isfinite(low + high), (low + high) / 2, 0.0)
@@ -95,11 +108,9 @@ def poor_motion(robot: Robot, time: Array) -> Trajectory:
     )
 
 
-def log_of(
-    robot: Robot, motion: Trajectory, law: str, friction: Mapping[str, Mapping[str, float]], seed: int
-) -> RobotLog:
-    """Return what noisy sensors say of a motion."""
-    chosen = get_law(law)
+def log_of(robot: Robot, motion: Trajectory, law: str, seed: int) -> RobotLog:
+    """Record a motion with noisy sensors."""
+    chosen, friction = get_law(law), friction_of(robot, law)
     _, torque = inverse_dynamics(robot, motion, None)
     for k, joint in enumerate(robot.joint_names):
         values = np.array([friction[joint][parameter.name] for parameter in chosen.parameters])
@@ -113,111 +124,163 @@ def log_of(
     )
 
 
-def run(name: str, law: str, seeds: int) -> list[dict[str, Any]]:
-    """Return the ratios of one robot and law: of a plan after the poor log, and of one after the log of that plan."""
+def run(robot: str, law: str, **number: int) -> Row:
+    """Compare obtained with promised intervals: of one of two plans in turn, or of one walk."""
+    return walked(robot, number["walk"]) if "walk" in number else two_plans(robot, law)[number["plan"] - 1]
+
+
+@cache
+def two_plans(name: str, law: str) -> list[Row]:
+    """Compare intervals after a plan from the poor log, and after one from the log of that plan."""
     true = robot_of(name)
-    known, friction = wrong_model(true, 0), friction_of(true, law, 0)
-    log = log_of(true, poor_motion(true, np.arange(round(POOR * RATE)) / RATE), law, friction, 0)
-    joints, rounds = None, []
+    known, joints, rounds = wrong_model(true, 0), None, []
+    log = log_of(true, poor_motion(true, np.arange(20 * round(RATE)) / RATE), law, 0)
     for number in (1, 2):
-        found, planned = planned_after(log, known, law, joints)
-        assert planned.trajectory is not None
-        state = planned.trajectory.at(np.arange(round(planned.trajectory.duration * RATE)) / RATE)
-        motion = Trajectory(state.position, state.velocity, state.acceleration)
-        runs = []
-        for seed in range(seeds):
-            log = log_of(true, motion, law, friction, 10 * number + seed)
-            runs.append(compared(planned, identify(log, known, law=law), friction))
+        found, planned = planned_after(log, known, law, joints, duration=60.0)
+        trajectory = planned.trajectory
+        assert trajectory is not None
+        state = trajectory.at(np.arange(round(trajectory.duration * RATE)) / RATE)
+        motion, runs = Trajectory(state.position, state.velocity, state.acceleration), []
+        for seed in range(SEEDS):
+            log = log_of(true, motion, law, 10 * number + seed)
+            runs.append(compared(planned, identify(log, known, law=law), friction_of(true, law)))
         joints = list(planned.joints)
-        rounds.append(
-            {
-                "robot": name,
-                "law": law,
-                "plan": number,
-                "before": {joint: found.joints[joint].verdict for joint in joints},
-                "used": planned.trajectory.used,
-                "clearance": planned.trajectory.clearance,
-                "runs": runs,
-            }
-        )
+        before = {joint: found.joints[joint].verdict for joint in joints}
+        rounds.append({"before": before, "used": trajectory.used, "clearance": trajectory.clearance, "runs": runs})
     return rounds
 
 
-def planned_after(log: RobotLog, robot: Robot, law: str, joints: list[str] | None) -> tuple[Result, Plan]:
-    """Return what a log says, and the plan that follows from it."""
+def planned_after(
+    log: RobotLog, robot: Robot, law: str, joints: list[str] | None, duration: float | None = None
+) -> tuple[Result, Plan]:
+    """Identify friction from a log, and plan from the result, for some joints or for all that have friction."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         found = identify(log, robot, law=law, table=place / "friction_torque.parquet")
         (place / "result.json").write_text(found.to_json())
-        return found, plan(place / "result.json", robot, joints=joints, duration=PLANNED)
+        if duration is None:
+            return found, plan(place / "result.json", robot, joints=_with_friction(found))
+        return found, plan(place / "result.json", robot, joints=joints, duration=duration)
 
 
-def compared(planned: Plan, obtained: Result, friction: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
-    """Return the obtained over the promised half widths of each joint, and which true values are covered."""
+def _with_friction(found: Result) -> list[str]:
+    return [joint for joint, own in found.joints.items() if own.curve and own.verdict != "no friction"]
+
+
+def compared(planned: Plan, obtained: Result, friction: Mapping[str, Mapping[str, float]]) -> Row:
+    """Divide the obtained by the promised half widths of each joint, and check which true values are covered."""
     assert planned.trajectory is not None
-    found: dict[str, Any] = {}
+    found: Row = {}
     for joint, promise in planned.trajectory.promise.items():
-        own = obtained.joints[joint]
+        own, true = obtained.joints[joint], friction[joint]
+        ends = {key: own.parameters[key].interval_95 for key in own.parameters if key in promise.half_width}
         pairs = zip(own.curve, promise.curve, strict=True)
-        parameters = {key: each for key, each in own.parameters.items() if key in promise.half_width}
         found[joint] = {
             "verdict": own.verdict,
             "curve": [rounded(one.half_width / other.half_width) for one, other in pairs],
-            "parameters": {
-                key: rounded(half(each.interval_95) / promise.half_width[key]) for key, each in parameters.items()
-            },
-            "covered": {
-                key: each.interval_95[0] <= friction[joint][key] <= each.interval_95[1]
-                for key, each in parameters.items()
-            },
+            "parameters": {key: rounded((b - a) / 2 / promise.half_width[key]) for key, (a, b) in ends.items()},
+            "covered": {key: a <= true[key] <= b for key, (a, b) in ends.items()},
         }
     return found
 
 
-def half(interval: tuple[float, float]) -> float:
-    """Return half of the width of an interval."""
-    return (interval[1] - interval[0]) / 2
-
-
-def rounded(value: float) -> float:
-    """Return a ratio to three digits."""
-    return float(f"{value:.3g}")
-
-
-def row(one: Mapping[str, Any]) -> str:
-    """Return a line of the table."""
-    joints = [joint for each in one["runs"] for joint in each.values()]
-    curve = [ratio for joint in joints for ratio in joint["curve"]]
-    parameters = [ratio for joint in joints for ratio in joint["parameters"].values()]
-    covered = [each for joint in joints for each in joint["covered"].values()]
-    return (
-        f"| {one['robot']} | {one['law']} | {one['plan']} | {len(one['before'])} | {_ratios(curve)} "
-        f"| {_ratios(parameters)} | {np.mean(covered):.0%} |"
+def walk_log(name: str, seconds: float, pace: float, path: int, noise: int) -> tuple[Robot, RobotLog]:
+    """Read a robot, and make the log of one of its walks."""
+    file, posture, std = WALKERS[name]
+    robot = Robot.from_file(MODELS / file)
+    friction = friction_of(robot, LINEAR)
+    log, _ = exact_log(
+        robot, get_law(LINEAR), friction, duration=seconds, rate=500.0, seed=path, posture=POSTURES[posture], pace=pace
+    )
+    generator = np.random.default_rng(noise)
+    return robot, replace(
+        log,
+        velocity=None,
+        acceleration=None,
+        foot_wrench=None,
+        position=log.position + ENCODER * generator.standard_normal(log.position.shape),
+        torque=log.torque + std * generator.standard_normal(log.position.shape),
     )
 
 
-def _ratios(values: list[float]) -> str:
+def walked(name: str, seed: int) -> Row:
+    """Compare obtained with promised intervals of a walk that is longer, and of one that is faster."""
+    robot, log = walk_log(name, WALK, 0.5, seed, 10 * seed)
+    known = wrong_model(robot, 0)
+    found, planned = planned_after(log, known, LINEAR, None)
+    longer = identify(walk_log(name, TIMES * WALK, 0.5, seed, 10 * seed + 1)[1], known, law=LINEAR)
+    faster = identify(walk_log(name, WALK, 1.0, seed, 10 * seed + 2)[1], known, law=LINEAR)
+    joints = {}
+    for joint in _with_friction(found):
+        now = found.joints[joint]
+        share = PlannedJoint(
+            column=0,
+            found=now,
+            guessed=False,
+            prismatic=False,
+            priors=known.settings.priors,
+            rest=known.settings.rest,
+            reach=Reach(low=0.0, high=0.0, speed=0.0),
+        ).shrinking_share
+        half = np.array([point.half_width for point in now.curve]) * np.sqrt(share / TIMES + 1 - share)
+        promised = next(each for each in planned.joints[joint].candidates if each.motion == FASTER).curve
+        widths = np.array([point.half_width for point in promised])
+        joints[joint] = {
+            "before": now.verdict,
+            "longer": ratios(longer.joints[joint], [point.velocity for point in now.curve], half),
+            "faster": ratios(faster.joints[joint], [point.velocity for point in promised], widths),
+        }
+    return {"joints": joints}
+
+
+def ratios(joint: JointResult, speeds: Sequence[float], promised: Array) -> list[float]:
+    """Divide half of the 95 % interval of Coulomb + viscous friction at three speeds by the promised ones."""
+    assert joint.correlation is not None
+    names = list(joint.parameters)
+    own = [names.index(name) for name in ("coulomb", "viscous")]
+    errors = np.array([joint.parameters[names[k]].standard_error for k in own])
+    covariance = np.array(joint.correlation)[np.ix_(own, own)] * np.outer(errors, errors)
+    slopes = np.column_stack([np.ones(len(speeds)), speeds])
+    quantile = np.mean([point.half_width / point.standard_error for point in joint.curve])
+    half = quantile * np.sqrt(np.einsum("sp,pq,sq->s", slopes, covariance, slopes))
+    return [rounded(value) for value in half / promised]
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the tables of docs/plan.md: planned trajectories, and walks."""
+    planned = []
+    for row in (row for row in rows if "plan" in row):
+        joints = [joint for each in row["runs"] for joint in each.values()]
+        curve = [ratio for joint in joints for ratio in joint["curve"]]
+        parameters = [ratio for joint in joints for ratio in joint["parameters"].values()]
+        covered = [each for joint in joints for each in joint["covered"].values()]
+        shown = [f"{np.median(values):.2f}" for values in (curve, parameters)]
+        cells = [row["robot"], row["law"], row["plan"], len(row["before"]), shown[0], *_extremes(curve)]
+        planned.append([*cells, shown[1], *_extremes(parameters), f"{np.mean(covered):.0%}"])
+    walks = []
+    for name in WALKERS:
+        joints = [joint for row in rows if row["robot"] == name for joint in row["joints"].values()]
+        weak = sum(joint["before"] != "identified" for joint in joints)
+        for key, label in (("longer", f"{TIMES} times as long"), ("faster", "twice as fast")):
+            values = np.array([joint[key] for joint in joints]).reshape(-1, 3)
+            if len(values):
+                medians = [f"{value:.2f}" for value in np.median(values, axis=0)]
+                walks.append([name, len(joints), weak, label, *medians, *_extremes(values.ravel().tolist())])
+    return [markdown_table(HEAD, planned, 2), markdown_table(WALK_HEAD, walks)]
+
+
+def _extremes(values: list[float]) -> tuple[str, str]:
+    """Format the worst ratio, and the share within 30 %."""
     worst = max(values, key=lambda value: abs(np.log(value)))
-    near = np.mean([1 / 1.3 <= value <= 1.3 for value in values])
-    return f"{np.median(values):.2f} | {worst:.2f} | {near:.0%}"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=ROBOTS, help="only these")
-    parser.add_argument("--laws", nargs="+", default=LAWS, choices=LAWS, help="only these")
-    parser.add_argument("--seeds", type=int, default=2, help="noise drawn so often")
-    parser.add_argument("--save", type=Path, help="JSON that is written")
-    arguments = parser.parse_args()
-    found = []
-    for name in arguments.robots:
-        for law in arguments.laws:
-            found += run(name, law, arguments.seeds)
-            if arguments.save:
-                lines = ",\n".join(json.dumps(each) for each in found)
-                arguments.save.write_text(f'{{"plans": [\n{lines}\n]}}\n', encoding="utf-8")
-    print(HEAD, *map(row, found), sep="\n")
+    return f"{worst:.2f}", f"{np.mean([1 / 1.3 <= value <= 1.3 for value in values]):.0%}"
 
 
 if __name__ == "__main__":
-    main()
+    keys = [
+        {"robot": robot, "law": law, "plan": number}
+        for robot in ROBOTS
+        for law in (LINEAR, STRIBECK)
+        for number in (1, 2)
+    ]
+    keys += [{"robot": robot, "law": LINEAR, "walk": seed} for robot in WALKERS for seed in range(3)]
+    command(__doc__, keys, run, tables)

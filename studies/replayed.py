@@ -1,107 +1,82 @@
-"""How much better the exported models explain logs of real robots that they were not found in.
+"""How much better the exported models explain logs of real robots that they were not identified from.
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.replayed --save studies/replayed.json
 
-Friction and corrections are found in a robot's first log, or in the first half of its only one, and exported as MJCF,
-which has a place for rotors; the other logs, or the other half, are replayed. `--table` prints the table of a saved
-study.
+Friction and corrections are identified from a robot's first log, or from the first half of its only one, and exported
+as MJCF, which has a place for rotors; another log, or the other half, is replayed.
 """
 
-import argparse
-import json
-import runpy
-import tempfile
-from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from stribeck import Robot, export, identify
-from stribeck.replay.replay import Replayed, replay
+from stribeck.replay.replay import replay
 from stribeck.replay.rollouts import HORIZONS
-from studies.real import DATA, EXAMPLES
+from studies.command import Row, command, real_robot, rounded
+from studies.markdown import markdown_table
 
-ROBOTS = ("tx40", "go2", "double-pendulum", "kinova-gen3")
+RUNS = (
+    *((robot, "second half") for robot in ("tx40", "go2")),
+    ("double-pendulum", "log_2"),
+    *(("kinova-gen3", f"log_{k}") for k in (2, 3, 4, 5)),
+)
+"""Robots, and what is replayed."""
 SHOWN = 1
-"""Of the horizons, in the table."""
-HEAD = """\
-| robot | found in | replayed | R² as given | its own friction | exported | {0} as given | its own friction | exported |
-|---|---|---|---:|---:|---:|---:|---:|---:|"""
+"""Index of the horizon in the table."""
+MODELS = ("as given", "own friction", "exported")
 
 
-def halves(log: Path) -> list[Path]:
-    """Write both halves of a log beside it."""
+def halves(log: Path) -> None:
+    """Write both halves of a log next to it."""
     arrays = dict(np.load(log))
     samples = len(arrays["time"])
-    written = []
     for name, rows in (("first half", slice(0, samples // 2)), ("second half", slice(samples // 2, samples))):
-        written.append(log.parent / f"{name}.npz")
-        np.savez(written[-1], **{key: value[rows] if len(value) == samples else value for key, value in arrays.items()})
-    return written
+        cut = {key: value[rows] if len(value) == samples else value for key, value in arrays.items()}
+        np.savez(log.parent / f"{name}.npz", **cut)
 
 
-def rows_of(folder: Path) -> Iterator[dict[str, Any]]:
-    """Yield what is found of a robot, a row a log that is replayed."""
-    logs = sorted(folder.glob("log*.npz"))
-    first, *others = logs if len(logs) > 1 else halves(logs[0])
-    robot = Robot.from_file(folder / "robot.toml")
-    model = Path(robot.model_path)
-    exported = folder / "exported.xml"
-    export(identify(first, robot), robot, exported, "mjcf")
-    for log in others:
-        found = replay(log, robot, exported)
-        errors = {(Path(each.model).name, each.friction): medians(each) for each in found.models}
-        yield {
-            "robot": robot.name,
-            "found in": first.stem,
-            "replayed": log.stem,
-            "as given": errors[model.name, False],
-            "own friction": errors.get((model.name, True)),
-            "exported": errors[exported.name, True],
+@cache
+def exported(robot: str, source: str) -> tuple[Robot, Path]:
+    """Identify friction from a log of a robot, and export the model with it."""
+    folder = real_robot(robot)
+    if source == "first half":
+        halves(folder / "log.npz")
+    machine, path = Robot.from_file(folder / "robot.toml"), folder / "exported.xml"
+    path.unlink(missing_ok=True)
+    export(identify(folder / f"{source}.npz", machine), machine, path, "mjcf")
+    return machine, path
+
+
+def run(robot: str, replayed: str) -> Row:
+    """Replay a log with the model as given, with its own friction, and as exported; medians over the joints."""
+    source = "first half" if replayed == "second half" else "log_1"
+    machine, model = exported(robot, source)
+    errors = {}
+    for each in replay(model.parent / f"{replayed}.npz", machine, model).models:
+        name = "exported" if Path(each.model) == model else "own friction" if each.friction else "as given"
+        r2, velocity = each.median_r2(), [each.median_relative(k) for k in range(len(HORIZONS))]
+        errors[name] = {
+            "r2": None if r2 is None else rounded(r2),
+            "velocity": [None if value is None else rounded(value) for value in velocity],
         }
+    return {"name": machine.name, "found in": source, **{name: errors.get(name) for name in MODELS}}
 
 
-def medians(model: Replayed) -> dict[str, Any]:
-    """Return the medians over the joints."""
-    relative = [model.median_relative(k) for k in range(len(HORIZONS))]
-    return {"r2": _rounded(model.median_r2()), "velocity": [_rounded(value) for value in relative]}
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.3g}")
-
-
-def table(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the rows as Markdown."""
-    lines = [HEAD.format(f"{1e3 * HORIZONS[SHOWN]:.0f} ms")]
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table of docs/replay.md."""
+    horizon = f"{1e3 * HORIZONS[SHOWN]:.0f} ms"
+    head = ("robot", "found in", "replayed", "R² as given", *MODELS[1:], f"{horizon} as given", *MODELS[1:])
+    cells = []
     for row in rows:
-        models = [row[key] for key in ("as given", "own friction", "exported")]
-        cells = [row["robot"], row["found in"], row["replayed"]]
-        cells += ["" if model is None else f"{model['r2']:.3g}" for model in models]
-        cells += ["" if model is None else f"{model['velocity'][SHOWN]:.3g}" for model in models]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """Run the study, or show a saved one."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--save", type=Path, help="write the figures here")
-    parser.add_argument("--table", type=Path, help="show the table of these figures")
-    chosen = parser.parse_args()
-    if chosen.table:
-        print(table(json.loads(chosen.table.read_text(encoding="utf-8"))))
-        return
-    if not DATA.is_dir():
-        parser.error(f"{DATA} is no folder; set STRIBECK_REAL_LOGS to the folder of the published logs")
-    convert = runpy.run_path(str(EXAMPLES / "convert.py"))["convert"]
-    with tempfile.TemporaryDirectory() as scratch:
-        rows = [row for robot in ROBOTS for row in rows_of(convert(robot, DATA, Path(scratch)))]
-    print(table(rows))
-    if chosen.save:
-        chosen.save.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        models = [row[name] for name in MODELS]
+        shown = [[None if each is None else each["r2"] for each in models]]
+        shown.append([None if each is None else each["velocity"][SHOWN] for each in models])
+        numbers = ["" if value is None else f"{value:.3g}" for values in shown for value in values]
+        cells.append([row["name"], row["found in"], row["replayed"], *numbers])
+    return [markdown_table(head, cells, 3).replace("| own friction |", "| its own friction |")]
 
 
 if __name__ == "__main__":
-    main()
+    command(__doc__, [{"robot": robot, "replayed": log} for robot, log in RUNS], run, tables)

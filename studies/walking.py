@@ -2,17 +2,12 @@
 
     python -m studies.walking --save studies/walking.json
 
-Every run walks on the estimated state, with friction in all leg joints. Tilt, slip and error are true ones, of which
-the controller knows nothing. Runs that the file holds already are not repeated; at the end the table of
-docs/simulation.md is printed.
+Every run walks on the estimated state, with friction in all leg joints. Tilt, slip and error are true ones, which the
+controller does not know.
 """
 
-import argparse
-import json
-import tempfile
-from pathlib import Path
 from time import process_time
-from typing import NamedTuple, TypedDict
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter, savgol_filter
@@ -21,71 +16,37 @@ from stribeck import Robot
 from stribeck.friction import Stribeck
 from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, LawFriction
+from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.mujoco.model import PHYSICS_STEP, compile_body
-from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import believed_model
 from stribeck_simulation.scenario import by_joint
 from stribeck_simulation.sensors.profiles import get_profile
 from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.plan import BOTH, Plan
+from stribeck_simulation.walking.plan import BOTH
 from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
-from studies.walking_cases import CASES, WALKERS, Case
+from studies.command import Row, command
+from studies.markdown import markdown_table
+from studies.walking_cases import CASES, WALKERS, Case, robot_of
 
 EVERY = 10
-"""Samples from one look at the robot to the next."""
+"""Number of samples from one look at the robot to the next."""
 SMOOTHED = 31
-"""Samples over which a velocity is found, for the encoders are noisy."""
+"""Number of samples over which a velocity is computed, as encoders are noisy."""
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
-"""Of the friction in every leg joint."""
+"""Friction parameters that all leg joints share."""
+HEAD = ("walk", "steps", "time [s]", "falls", "tilt [deg]", "slip [mm]", "DCM [mm]", "speed")
 
 
-class Run(TypedDict):
-    """What one run came to; zeros if it fell."""
-
-    steps: int
-    seconds: float
-    fell: str  # where, or nothing
-    tilt: float  # largest of the base [deg]
-    slip: float  # largest of a foot while it stands alone [mm]
-    error: float  # largest of the DCM, seen from the foot that stands alone [mm]
-    real_time: float  # simulated over processor time
+def run(case: str, seed: int) -> Row:
+    """Simulate one walk of a case."""
+    return walk_once(CASES[case], seed)
 
 
-def run(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Run:
-    """Let a robot walk once, and say how it went."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "robot.toml"
-        path.write_text(WALKERS[case.robot].robot_file, encoding="utf-8")
-        robot = Robot.from_file(path)
-        soles = compile_body(robot, WALKERS[case.robot].soles).soles
-        begin = process_time()
-        try:
-            walk = simulate_walk(
-                robot, case.walk, WALKERS[case.robot].posture, _conditions(robot, case, seed, physics_step)
-            )
-        except FellError as fall:
-            return Run(steps=0, seconds=0.0, fell=str(fall), tilt=0.0, slip=0.0, error=0.0, real_time=0.0)
-        spent = process_time() - begin
-    tilt, slip, error, _ = how_it_went(robot, walk, soles)
-    seconds = walk.plan.samples * walk.plan.period
-    return Run(
-        steps=len(walk.plan.steps),
-        seconds=round(seconds, 1),
-        fell="",
-        tilt=round(tilt, 2),
-        slip=round(slip, 1),
-        error=round(error, 1),
-        real_time=round(seconds / spent, 2),
-    )
-
-
-def _conditions(robot: Robot, case: Case, seed: int, physics_step: float) -> Conditions:
-    walker = WALKERS[case.robot]
-    joints = tuple(robot.joint_names[column] for column in robot.tree.columns)
-    levels = {pattern: {"coulomb": level, "offset": level} for pattern, level in walker.friction.items()}
-    friction = LawFriction(joints, Stribeck(), by_joint(levels, COMMON, joints, "friction"))
-    return Conditions(
-        friction=FrictionTruth(len(joints), [friction]),
+def walk_once(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Row:
+    """Simulate one walk, and measure it; a fall has zeros."""
+    robot, walker = robot_of(case.robot), WALKERS[case.robot]
+    conditions = Conditions(
+        friction=leg_friction(robot, truth_of(case.robot, robot)),
         profile=get_profile(case.sensors),
         seed=seed,
         pushes=case.pushes,
@@ -93,10 +54,44 @@ def _conditions(robot: Robot, case: Case, seed: int, physics_step: float) -> Con
         soles=walker.soles,
         physics_step=physics_step,
     )
+    begin = process_time()
+    try:
+        walk = simulate_walk(robot, case.walk, walker.posture, conditions)
+    except FellError as fall:
+        return {"steps": 0, "seconds": 0.0, "fell": str(fall), "tilt": 0.0, "slip": 0.0, "error": 0.0, "real_time": 0.0}
+    spent = process_time() - begin
+    course, seconds = how_it_went(case.robot, robot, walk), walk.plan.samples * walk.plan.period
+    return {
+        "steps": len(walk.plan.steps),
+        "seconds": round(seconds, 1),
+        "fell": "",
+        "tilt": round(course.tilt, 2),
+        "slip": round(course.slip, 1),
+        "error": round(course.error, 1),
+        "real_time": round(seconds / spent, 2),
+    }
+
+
+def truth_of(name: str, robot: Robot, factor: float = 1.0) -> Parameters:
+    """List the friction parameters of every leg joint, Coulomb and viscous friction times a factor."""
+    levels = {
+        pattern: {"coulomb": factor * level, "offset": level} for pattern, level in WALKERS[name].friction.items()
+    }
+    return by_joint(levels, COMMON | {"viscous": factor * COMMON["viscous"]}, _tree_joints(robot), "friction")
+
+
+def leg_friction(robot: Robot, truth: Parameters) -> FrictionTruth:
+    """Make the simulated friction from parameters."""
+    joints = _tree_joints(robot)
+    return FrictionTruth(len(joints), [LawFriction(joints, Stribeck(), truth)])
+
+
+def _tree_joints(robot: Robot) -> tuple[str, ...]:
+    return tuple(robot.joint_names[column] for column in robot.tree.columns)
 
 
 class Course(NamedTuple):
-    """How a walk went; errors are seen from the foot that stands alone."""
+    """How a walk went; errors are relative to the foot that stands alone."""
 
     tilt: float  # largest of the base [deg]
     slip: float  # largest of a standing foot [mm]
@@ -104,8 +99,8 @@ class Course(NamedTuple):
     com: float  # root mean square of the centre of mass, horizontally [mm]
 
 
-def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> Course:
-    """Return how a walk went."""
+def how_it_went(name: str, robot: Robot, walk: Walk) -> Course:
+    """Measure a walk."""
     plan, truth = walk.plan, walk.truth
     assert truth.base_position is not None
     assert truth.base_orientation is not None
@@ -113,24 +108,24 @@ def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> Course:
     base = np.column_stack([truth.base_position, truth.base_orientation])
     joints = walk.log.position[:, robot.tree.columns]
     rates = savgol_filter(joints, SMOOTHED, 2, deriv=1, delta=plan.period, axis=0)
-    dynamics = Dynamics(robot, soles)
-    pulsation = np.sqrt(-dynamics.gravity[2] / _height(dynamics, base[0], joints[0]))
+    dynamics = Dynamics(robot, compile_body(robot, WALKERS[name].soles).soles)
+    start = dynamics.at(np.concatenate([base[0], joints[0]]), np.zeros(dynamics.model.nv))
+    pulsation = np.sqrt(-dynamics.gravity[2] / start.com[2])
     tilt = 2 * np.degrees(np.arcsin(np.hypot(base[:, 3], base[:, 4]).max()))
-    planned = _planned_com(plan, pulsation)
+    kept = np.exp(-pulsation * plan.period)
+    planned = lfilter([1 - kept], [1, -kept], plan.dcm, axis=0, zi=kept * plan.dcm[:1])[0]  # c' = w (xi - c) [m]
     slip = error = 0.0
     apart: list[Array] = []
-    for number in range(len(plan.steps)):
-        step = plan.steps[number]
-        rows = np.flatnonzero((plan.step == number) & (plan.swing != BOTH))[::EVERY]
+    for number, step in enumerate(plan.steps):
         places, errors = [], []
-        for k in rows:
+        for k in np.flatnonzero((plan.step == number) & (plan.swing != BOTH))[::EVERY]:
             velocity = np.concatenate([truth.base_velocity[k], rates[k]])
             terms = dynamics.at(np.concatenate([base[k], joints[k]]), velocity)
             foot = terms.feet[1 - step.foot]
             dcm = terms.com[:2] + terms.com_velocity[:2] / pulsation
             places.append(foot.place[:2])
-            heading = np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0])
-            own, planned_own = (foot.place[:2], heading), (step.stance.place, step.stance.yaw)
+            own = foot.place[:2], np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0])
+            planned_own = step.stance.place, step.stance.yaw
             errors.append(_seen_from(*own, dcm) - _seen_from(*planned_own, plan.dcm[k]))
             apart.append(_seen_from(*own, terms.com[:2]) - _seen_from(*planned_own, planned[k]))
         slip = max(slip, float(np.linalg.norm(np.array(places) - places[0], axis=1).max()))
@@ -139,55 +134,26 @@ def how_it_went(robot: Robot, walk: Walk, soles: dict[str, Sole]) -> Course:
     return Course(float(tilt), 1e3 * slip, 1e3 * error, 1e3 * com)
 
 
-def _planned_com(plan: Plan, pulsation: float) -> Array:
-    """Return the centre of mass that follows the planned DCM, `c' = w (xi - c)`, shape (T, 2) [m]."""
-    kept = np.exp(-pulsation * plan.period)
-    return np.asarray(lfilter([1 - kept], [1, -kept], plan.dcm, axis=0, zi=kept * plan.dcm[:1])[0])
-
-
-def _height(dynamics: Dynamics, base: Array, joints: Array) -> float:
-    return float(dynamics.at(np.concatenate([base, joints]), np.zeros(dynamics.model.nv)).com[2])
-
-
 def _seen_from(place: Array, heading: float, point: Array) -> Array:
     cosine, sine = np.cos(heading), np.sin(heading)
     return np.asarray(np.array([[cosine, sine], [-sine, cosine]]) @ (point - place))
 
 
-def table(cases: dict[str, dict[str, Run]]) -> list[str]:
-    """Return the rows of the table in docs/simulation.md: of each case's runs the sums and the largest values."""
-    lines = []
-    for label, runs in cases.items():
-        rows = list(runs.values())
-        steps, seconds = sum(row["steps"] for row in rows), sum(row["seconds"] for row in rows)
-        falls = sum(bool(row["fell"]) for row in rows)
-        worst = [max(row[name] for row in rows) for name in ("tilt", "slip", "error")]
-        speed = seconds / sum(row["seconds"] / row["real_time"] for row in rows if row["real_time"]) if seconds else 0.0
-        lines.append(
-            f"| {label} | {steps} | {seconds:.0f} | {falls} | {worst[0]:.1f} | {worst[1]:.1f} | {worst[2]:.0f} "
-            f"| {speed:.1f} |"
-        )
-    return lines
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--save", type=Path, help="JSON that is read at first, and written after every run")
-    parser.add_argument("--only", default="", help="cases whose name has this in it")
-    arguments = parser.parse_args()
-    saved = arguments.save
-    known = json.loads(saved.read_text(encoding="utf-8"))["cases"] if saved and saved.exists() else {}
-    cases: dict[str, dict[str, Run]] = {label: known.get(label, {}) for label in CASES}
-    for label, case in CASES.items():
-        for seed in case.seeds:
-            if str(seed) in cases[label] or arguments.only not in label:
-                continue
-            cases[label][str(seed)] = found = run(case, seed)
-            print(f"{label}, seed {seed}: {found}", flush=True)
-            if saved:
-                saved.write_text(json.dumps({"cases": cases}, indent=1) + "\n", encoding="utf-8")
-    print("\n".join(table({label: runs for label, runs in cases.items() if runs})))
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table of docs/simulation.md: sums and largest values of the runs of each case."""
+    cells = []
+    for case in CASES:
+        if not (own := [row for row in rows if row["case"] == case]):
+            continue
+        steps, seconds = sum(row["steps"] for row in own), sum(row["seconds"] for row in own)
+        tilt, slip, error = (max(row[name] for row in own) for name in ("tilt", "slip", "error"))
+        speed = seconds / sum(row["seconds"] / row["real_time"] for row in own if row["real_time"]) if seconds else 0.0
+        falls = sum(bool(row["fell"]) for row in own)
+        numbers = (f"{seconds:.0f}", falls, f"{tilt:.1f}", f"{slip:.1f}", f"{error:.0f}", f"{speed:.1f}")
+        cells.append((case, steps, *numbers))
+    return [markdown_table(HEAD, cells)]
 
 
 if __name__ == "__main__":
-    main()
+    keys = [{"case": name, "seed": seed} for name, case in CASES.items() for seed in case.seeds]
+    command(__doc__, keys, run, tables)

@@ -1,10 +1,12 @@
 """What the walking study lets walk: three humanoids, and the walks that they are put through."""
 
 import sysconfig
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from stribeck import Robot
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
@@ -73,6 +75,14 @@ WALKERS = {
         posture=_posture("{}_{}_joint", ("hip_roll", 0.0), ("hip_pitch", -0.4), ("knee", 0.8), ("ankle_pitch", -0.4)),
     ),
 }
+
+
+def robot_of(name: str) -> Robot:
+    """Read a walker's robot."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.toml"
+        path.write_text(WALKERS[name].robot_file, encoding="utf-8")
+        return Robot.from_file(path)
 
 
 def _there_and_back(

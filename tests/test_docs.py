@@ -11,33 +11,12 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 from unittest import mock
 
-import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 from rosbags.typesys import Stores, get_typestore
-from studies import (
-    accuracy_cases,
-    accuracy_table,
-    across_logs,
-    beyond_cases,
-    beyond_the_laws,
-    compensation,
-    direct,
-    least_error,
-    lies,
-    lugre,
-    observer,
-    plan_walks,
-    replayed,
-    step_coverage,
-    verdicts,
-    walking_compensation,
-    what_is_told,
-)
-from studies import plan as planned
 from tests.arm import arm_log, save_npz, write_arm
 from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
@@ -49,7 +28,6 @@ from stribeck.errors import StribeckError
 from stribeck.finding import FRICTION, Finding
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
-from stribeck.identification.judgement.curve import WIDEST
 from stribeck.identification.whole_log.tests_of_fit.findings import SENTENCES, UNCLEAR
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
@@ -289,136 +267,6 @@ def test_the_result_shown_is_of_the_demonstrations_walk() -> None:
         assert low <= numbers["value"] <= high
 
 
-def test_the_accuracy_shown_is_the_studys() -> None:
-    runs = accuracy_table.read_runs(ROOT / "studies/accuracy.json")
-    for row in accuracy_table.table(accuracy_table.in_order(runs)):
-        assert row in PAGES["docs/whole-log.md"]
-
-
-def test_the_replayed_logs_shown_are_the_studys() -> None:
-    rows = json.loads((ROOT / "studies/replayed.json").read_text())
-    assert replayed.table(rows) in PAGES["docs/replay.md"]
-    for row in rows:
-        assert row["exported"]["velocity"][replayed.SHOWN] < row["as given"]["velocity"][replayed.SHOWN]
-
-
-def test_the_promises_shown_are_the_studys() -> None:
-    """What is planned from friction that is known comes true within 30 %, but for a few numbers."""
-    plans = json.loads((ROOT / "studies/plan.json").read_text())["plans"]
-    for one in plans:
-        assert planned.row(one) in PAGES["docs/plan.md"]
-    for one in plans:
-        if one["plan"] == 2 or one["law"] == "coulomb-viscous":
-            ratios = [ratio for each in one["runs"] for joint in each.values() for ratio in joint["curve"]]
-            assert 1 / 1.3 < np.median(ratios) < 1.3
-
-
-def test_the_promises_for_walks_shown_are_the_studys() -> None:
-    walks = json.loads((ROOT / "studies/plan_walks.json").read_text())["walks"]
-    for row in plan_walks.rows(walks):
-        assert row in PAGES["docs/plan.md"]
-    for walk in walks:
-        for key in ("longer", "faster"):
-            assert 1 / 1.5 < np.median([joint[key] for joint in walk["joints"].values()]) < 1.5
-
-
-def test_the_verdicts_shown_are_the_studys() -> None:
-    said = json.loads((ROOT / "studies/verdicts.json").read_text())["parameters"]
-    for row in verdicts.table(said):
-        assert row in PAGES["docs/verdicts.md"]
-    of_whole_log = [each for each in said if each["method"] == "whole-log"]
-    wrong, found, right, alarms = verdicts.flagged(of_whole_log)
-    assert found > 0.95 * wrong
-    assert alarms < 0.25 * right
-    for each in of_whole_log:
-        assert each["weak"] or each["width"] <= WIDEST
-
-
-def test_what_holds_across_logs_is_the_studys() -> None:
-    for one in json.loads((ROOT / "studies/across_logs.json").read_text())["robots"]:
-        assert across_logs.row_of(one) in PAGES["docs/verdicts.md"]
-
-
-def test_the_least_errors_shown_are_the_studys() -> None:
-    found = json.loads((ROOT / "studies/least_error.json").read_text())["bounds"]
-    assert {each["robot"] for each in found} == set(accuracy_cases.ROBOTS)
-    for row in least_error.table(found):
-        assert row in PAGES["docs/whole-log.md"]
-
-
-def test_what_is_told_of_friction_beyond_the_laws_is_the_studys() -> None:
-    told = json.loads((ROOT / "studies/beyond_the_laws.json").read_text())["told"]
-    for row in beyond_the_laws.table(told):
-        assert row in PAGES["docs/whole-log.md"]
-    assert {one["case"] for one in told} == set(beyond_cases.CASES)
-    whole_log = [one for one in told if one["method"] == "whole-log"]
-    assert all(bool(one["kinds"]) == (one["case"] != beyond_cases.INSIDE) for one in whole_log)
-
-
-def test_the_held_out_errors_shown_are_the_studys() -> None:
-    robots = json.loads((ROOT / "studies/held_out.json").read_text())["robots"]
-    shown = list(rows_below("docs/real-robots.md", "Held out, side by side"))
-    assert shown == [
-        [robot, joint, *(f"{error:.3g}" for error in row.values())]
-        for robot, joints in robots.items()
-        for joint, row in joints.items()
-    ]
-
-
-def test_the_direct_identifications_shown_are_the_studys() -> None:
-    study = json.loads((ROOT / "studies/direct.json").read_text())
-    others = json.loads((ROOT / "studies/held_out.json").read_text())["robots"]
-    for row in (*direct.arm_table(study["arms"], others), *direct.walk_table(study["walk"])):
-        assert row in PAGES["docs/direct.md"]
-
-
-def test_the_lies_shown_are_the_studys() -> None:
-    study = json.loads((ROOT / "studies/lies.json").read_text())
-    assert lies.table(study["lies"]) in PAGES["docs/findings.md"]
-    assert lies.clean_table(study["clean"]) in PAGES["docs/findings.md"]
-    assert {row["lie"] for row in study["lies"]} == set(lies.LIES)
-    assert sum(row["named"] for row in study["lies"]) > 0.9 * len(study["lies"])
-    assert not any(found for each in study["clean"].values() for found, _ in each.values())
-    assert not any(row["wrong"] for row in study["lies"])
-
-
-def test_the_compensation_shown_is_the_studys_and_as_good_as_the_truth() -> None:
-    found = json.loads((ROOT / "studies/compensation.json").read_text())
-    assert compensation.table(found) in PAGES["docs/export.md"]
-    assert all(compensation.gain_of(found, task) > 0.75 for task in compensation.TASKS[:2])
-    walks = json.loads((ROOT / "studies/walking_compensation.json").read_text())
-    assert walking_compensation.table(walks) in PAGES["docs/export.md"]
-    assert walking_compensation.table_of_wrong(walks) in PAGES["docs/export.md"]
-    for robot in walks.values():
-        upright = [each for each in robot["walks"].values() if not (each["none"]["fell"] or each["true"]["fell"])]
-        assert upright
-        for each in upright:
-            gains = [walking_compensation.gain(each, measure) for measure in ("error", "com", "foot")]
-            assert min(gains) > 0.75
-
-
-def test_the_observers_errors_shown_are_the_studys() -> None:
-    found = json.loads((ROOT / "studies/observer.json").read_text())
-    assert observer.table(found) in PAGES["docs/observer.md"]
-    assert list(observer.METHODS) == [each["method"] for each in found if each["log"] == "arm"]
-    by = {(each["log"], each["method"]): each["coulomb"][0] for each in found}
-    assert all(by[log, "observer"] < 2 * by[log, "curve-fit"] for log in ("arm", "TORO-like"))
-
-
-def test_what_lugre_finds_is_the_studys() -> None:
-    found = json.loads((ROOT / "studies/lugre.json").read_text())
-    page = PAGES["docs/laws/lugre.md"]
-    assert lugre.table(found["simulated"]) in page
-    assert lugre.real_table(found["real"]) in page
-    by = {each["friction"]: each for each in found["simulated"]}
-    assert list(by) == [*lugre.FRICTIONS, lugre.WALK]
-    for kind in ("LuGre, 300 N m/rad", lugre.WALK):
-        assert by[kind]["travel"]["identified"] > 0.7 * by[kind]["travel"]["of"]
-        assert by[kind]["travel"]["error"] < 5
-        assert by[kind]["held_out"]["lugre"] < 0.5 * by[kind]["held_out"]["stribeck"]
-    assert by[lugre.NONE]["travel"]["identified"] == 0
-
-
 def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
     files = sorted((ROOT / "src/stribeck").rglob("*.py"))
     named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
@@ -439,20 +287,6 @@ def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
         heading = verdict.capitalize()
         assert re.search(r"^> .*^Cure: ", parts[heading], re.MULTILINE | re.DOTALL), verdict
         assert verdict_place(verdict) == f"docs/verdicts.md#{heading.lower().replace(' ', '-')}"
-
-
-def test_the_coverage_where_steps_disagree_shown_is_the_studys() -> None:
-    for case, held in json.loads((ROOT / "studies/step_coverage.json").read_text())["cases"].items():
-        assert step_coverage.row_of(case, held) in PAGES["docs/whole-log.md"]
-
-
-def test_the_terms_shown_are_the_studys() -> None:
-    page, study = PAGES["docs/laws/auto.md"], json.loads((ROOT / "studies/terms.json").read_text())
-    for key, c in study["arm"].items():
-        held = f"{100 * c['held'] / c['intervals']:.0f} %" if c["intervals"] else "–"
-        assert f"| {key} | {c['found']} of {c['joints']} | {c['other']} of {c['asked']} | {held} |" in page
-    for name, found in study["walk"].items():
-        assert f"| {name} | {found} |" in page
 
 
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
@@ -527,17 +361,6 @@ def _short(value: float) -> str:
     return {1e-4: "1e-4", 1e4: "1e4"}.get(value, f"{value:g}")
 
 
-def test_the_coverage_shown_is_the_studys() -> None:
-    cases = json.loads((ROOT / "studies/coverage.json").read_text())["cases"]
-    expected = {}
-    for case, rows in cases.items():
-        shares = [row["coverage"] for row in rows.values()]
-        expected[case] = [f"{100 * min(shares):.1f} %", f"{100 * max(shares):.1f} %"]
-    page = PAGES["docs/verdicts.md"].partition("### Coverage")[2].partition("\n## ")[0]
-    shown = re.findall(r"^\| ([^|]+) \| ([\d.]+ %) \| ([\d.]+ %) \|$", page, re.MULTILINE)
-    assert {case: rest for case, *rest in shown} == expected
-
-
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
     text = re.sub(r"^```.*?^```$", "", PAGES[page], flags=re.MULTILINE | re.DOTALL)
@@ -555,30 +378,3 @@ def _anchors(text: str) -> set[str]:
     """Return the anchors that headings get: lower case, words joined by hyphens, other signs dropped."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
-def test_the_readme_has_the_figures_of_the_study_and_no_gaps() -> None:
-    readme = PAGES["README.md"]
-    cases = json.loads((ROOT / "studies/log_coverage.json").read_text())["cases"]
-    order = ("coulomb", "viscous", "offset", "stribeck_gain", "stribeck_velocity", "slope")
-    for label, rows in cases.items():
-        shares = [100 * row["coverage"] for row in rows.values()]
-        errors = " | ".join(f"{100 * rows[name]['mean_error']:.2f} %" for name in order)
-        assert f"| {label} | {errors} | {min(shares):.1f} to {max(shares):.1f} % |" in readme
-    assert not re.search(r"@[A-Z]+@", readme)
-
-
-def test_every_check_has_a_paragraph_on_findings() -> None:
-    """Checks are the names in the code; each has a heading, an example and a cure."""
-    source = "\n".join(path.read_text() for path in (ROOT / "src/stribeck").rglob("*.py"))
-    named = set(re.findall(r'check="([\w-]+)"', source)) | {f"{FRICTION}{kind}" for kind in SENTENCES} | {UNCLEAR}
-    named |= {"torque-delay", "base-orientation-delay"}
-    parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", PAGES["docs/findings.md"], re.MULTILINE | re.DOTALL))
-    assert named <= set(parts)
-    assert [name for name in named - {"base-orientation-delay"} if "Cure:" not in parts[name]] == []
-
-
-def test_how_often_findings_are_right_is_the_studys() -> None:
-    told = json.loads((ROOT / "studies/what_is_told.json").read_text())["told"]
-    for row in what_is_told.table(told):
-        assert row in PAGES["docs/findings.md"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies.lies import Honest, checks_of, standing, turntable
+from studies.faults import CleanLog, checks_of, standing, turntable
 from tests.arm import arm_log, write_arm
 from tests.models import example_robot
 
@@ -16,30 +16,30 @@ from stribeck.preparation import prepare
 
 
 @pytest.fixture(scope="module")
-def honest(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Honest]:
+def honest(tmp_path_factory: pytest.TempPathFactory) -> dict[str, CleanLog]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("models"))
         return {"turntable": turntable(), "standing": standing()}
 
 
-def _said(honest: Honest, factor: float) -> list[Finding]:
+def _said(honest: CleanLog, factor: float) -> list[Finding]:
     log, robot = replace(honest.log, torque=factor * honest.log.torque), honest.robot
     return audit(prepare(log, robot, robot.settings), robot, robot.settings)
 
 
 @pytest.mark.parametrize("of", ["turntable", "standing"])
-def test_a_good_log_has_no_finding(of: str, honest: dict[str, Honest]) -> None:
+def test_a_good_log_has_no_finding(of: str, honest: dict[str, CleanLog]) -> None:
     assert checks_of(honest[of].log, honest[of].robot) == ([], "")
 
 
-def test_the_effort_limits_bound_the_torque_of_an_axis_that_carries_nothing(honest: dict[str, Honest]) -> None:
+def test_the_effort_limits_bound_the_torque_of_an_axis_that_carries_nothing(honest: dict[str, CleanLog]) -> None:
     (finding,) = _said(honest["turntable"], 1000.0)
     assert finding.check == "torque-scale"
     assert finding.stops
     assert "set [log] torque = { scale = 0.001 }" in finding.cure
 
 
-def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, Honest]) -> None:
+def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, CleanLog]) -> None:
     robot = honest["turntable"].robot
     for limit in (0.0, 1e-3, np.inf):
         model = robot.tree.model.copy()
@@ -50,7 +50,7 @@ def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, Honest]
 
 @pytest.mark.parametrize(("factor", "unit"), [(1000.0, "N mm or mN m"), (1 / 9.81, "kgf m")])
 def test_the_weight_bounds_the_torques_of_legs_that_all_stand(
-    factor: float, unit: str, honest: dict[str, Honest]
+    factor: float, unit: str, honest: dict[str, CleanLog]
 ) -> None:
     (finding,) = _said(honest["standing"], factor)
     assert finding.check == "torque-scale"
@@ -58,7 +58,7 @@ def test_the_weight_bounds_the_torques_of_legs_that_all_stand(
     assert f"times the robot's weight where it stands, as if they were in {unit}" in finding.text
 
 
-def test_one_joint_beyond_its_limit_is_named_alone(honest: dict[str, Honest]) -> None:
+def test_one_joint_beyond_its_limit_is_named_alone(honest: dict[str, CleanLog]) -> None:
     one = honest["standing"]
     torque = one.log.torque * np.where(np.arange(len(one.robot.joint_names)) == 0, 1000.0, 1.0)
     scaled = replace(one, log=replace(one.log, torque=torque))

@@ -1,6 +1,5 @@
 """Friction from ground reactions: exact with the wrenches, not moved by the rest of the robot, refused without them."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -11,7 +10,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
-from studies import ground_reaction as study
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import refused
 from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks, walk
@@ -190,14 +188,3 @@ def test_predictions_follow_what_was_learnt_and_forget() -> None:
     old, new = blocks // 2 * each * interval, np.arange(blocks // 2) * each * interval
     left = np.exp(-new / MEMORY) * (1 - np.exp(-old / MEMORY)) / (1 - np.exp(-(new + old) / MEMORY))
     np.testing.assert_allclose(by_block[blocks // 2 :], 2 - left, atol=1e-6)
-
-
-def test_the_errors_shown_are_the_studys() -> None:
-    page = (ROOT / "docs/ground-reaction.md").read_text()
-    document = json.loads((ROOT / "studies/ground_reaction.json").read_text())
-    assert study.table(document["rows"]) in page
-    assert study.lever_table(document["levers"]) in page
-    error = {(row["case"], row["method"]): row["coulomb"] for row in document["rows"]}
-    for case in study.CASES:
-        assert error[case, "whole-log"] < error[case, "ground-reaction"] < error[case, study.STANDING]
-    assert error["B", "ground-reaction"] < error["B", "curve-fit"]

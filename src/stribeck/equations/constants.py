@@ -1,6 +1,6 @@
 """The tuned constants of the weak form, each with its unit in brackets and what it was chosen on.
 
-docs/constants.md has what halving and doubling each of them does; here it is said where that is much.
+A docstring says what halving and doubling a constant does where that is much.
 """
 
 import numpy as np

@@ -50,7 +50,7 @@ FAR = 10.0
 MOVED = 3.0
 """Correction of a body's mass or centre of mass [1], in prior standard deviations, from which a warning is given.
 
-In `studies.what_is_told` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
+In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
 2.6: second moments are corrected by more, as friction that the law lacks is taken for them.
 """
 

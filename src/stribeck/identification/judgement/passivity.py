@@ -15,7 +15,7 @@ POWER_DEAD_ZONE = 1e-3
 LEAST_NEGATIVE = 4.0
 """Mean added power, in standard errors over the blocks [1], from which passivity is violated.
 
-In `studies.what_is_told` it is at least 4.5 in a joint of every log with torques of the wrong sign, and at most 2.4 in
+In `studies.misfits` it is at least 4.5 in a joint of every log with torques of the wrong sign, and at most 2.4 in
 any joint of all other logs.
 """
 

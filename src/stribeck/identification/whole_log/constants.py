@@ -1,7 +1,6 @@
 """The tuned constants of the whole-log estimator; its priors stand in `stribeck.settings.Priors`.
 
-Each has its unit in brackets and what it was chosen on. docs/constants.md has what halving and doubling each of them
-does, on a simulated quadruped, a Kinova Gen3 and a double pendulum; here it is said where that is much.
+Each has its unit in brackets and what it was chosen on, and what halving and doubling it does where that is much.
 """
 
 import numpy as np
@@ -288,7 +287,7 @@ LEAST_DELAY = 1e-3
 LEAST_SHIFT = 2.0
 """Shift of the friction curve that a term makes, in standard errors, from which it is flagged [1]: out of its interval.
 
-On a walk of `studies.what_is_told`, coloured torque noise, taken for drift, shifts it by 1.4.
+On a walk of `studies.misfits`, coloured torque noise, taken for drift, shifts it by 1.4.
 """
 
 CURVE_SPEEDS = (0.1, 0.5, 1.0)
@@ -297,7 +296,7 @@ CURVE_SPEEDS = (0.1, 0.5, 1.0)
 EQUALLY_GOOD = 0.5
 """Share of the best term's decrease of chi^2 from which another term explains as much [1].
 
-On the arm of `studies.what_is_told`, terms that shadow the one that is there reach a third.
+On the arm of `studies.misfits`, terms that shadow the one that is there reach a third.
 """
 
 LEAST_FRICTION = 0.01

@@ -1,7 +1,7 @@
 """Other starts for single joints: a descent of all joints may leave one of them in a local minimum.
 
 Where a joint's curve has no Stribeck effect, for one, its Stribeck velocity does nothing, and no gradient leads back.
-Without multistart, the worst joint of a walk of the ablation study whose joints all differ is 12 % off instead of 4 %;
+Without multistart, the worst joint of a walk of the tuning study whose joints all differ is 12 % off instead of 4 %;
 where joints have the same shapes nothing changes.
 """
 

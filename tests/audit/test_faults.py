@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from studies.lies import LIES, Honest, checks_of, windows
+from studies.fault_cases import FAULTS
+from studies.faults import CleanLog, checks_of, windows
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot
@@ -27,7 +28,7 @@ FRICTION = {
 }
 
 
-def _honest(name: str, duration: float, rate: float, posture: dict[str, float] | None = None) -> Honest:
+def _honest(name: str, duration: float, rate: float, posture: dict[str, float] | None = None) -> CleanLog:
     robot = example_robot(name)
     log, _ = exact_log(
         robot,
@@ -47,43 +48,43 @@ def _honest(name: str, duration: float, rate: float, posture: dict[str, float] |
             linear_acceleration=base.inv().apply([0.0, 0.0, 9.81]),
         )
     log = replace(with_noise(log, position=1e-5, torque=0.1, seed=1), velocity=None, acceleration=None)
-    return Honest(robot, log, {})
+    return CleanLog(robot, log, {})
 
 
 @pytest.fixture(scope="module")
-def honest() -> dict[str, Honest]:
+def honest() -> dict[str, CleanLog]:
     return {"arm": _honest("panda", 12.0, 250.0), "humanoid": _honest("talos", 8.0, 250.0, POSTURES["talos"])}
 
 
-@pytest.mark.parametrize("lie", [name for name, lie in LIES.items() if "arm" in lie.of])
-def test_a_lie_in_the_log_of_an_arm_is_named(lie: str, honest: dict[str, Honest]) -> None:
+@pytest.mark.parametrize("lie", [name for name, lie in FAULTS.items() if "arm" in lie.of])
+def test_a_lie_in_the_log_of_an_arm_is_named(lie: str, honest: dict[str, CleanLog]) -> None:
     _is_named(lie, honest["arm"])
 
 
-@pytest.mark.parametrize("lie", [name for name, lie in LIES.items() if "arm" not in lie.of])
-def test_a_lie_in_the_log_of_a_walk_is_named(lie: str, honest: dict[str, Honest]) -> None:
+@pytest.mark.parametrize("lie", [name for name, lie in FAULTS.items() if "arm" not in lie.of])
+def test_a_lie_in_the_log_of_a_walk_is_named(lie: str, honest: dict[str, CleanLog]) -> None:
     _is_named(lie, honest["humanoid"])
 
 
-def _is_named(name: str, honest: Honest) -> None:
-    lie = LIES[name]
-    found, refusal = checks_of(*lie.tell(honest.log, honest.robot))
+def _is_named(name: str, honest: CleanLog) -> None:
+    lie = FAULTS[name]
+    found, refusal = checks_of(*lie.apply(honest.log, honest.robot))
     assert set(found) & set(lie.checks) or (lie.words and lie.words in refusal), (found, refusal)
 
 
 @pytest.mark.parametrize("seconds", [1.0, 2.0, 7.9])
 @pytest.mark.parametrize("of", ["arm", "humanoid"])
-def test_a_good_log_has_no_finding(of: str, seconds: float, honest: dict[str, Honest]) -> None:
+def test_a_good_log_has_no_finding(of: str, seconds: float, honest: dict[str, CleanLog]) -> None:
     for part in windows(honest[of].log, seconds, 4 if seconds < 3 else 1):
         assert checks_of(part, honest[of].robot) == ([], "")
 
 
-def _said(honest: Honest, lie: str) -> tuple[Robot, list[Finding]]:
-    log, robot = LIES[lie].tell(honest.log, honest.robot)
+def _said(honest: CleanLog, lie: str) -> tuple[Robot, list[Finding]]:
+    log, robot = FAULTS[lie].apply(honest.log, honest.robot)
     return robot, audit(prepare(log, robot, robot.settings), robot, robot.settings)
 
 
-def test_a_finding_names_the_joint_and_the_line_that_mends_it(honest: dict[str, Honest]) -> None:
+def test_a_finding_names_the_joint_and_the_line_that_mends_it(honest: dict[str, CleanLog]) -> None:
     robot, (finding,) = _said(honest["arm"], "one torque off by two")
     assert finding.joints == (robot.joint_names[1],)
     assert f"[log.torque] scale = {{ {robot.joint_names[1]} = 0.5" in finding.cure or "0.49" in finding.cure
@@ -91,12 +92,12 @@ def test_a_finding_names_the_joint_and_the_line_that_mends_it(honest: dict[str, 
     assert str(finding) == f"{finding.text}; {finding.cure}"
 
 
-def test_what_makes_every_number_wrong_stops(honest: dict[str, Honest]) -> None:
+def test_what_makes_every_number_wrong_stops(honest: dict[str, CleanLog]) -> None:
     for lie in ("torques in mN m", "all torques inverted", "gravity upside down", "a clock twice too fast"):
         assert _said(honest["arm"], lie)[1][0].stops, lie
 
 
-def test_joints_that_are_exchanged_whole_stop(honest: dict[str, Honest]) -> None:
+def test_joints_that_are_exchanged_whole_stop(honest: dict[str, CleanLog]) -> None:
     log, robot = honest["arm"].log, honest["arm"].robot
     order = [1, 0, *range(2, 9)]
     exchanged = replace(log, position=log.position[:, order], torque=log.torque[:, order])
@@ -105,15 +106,15 @@ def test_joints_that_are_exchanged_whole_stop(honest: dict[str, Honest]) -> None
 
 
 @pytest.mark.parametrize(("lie", "key", "factor"), [("a clock twice too fast", "[log.time] scale", 0.5)])
-def test_what_the_line_says_mends_the_log(lie: str, key: str, factor: float, honest: dict[str, Honest]) -> None:
+def test_what_the_line_says_mends_the_log(lie: str, key: str, factor: float, honest: dict[str, CleanLog]) -> None:
     for each in honest.values():
-        log, robot = LIES[lie].tell(each.log, each.robot)
+        log, robot = FAULTS[lie].apply(each.log, each.robot)
         (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
         assert f"{key} = {factor:g}" in finding.cure
         assert checks_of(replace(log, time=factor * log.time), robot) == ([], "")
 
 
-def test_the_clock_is_seen_from_the_logs_own_velocity(honest: dict[str, Honest]) -> None:
+def test_the_clock_is_seen_from_the_logs_own_velocity(honest: dict[str, CleanLog]) -> None:
     arm = honest["arm"]
     velocity = np.gradient(arm.log.position, arm.log.time, axis=0)
     slow = replace(arm.log, velocity=velocity, time=0.5 * arm.log.time)
@@ -122,8 +123,8 @@ def test_the_clock_is_seen_from_the_logs_own_velocity(honest: dict[str, Honest])
     assert "[log.time] scale = 2" in finding.cure
 
 
-def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, Honest]) -> None:
-    log, robot = LIES["one torque inverted"].tell(honest["arm"].log, honest["arm"].robot)
+def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, CleanLog]) -> None:
+    log, robot = FAULTS["one torque inverted"].apply(honest["arm"].log, honest["arm"].robot)
     table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})
     robot = replace(robot, log_table=table)
     (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
@@ -131,7 +132,7 @@ def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest:
         assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure
 
 
-def test_a_joint_that_carries_little_gets_no_advice(honest: dict[str, Honest]) -> None:
+def test_a_joint_that_carries_little_gets_no_advice(honest: dict[str, CleanLog]) -> None:
     """The last wrist joint of the arm carries next to nothing: inverted, its friction alone speaks of its sign."""
     arm = honest["arm"]
     torque = arm.log.torque.copy()
@@ -139,14 +140,14 @@ def test_a_joint_that_carries_little_gets_no_advice(honest: dict[str, Honest]) -
     assert checks_of(replace(arm.log, torque=torque), arm.robot) == ([], "")
 
 
-def test_a_single_joint_gives_no_delay(honest: dict[str, Honest]) -> None:
+def test_a_single_joint_gives_no_delay(honest: dict[str, CleanLog]) -> None:
     arm = honest["arm"]
     torque = arm.log.torque.copy()
     torque[:, 1] = np.interp(arm.log.time - 0.012, arm.log.time, torque[:, 1])
     assert "torque-delay" not in checks_of(replace(arm.log, torque=torque), arm.robot)[0]
 
 
-def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(honest: dict[str, Honest]) -> None:
+def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(honest: dict[str, CleanLog]) -> None:
     arm = honest["arm"]
     generator = np.random.default_rng(3)
     time = 0.01 * np.arange(3000) + generator.uniform(-1e-3, 1e-3, 3000)
@@ -158,7 +159,7 @@ def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(ho
     assert "channel-frozen" not in checks_of(log, arm.robot)[0]
 
 
-def test_a_joint_that_holds_its_posture_is_not_frozen(honest: dict[str, Honest]) -> None:
+def test_a_joint_that_holds_its_posture_is_not_frozen(honest: dict[str, CleanLog]) -> None:
     arm = honest["arm"]
     flicker = 1e-4 * np.random.default_rng(3).normal(size=3000)
     position = arm.log.position.copy()
@@ -167,7 +168,7 @@ def test_a_joint_that_holds_its_posture_is_not_frozen(honest: dict[str, Honest])
 
 
 @pytest.mark.parametrize("moves", [True, False])
-def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, Honest]) -> None:
+def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, CleanLog]) -> None:
     """Its gear may hold any torque."""
     arm = honest["arm"]
     evidence = gather(prepare(arm.log, arm.robot, arm.robot.settings), arm.robot, arm.robot.settings)
@@ -179,15 +180,15 @@ def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, Ho
 
 @pytest.mark.parametrize(("noise", "found"), [(0.0, True), (2.0, False)])
 def test_a_delay_that_explains_next_to_nothing_is_not_counted(
-    noise: float, found: bool, honest: dict[str, Honest]
+    noise: float, found: bool, honest: dict[str, CleanLog]
 ) -> None:
     arm = honest["arm"]
-    log, robot = LIES["torques 8 ms late"].tell(arm.log, arm.robot)
+    log, robot = FAULTS["torques 8 ms late"].apply(arm.log, arm.robot)
     torque = log.torque + noise * np.random.default_rng(3).normal(size=log.torque.shape)
     assert ("torque-delay" in checks_of(replace(log, torque=torque), robot)[0]) == found
 
 
 @pytest.mark.parametrize(("lie", "channel"), [("a position frozen halfway", "position"), ("a dead torque", "torque")])
-def test_a_finding_says_its_channel(lie: str, channel: str, honest: dict[str, Honest]) -> None:
+def test_a_finding_says_its_channel(lie: str, channel: str, honest: dict[str, CleanLog]) -> None:
     _, found = _said(honest["arm"], lie)
     assert {finding.channel for finding in found} == {channel}

@@ -1,0 +1,173 @@
+"""Whether the audit names what is wrong with a log: semantic faults, one at a time, and logs without any.
+
+    python -m studies.faults --save studies/faults.json
+
+Every fault is put into the log of an arm and into that of a humanoid's walk, where it applies, with sensor noise and a
+wrong model. The arm is a Panda in random motion, the walk a G1's, turning; thresholds were chosen on other logs: other
+arms, straight, sideways and diagonal walks, and real robots. Wrong units are also put into logs in which no gain can be
+found: of a turntable, which carries nothing and whose gear rubs, and of a quadruped that stands on all feet. The table
+has what the audit reports, and whether a fault that it does not name made a method call a joint's friction identified
+at a wrong value without any warning. Clean logs, whole and in windows of 1, 2 and 10 s, should have no finding.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from stribeck import LogError, NothingIdentifiedError, Robot, Settings, identify
+from stribeck.audit import audit
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.preparation import prepare
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.prescribed.gait import Gait
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.sensors.measure import with_noise
+from studies.accuracy_cases import CASES, LAW, measured, wrong_model
+from studies.command import ROOT, Row, command
+from studies.fault_cases import FAULTS
+from studies.harder_cases import other_walks
+from studies.markdown import markdown_table
+from studies.walking_cases import EXAMPLES
+
+SECONDS = 20.0
+"""Duration of a log that faults are put into [s]."""
+WINDOWS = {10.0: 3, 2.0: 8, 1.0: 12}
+"""Length of a window of a clean log [s] -> how many, evenly over it."""
+WRONG, SMALL = 0.25, 0.1
+"""Error of a Coulomb friction from which a value is wrong: relative [1], and absolute [N m]."""
+CLEAN = "none"
+HEAD = ("fault", "log", "found", "named")
+CLEAN_HEAD = ("clean log", "whole", *(f"{seconds:g} s" for seconds in WINDOWS))
+
+
+@dataclass(frozen=True, eq=False)
+class CleanLog:
+    """A robot as it is believed to be, its log without faults, and the true Coulomb friction by joint [N m]."""
+
+    robot: Robot
+    log: RobotLog
+    coulomb: dict[str, float]
+
+
+ARM = '[robot]\nname = "arm"\nmodel = "{}/panda_description/urdf/panda.urdf"\nbase = "fixed"\n'
+TURNTABLE = """<robot name="turntable"><link name="base"/><link name="table"><inertial><mass value="4"/>
+<inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial></link>
+<joint name="axis" type="revolute"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3" effort="30" velocity="4"/></joint></robot>"""
+
+
+def _written(name: str, text: str) -> str:
+    path = ROOT / "build" / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def arm() -> CleanLog:
+    """Make the log of an arm in random motion."""
+    return _moved(Robot.from_file(_written("faults.toml", ARM.format(EXAMPLES))), 21, 0.8, 0.4, "walk")
+
+
+def turntable() -> CleanLog:
+    """Make the log of a single vertical axis, whose friction is far larger than what accelerates it."""
+    return _moved(Robot.from_model(_written("turntable.urdf", TURNTABLE), base="fixed"), 31, 3.0, 1.0, "stand")
+
+
+def standing() -> CleanLog:
+    """Make the log of a quadruped that moves about and stands on all feet throughout."""
+    return _moved(Robot.from_file(MODELS / "quadruped.toml"), 32, 3.0, 1.0, "stand")
+
+
+def _moved(robot: Robot, seed: int, coulomb: float, viscous: float, gait: Gait) -> CleanLog:
+    friction = {"viscous": viscous, "coulomb": coulomb, "stribeck_gain": 0.2, "stribeck_velocity": 0.2}
+    parameters = {joint: {**friction, "offset": 0.0, "slope": 40.0} for joint in robot.joint_names}
+    log, _ = exact_log(robot, get_law(LAW), parameters, duration=SECONDS, rate=500.0, seed=seed, gait=gait)
+    log = replace(with_noise(log, position=2e-5, torque=0.1, seed=seed), velocity=None, acceleration=None)
+    return CleanLog(wrong_model(robot, seed), log, dict.fromkeys(robot.joint_names, coulomb))
+
+
+def humanoid() -> CleanLog:
+    """Make the log of a walk that nothing was tuned on."""
+    walk = other_walks("G1")[2]
+    rows = slice(min(len(walk.log.time), round(SECONDS * len(walk.log.time) / np.ptp(walk.log.time))))
+    coulomb = {name: values["coulomb"] for name, values in walk.truth.parameters.items()}
+    return CleanLog(wrong_model(walk.robot, 5), measured(walk.log.take(rows), CASES["A"], 5, 0), coulomb)
+
+
+LOGS = {"arm": cache(arm), "humanoid": cache(humanoid), "turntable": cache(turntable), "standing": cache(standing)}
+
+
+def checks_of(log: RobotLog, robot: Robot) -> tuple[list[str], str]:
+    """List the checks that found something, and why the log was refused, if it was."""
+    try:
+        return [f.check for f in audit(prepare(log, robot, robot.settings), robot, robot.settings)], ""
+    except LogError as error:
+        return ["refused"], str(error)
+
+
+def run(log: str, fault: str) -> Row:
+    """Audit a log with a fault, or a clean one in windows."""
+    given = LOGS[log]()
+    if fault == CLEAN:
+        return {"clean": windows_with_findings(given)}
+    made = FAULTS[fault]
+    changed, robot = made.apply(given.log, given.robot)
+    found, refusal = checks_of(changed, robot)
+    named = bool(set(found) & set(made.checks)) or bool(made.words and made.words in refusal)
+    wrong = [] if found else wrong_unwarned(changed, robot, given.coulomb)
+    return {"found": list(dict.fromkeys(found)), "named": named, "wrong": wrong}
+
+
+def wrong_unwarned(log: RobotLog, robot: Robot, coulomb: dict[str, float]) -> list[str]:
+    """List the joints called identified at a wrong Coulomb friction, if there is no warning at all."""
+    try:
+        result = identify(log, robot, Settings(method="curve-fit"), force=True)
+    except NothingIdentifiedError:
+        return []
+    wrong = []
+    for name, joint in result.joints.items():
+        value, true = joint.parameters.get("coulomb"), coulomb.get(name)
+        if value is None or true is None or not joint.verdict == value.verdict == "identified":
+            continue
+        if abs(value.value - true) > max(WRONG * true, SMALL):
+            wrong.append(name)
+    return [] if result.warnings else wrong
+
+
+def windows(log: RobotLog, seconds: float, count: int) -> Iterator[RobotLog]:
+    """Yield parts of a log of so many seconds, evenly over it."""
+    length = round(seconds * (len(log.time) - 1) / (log.time[-1] - log.time[0]))
+    for start in np.linspace(0, len(log.time) - length, count).astype(int).tolist():
+        yield log.take(slice(start, start + length))
+
+
+def windows_with_findings(given: CleanLog) -> dict[str, list[int]]:
+    """Count the windows of a log that have a finding, and all of them, by their length."""
+    found = {"whole": [int(bool(checks_of(given.log, given.robot)[0])), 1]}
+    for seconds, count in WINDOWS.items():
+        each = [bool(checks_of(part, given.robot)[0]) for part in windows(given.log, seconds, count)]
+        found[f"{seconds:g} s"] = [sum(each), count]
+    return found
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the tables of docs/findings.md: faults, and clean logs."""
+    faulty, clean = ([row for row in rows if (row["fault"] == CLEAN) == kind] for kind in (False, True))
+    cells = [
+        (row["fault"], row["log"], ", ".join(f"`{check}`" for check in row["found"]) or "-", _yes(row["named"]))
+        for row in faulty
+    ]
+    counts = [(row["log"], *("{} of {}".format(*row["clean"][length]) for length in CLEAN_HEAD[1:])) for row in clean]
+    return [markdown_table(HEAD, cells, 4), markdown_table(CLEAN_HEAD, counts)]
+
+
+def _yes(named: bool) -> str:
+    return "yes" if named else "no"
+
+
+if __name__ == "__main__":
+    keys = [{"log": log, "fault": name} for name, fault in FAULTS.items() for log in LOGS if log in fault.of]
+    command(__doc__, [*keys, *({"log": log, "fault": CLEAN} for log in LOGS)], run, tables)

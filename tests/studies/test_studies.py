@@ -1,0 +1,243 @@
+"""The studies: the docs have the tables of their saved runs, what these runs show, and short runs agree."""
+
+import importlib
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from studies import accuracy, compensation, coverage, fault_cases, misfits, plan, tuning, verdicts, walking
+from studies.accuracy_cases import CASES, NAMES, ROBOTS, as_walked, measured, walk_scenario, wrong_model
+from studies.command import ROOT, Row, saved
+from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
+from studies.walking_cases import CASES as WALKS
+from studies.walking_cases import WALKERS
+from studies.walking_compensation import gain
+
+from stribeck import Robot, Settings, identify
+from stribeck.friction import get_law
+from stribeck.identification.judgement.curve import WIDEST
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.run import Simulated, friction_of
+from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.simulate import Push
+
+STUDIES = sorted(path.stem for path in (ROOT / "studies").glob("*.json"))
+PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+VALUES = [0.3, 1.2, 0.3, 0.15, 0.2, 50.0]
+COARSE = 0.0005
+"""Physics step of short walks [s], twice the study's."""
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_one_page_has_every_table_of_a_study(name: str) -> None:
+    for table in importlib.import_module(f"studies.{name}").tables(saved(name)):
+        assert [page.name for page in PAGES if table in page.read_text(encoding="utf-8")], table
+
+
+def test_every_study_that_a_page_names_exists() -> None:
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for name in set(re.findall(r"studies[./](\w+)(?:\.py)?\b", text)) - {"paper"}:
+        assert (ROOT / f"studies/{name}.py").exists(), name
+
+
+def test_the_default_is_closer_than_the_curve_fit_in_all_harder_conditions() -> None:
+    errors = {(row["robot"], row["case"], row["method"]): np.mean(row["relative"]) for row in saved("accuracy")}
+    for robot in accuracy.HARDER_ROBOTS:
+        for case in CONDITIONS:
+            assert errors[robot, case, "default"] < errors[robot, case, "curve-fit"]
+
+
+def test_intervals_cover_the_truth_in_90_to_99_percent() -> None:
+    for row in saved("coverage")[:3]:
+        assert row["repetitions"] >= 200
+        assert all(0.90 <= each["coverage"] <= 0.99 for each in row["parameters"].values())
+
+
+def test_what_is_wrong_is_called_weak() -> None:
+    judged = [each for row in saved("verdicts") if row["method"] == "whole-log" for each in row["judged"]]
+    wrong, found, right, alarms = verdicts.flagged(judged)
+    assert found > 0.95 * wrong
+    assert alarms < 0.25 * right
+    assert all(each["weak"] or each["width"] <= WIDEST for each in judged)
+
+
+def test_plans_keep_their_promises() -> None:
+    """Within 30 % where friction is known, but for a few numbers."""
+    for row in saved("plan"):
+        if row.get("plan") == 2 or ("plan" in row and row["law"] == plan.LINEAR):
+            ratios = [ratio for each in row["runs"] for joint in each.values() for ratio in joint["curve"]]
+            assert 1 / 1.3 < np.median(ratios) < 1.3
+        for key in ("longer", "faster") if "walk" in row else ():
+            assert 1 / 1.5 < np.median([joint[key] for joint in row["joints"].values()]) < 1.5
+
+
+def test_faults_are_named_and_clean_logs_have_no_finding() -> None:
+    rows = saved("faults")
+    faulty = [row for row in rows if "found" in row]
+    assert {row["fault"] for row in faulty} == set(fault_cases.FAULTS)
+    assert sum(row["named"] for row in faulty) > 0.9 * len(faulty)
+    assert not any(row["wrong"] for row in faulty)
+    assert not any(found for row in rows if "clean" in row for found, _ in row["clean"].values())
+
+
+def test_compensation_is_as_good_as_with_the_truth() -> None:
+    assert all(compensation.gain_of(saved("compensation"), task) > 0.75 for task in ("tracking", "guiding"))
+    upright = [row for row in saved("walking_compensation") if row["none"] and row["true"]]
+    assert {row["robot"] for row in upright} == {"TORO-like", "TALOS", "G1"}
+    assert all(gain(row, measure) > 0.75 for row in upright for measure in ("error", "com", "foot"))
+
+
+def test_lugre_finds_bristles_where_they_are() -> None:
+    by = {row["friction"]: row for row in saved("lugre")}
+    for kind in ("LuGre, 300 N m/rad", "walk, 300 N m/rad"):
+        assert by[kind]["travel"]["identified"] > 0.7 * by[kind]["travel"]["of"]
+        assert by[kind]["travel"]["error"] < 5
+        assert by[kind]["held_out"]["lugre"] < 0.5 * by[kind]["held_out"]["stribeck"]
+    assert by["no bristles"]["travel"]["identified"] == 0
+
+
+def test_wrenches_help_the_curve_fit_and_exported_models_explain_other_logs() -> None:
+    error = {(row["case"], row["method"]): row["coulomb"] for row in saved("ground_reaction")}
+    assert error["B", "whole-log"] < error["B", "ground-reaction"] < error["B", "curve-fit"]
+    for row in saved("replayed"):
+        assert row["exported"]["velocity"][1] < row["as given"]["velocity"][1]
+
+
+def test_no_walk_fell_and_short_ones_agree() -> None:
+    rows = saved("walking")
+    assert not any(row["fell"] or row["slip"] >= 3.0 for row in rows)
+    case = "G1: straight 0.2 m, sideways 0.1 m, turning"
+    short = replace(WALKS[case], walk=[replace(WALKS[case].walk[0], count=3)])
+    found = walking.walk_once(short, 0, COARSE)
+    (known,) = (row for row in rows if row["case"] == case)
+    assert (found["fell"], found["steps"]) == ("", 3)
+    assert 0.0 < found["tilt"] < 1.5 * known["tilt"]
+    assert 0.0 < found["error"] < 1.5 * known["error"]
+    pushed = replace(WALKS["the same, 0.8 s"], walk=[Steps(count=0)])
+    pushed = replace(pushed, pushes=[Push(0.1, 0.1, (0.0, 3000.0, 0.0))])
+    assert "fell" in walking.walk_once(pushed, 0, COARSE)["fell"]
+
+
+def test_a_short_study_of_coverage_agrees() -> None:
+    parameters = coverage.run("arm (UR5)", repetitions=3)["parameters"]
+    shares = [each["coverage"] for each in parameters.values()]
+    assert 0.86 <= sum(shares) / len(shares) <= 1  # 108 intervals: 95 % minus four standard deviations
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_robot_has_friction_in_twelve_leg_joints_and_a_wrong_model(name: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.toml").write_text(WALKERS[ROBOTS[name].walker].robot_file, encoding="utf-8")
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    for steps in ROBOTS[name].walks.values():
+        truth = friction_of(walk_scenario(ROBOTS[name], steps, "robot.toml"), robot).parameters
+        assert len(truth) == 12
+        assert all(set(found) == set(NAMES) for found in truth.values())
+        assert steps.count * (steps.single_support + steps.double_support) == pytest.approx(44.0, abs=0.5)
+    model, wrong = robot.tree.model, wrong_model(robot, 0).tree.model
+    masses = np.array([[body.mass for body in each.inertias] for each in (model, wrong)])[:, 1:]
+    assert np.all(np.abs(masses[1] / masses[0] - 1) < 0.05)
+    assert np.ptp(masses[1] / masses[0]) > 0.05
+
+
+def a_run(seed: int, errors: list[float]) -> Row:
+    """A run of two joints whose every parameter is off by the same."""
+    row: Row = {"robot": "TORO-like", "case": "A", "method": "default", "seed": seed, "seconds": 0.1}
+    row |= {"joints": ["knee", "hip"], "relative": [abs(error) for error in errors], "shape": [0.01, 0.02]}
+    for key, value in (("error", errors), ("held", [1, 0]), ("weak", [0, 0])):
+        row[key] = dict.fromkeys(NAMES, value)
+    return row
+
+
+def test_means_are_over_joints_then_seeds() -> None:
+    row = accuracy.summary([a_run(0, [0.1, -0.3]), a_run(1, [0.0, 0.1])])
+    assert row["coulomb"] == row["offset"] == pytest.approx((0.2 + 0.05) / 2)
+    assert row["coulomb_worst"] == pytest.approx((0.3 + 0.1) / 2)
+    assert accuracy.summary([a_run(0, [0.1, -0.3]), a_run(1, [0.4, 0.1])])["coulomb_worst_joint"] == pytest.approx(0.25)
+    assert (row["coulomb_covered"], row["weak"], row["joints"]) == (0.5, 0.0, 2)
+
+
+@pytest.fixture(scope="module")
+def walk() -> Simulated:
+    """An arm that moves, with feet that stand now and then and a level base."""
+    robot, law = Robot.from_file(MODELS / "arm.toml"), get_law("stribeck")
+    truth = {joint: dict(zip(NAMES, VALUES, strict=True)) for joint in robot.joint_names}
+    log, known = exact_log(robot, law, truth, duration=16.0, seed=1)
+    level = np.tile([0.0, 0.0, 0.0, 1.0], (len(log.time), 1))
+    contact = (np.arange(len(log.time)) // 500 % 2 == 0)[:, None]
+    return Simulated(robot, replace(log, base_orientation=level, foot_names=("foot",), contact=contact), known)
+
+
+def test_a_result_is_compared_with_the_truth_joint_by_joint(walk: Simulated) -> None:
+    log = replace(walk.log, base_orientation=None, contact=None, foot_names=())
+    speeds = {joint: np.linspace(-1, 1, accuracy.SPEEDS) for joint in walk.robot.joint_names}
+    result = identify(measured(log, CASES["A"], 0, 0), walk.robot, Settings(method="curve-fit"))
+    found = accuracy.compared(result, walk.truth.parameters, speeds)
+    assert found["joints"] == list(walk.truth.parameters)
+    assert max(found["relative"]) < 0.1
+    assert 0 < max(found["shape"]) < 0.1
+    np.testing.assert_allclose(np.abs(found["error"]["coulomb"]) / 1.2, found["relative"], rtol=1e-3)
+
+
+def test_friction_that_differs_is_in_the_torques(walk: Simulated) -> None:
+    plain = replace(walk, log=replace(walk.log, base_orientation=None, contact=None, foot_names=()))
+    (other,) = as_walked([plain], CASES["A, joints differ"], 0)
+    assert len({each["coulomb"] for each in other.truth.parameters.values()}) == len(walk.robot.joint_names)
+    found = identify(other.log, walk.robot, method="curve-fit").joints
+    for joint, known in other.truth.parameters.items():
+        for name in ("coulomb", "viscous"):
+            assert found[joint].parameters[name].value == pytest.approx(known[name], rel=0.05)
+    (short,) = as_walked([plain], CASES["A, 45 s in all"], 0)
+    assert len(short.log.time) == pytest.approx(len(walk.log.time) / 3, abs=1)
+
+
+def seen(walk: Simulated, **wrong: float) -> tuple[Simulated, Robot, Simulated]:
+    """The walk with its friction, the robot that is believed, and the walk as it is logged."""
+    (truth, _), robot, (log, _) = as_seen([walk, walk], replace(Harder(), pushed=True, **wrong), 0)  # type: ignore[arg-type]
+    return truth, robot, replace(walk, log=log)
+
+
+def test_each_condition_is_as_large_as_it_says(walk: Simulated) -> None:
+    log, period = walk.log, 1e-3
+
+    def torque(**wrong: float):
+        return seen(walk, **wrong)[2].log.torque - log.torque
+
+    assert np.abs(torque()).max() == 0.0
+    assert np.abs(seen(walk, bits=14)[2].log.position - log.position).max() == pytest.approx(np.pi / 2**14, rel=0.01)
+    assert np.std(torque(coloured=0.3)) == pytest.approx(0.3, rel=0.1)
+    assert np.abs(torque(ripple=0.1)).max() == pytest.approx(0.12, rel=0.01)
+    assert 0.005 < np.std(torque(gains=0.03)[0] / log.torque[0]) < 0.1
+    np.testing.assert_array_equal(seen(walk, torque_delay=2 * period)[2].log.torque[2:], log.torque[:-2])
+    np.testing.assert_array_equal(seen(walk, contact_delay=20 * period)[2].log.contact[20:], log.contact[:-20])
+    np.testing.assert_allclose(2 * np.rad2deg(np.arccos(seen(walk, tilt=1.5)[2].log.base_orientation[:, 3])), 1.5)
+    assert seen(walk, every=4)[2].log.time[1] == pytest.approx(4 * period)
+    np.testing.assert_array_equal(seen(walk, standing=1.0)[2].log.torque[1000:], log.torque)
+    assert set(np.round(np.abs(torque(spikes=True)).ravel(), 6)) == {0.0, 20.0}
+    assert seen(walk, payload=0.2)[1].mass == pytest.approx(walk.robot.mass - 0.2)
+    assert 0 < np.max(np.abs(seen(walk, rotors=0.2)[1].armature / ROTOR - 1)) <= 0.2
+    spread = [each["coulomb"] for each in seen(walk, decades=1.0)[0].truth.parameters.values()]
+    assert max(spread) / min(spread) == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("component", [name for name, substitutes in tuning.COMPONENTS.items() if substitutes])
+def test_the_estimator_runs_without_a_component_which_comes_back(walk: Simulated, component: str) -> None:
+    short = replace(walk.log, base_orientation=None, contact=None, foot_names=()).take(slice(10_000))
+    log, substitutes = measured(short, CASES["B"], 0, 0), tuning.COMPONENTS[component]
+    before = [getattr(place, name) for place, name, _ in substitutes]
+    with tuning.without(component):
+        assert [getattr(place, name) for place, name, _ in substitutes] == [each for *_, each in substitutes]
+        result = identify(log, walk.robot, Settings(law="stribeck"))
+    assert [getattr(place, name) for place, name, _ in substitutes] == before
+    for joint, known in walk.truth.parameters.items():
+        assert result.joints[joint].parameters["coulomb"].value == pytest.approx(known["coulomb"], rel=0.3)
+
+
+def test_causes_of_misfit_are_put_into_some_joints() -> None:
+    cause, joints, robot, (log,) = misfits.of_the_arm("wrong sign", 0)
+    *_, (same,) = misfits.of_the_arm("A", 0)
+    assert (cause, len(joints)) == ("sign", 2)
+    turned = [np.corrcoef(log.torque[:, k], same.torque[:, k])[0, 1] < 0 for k in range(len(robot.joint_names))]
+    assert [name in joints for name in robot.joint_names] == turned
