@@ -181,7 +181,6 @@ def _evidence(
     samples, close_up = shown
     return Evidence(
         samples=samples,
-        covariance={joint: fit.covariance for joint, fit in fitted.fits.items()},
         phases=[phase for part in friction.logs for phase in part.phases],
         close_up=close_up,
         provenance=origin,

@@ -69,8 +69,8 @@ def make_samples(names: tuple[str, ...], duration: float, period: float, seed: i
     return samples, truth
 
 
-def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> tuple[JointResult, np.ndarray]:
-    """What a fit would say of a joint, and the covariance that goes with it."""
+def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> JointResult:
+    """What a fit would say of a joint."""
     name = samples.joint_names[index]
     keep = samples.usable[:, index]
     velocity, friction = samples.velocity[keep, index], samples.friction_torque[keep, index]
@@ -84,10 +84,11 @@ def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> tuple[
             samples=int(keep.sum()),
             velocity_range=span,
             reversals=3,
-        ), np.empty((0, 0))
+        )
     J = LAW.jacobian(velocity[::7], truth)
     covariance = 0.25**2 * np.linalg.inv(J.T @ J) * (4000.0 if weak else 4.0)
     error = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(error, error)
     parameters = {
         parameter.name: ParameterEstimate(
             value=float(truth[i]),
@@ -114,7 +115,8 @@ def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> tuple[
         positive_power_fraction=float(np.mean(velocity * (friction - truth[4]) < 0))
         if name != "left_hip_roll"
         else 0.29,
-    ), covariance
+        correlation=tuple(map(tuple, correlation.tolist())),
+    )
 
 
 def take(samples: Samples, start: float, end: float) -> Samples:
@@ -144,12 +146,11 @@ def build_result(joints: int = 6, duration: float = 40.0, period: float = 0.002,
         ),
         law="stribeck",
         method="curve-fit",
-        joints={name: joint for name, (joint, _) in zip(names, found, strict=True)},
+        joints=dict(zip(names, found, strict=True)),
         warnings=["left_hip_roll: passivity violated in 29 % of the samples; the model's inertia may be off."],
         stribeck="0.1.0",
         evidence=Evidence(
             samples=samples,
-            covariance={name: covariance for name, (_, covariance) in zip(names, found, strict=True)},
             phases=make_phases(duration),
             close_up=take(samples, 8.0, 11.2),
             provenance=[("Filter", "Savitzky-Golay, order 4, window 31 samples"), ("Model", "walker.urdf")],

@@ -8,8 +8,7 @@ from tests.identification.whole_log.test_whole_log import TRUTH, with_wrong_bodi
 
 from stribeck import Robot, identify, write_report
 from stribeck.friction import get_law
-from stribeck.report.corrections import branch_figures, branches
-from stribeck.report.figure import house_style
+from stribeck.report.details import branch_charts, branches
 from stribeck.result import Result
 from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
@@ -44,8 +43,7 @@ def test_the_corrected_model_explains_what_the_given_one_does_not(corrected: Res
 
 
 def test_the_report_draws_them(corrected: Result, tmp_path: Path) -> None:
-    with house_style():
-        figures = branch_figures(corrected)
+    figures = branch_charts(corrected)
     assert len(figures) == len(corrected.joints)
     write_report(corrected, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()

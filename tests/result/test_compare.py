@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stribeck.errors import SettingsError
+from stribeck.report.comparison import write_comparison
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
-from stribeck.result.compare import compare, compare_sides
+from stribeck.result.compare import compare, compare_sides, holm
 
 
 def estimate(value: float, error: float = 0.1, verdict: str = "identified") -> ParameterEstimate:
@@ -117,3 +119,41 @@ def test_results_that_do_not_belong_together_are_refused() -> None:
         compare(result(knee=joint()), result(hip=joint()))
     with pytest.raises(SettingsError, match=r"no joint of 'torso' has a partner"):
         compare_sides(result(torso=joint()))
+
+
+def test_holm_is_stricter_the_more_tests_there_are() -> None:
+    assert holm([0.04]) == [True]
+    assert holm([0.04, 0.5]) == [False, False]
+    assert holm([0.04, 0.02]) == [True, True]  # 0.02 < 0.05 / 2, then 0.04 < 0.05 / 1
+    assert holm([0.5, 0.001, 0.03, 0.012]) == [False, True, False, True]
+    same = {name: joint(coulomb=estimate(1.0)) for name in ("hip", "neck", "toe")}
+    old, new = result(knee=joint(coulomb=estimate(1.0))), result(knee=joint(coulomb=estimate(1.29)))
+    assert [row.significant for row in compare(old, new).rows] == [True]
+    many = compare(replace(old, joints={**old.joints, **same}), replace(new, joints={**new.joints, **same}))
+    assert [row.significant for row in many.rows] == [False] * 4
+
+
+def test_where_nothing_changes_one_comparison_in_twenty_has_anything_significant() -> None:
+    generator = np.random.default_rng(7)
+    alarms = 0
+    for _ in range(400):
+        a, b = (
+            result(knee=joint(**{name: estimate(float(v)) for name, v in zip("xyz", own, strict=True)}))
+            for own in 1 + 0.1 * generator.normal(size=(2, 3))
+        )
+        alarms += any(row.significant for row in compare(a, b).rows)
+    assert 8 <= alarms <= 33  # Holm's bound is 20
+
+
+def test_the_page_has_every_curve_and_says_what_changed(tmp_path: Path) -> None:
+    def leg(coulomb: float) -> Result:
+        found = joint(viscous=estimate(0.5), coulomb=estimate(coulomb), offset=estimate(0.0))
+        found = replace(found, correlation=tuple(map(tuple, np.eye(3))))
+        return result(law="coulomb-viscous", left_knee=found, right_knee=found)
+
+    for found in (compare(leg(1.0), leg(5.0), ("<May>", "June")), compare_sides(leg(2.0))):
+        write_comparison(found, tmp_path / "page.html")
+        page = (tmp_path / "page.html").read_text()
+        assert page.count("data-chart=") == len(found.joints)
+        assert ("left_knee coulomb +400" in page) == (found.a != "left")
+        assert "<May>" not in page

@@ -17,9 +17,9 @@ from stribeck.robot.kinematics import frame_pose
 from stribeck.typing import Array
 from stribeck_simulation.pictures import render
 from stribeck_simulation.pictures.pictures import POSES, stances, walk_picture
+from stribeck_simulation.pictures.section import seen_from_the_side
 from stribeck_simulation.pictures.stick_figure import stick_figure
 from stribeck_simulation.pictures.walk import Pose, WalkPicture
-from stribeck_simulation.pictures.walk_figures import seen_from_the_side
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole

@@ -356,42 +356,39 @@ def replay(
 def compare(
     results: Annotated[
         list[Path],
-        typer.Argument(metavar="RESULT", help="result.json of a robot, the oldest first; of one, its left and right."),
+        typer.Argument(metavar="RESULT", help="Two result.json of a robot, older first; of one, its left and right."),
     ],
-    names: Annotated[str | None, typer.Option(help="What to call the results, a,b,c; by their logs if none.")] = None,
+    names: Annotated[str | None, typer.Option(help="What to call the two results, a,b; by their logs if none.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Show what changed between results of a robot, or between left and right of one."""
+    """Show what changed between two results of a robot, or between left and right of one."""
     from stribeck.report.comparison import write_comparison
     from stribeck.result import read_result
     from stribeck.result.compare import compare as compare_two
     from stribeck.result.compare import compare_sides
-    from stribeck.result.history import history, history_of_sides
 
     files = [_result_file(path) for path in results]
     check_outputs([output] if output else [], files, overwrite)
-    read = [read_result(path) for path in files]
     labels = None if names is None else [name.strip() for name in names.split(",")]
-    if labels and len(read) == 1:
+    if len(files) > 2:
+        raise SettingsError(f"compare: {len(files)} results are given; expected two, or one for its left and right")
+    if labels and len(files) == 1:
         raise SettingsError("--names: one result has its left and right to compare; leave the names out")
-    changes = history_of_sides(read[0]) if len(read) == 1 else history(read, labels)
-    pair = None
-    if len(read) == 1:
-        pair = compare_sides(read[0])
-    elif len(read) == 2:
-        pair = compare_two(read[0], read[1], names=(labels[0], labels[1]) if labels else None)
+    if labels and len(set(labels)) != 2:
+        raise SettingsError(f"--names: found {', '.join(labels)}; expected 2 names, each once")
+    if len(files) == 1:
+        found = compare_sides(read_result(files[0]))
+    else:
+        found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
     if output is not None:
-        write_comparison(changes, output)
+        write_comparison(found, output)
     if json:
-        typer.echo((pair or changes).to_json(), nl=False)
+        typer.echo(found.to_json(), nl=False)
     elif not quiet:
-        if pair:
-            console.print_comparison(pair)
-        else:
-            console.print_history(changes)
+        console.print_comparison(found)
         console.print_paths([output] if output else [])
 
 

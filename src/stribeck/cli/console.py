@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from stribeck.replay.replay import Replay
     from stribeck.result import ParameterEstimate, Result
     from stribeck.result.compare import Comparison, Difference
-    from stribeck.result.history import History
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
@@ -229,33 +228,6 @@ def print_comparison(found: Comparison) -> None:
     console = _show(table, [row.joint for row in found.rows])
     for joint, reason in found.missing.items():
         console.print(f"{joint}: {reason}", markup=False)
-
-
-def print_history(found: History) -> None:
-    """Print how results changed: a line a parameter."""
-    numbers = ("first", "last", "change", "per result", "95 % interval")
-    title = f"{found.robot}: {found.names[0]} to {found.names[-1]}, {len(found.names)} results"
-    table = _table(title, ["joint", "parameter"], numbers, ["significant"])
-    for row in found.rows:
-        changed = [name for name, each in zip(found.names, row.changes, strict=True) if each and each.significant]
-        marks = (["drift"] if row.drifts else []) + ([f"change in {', '.join(changed)}"] if changed else [])
-        low, high = row.slope_interval_95 or (0.0, 0.0)
-        table.add_row(
-            Text(row.joint),
-            Text(f"{row.parameter} [{row.unit}]"),
-            number(row.first),
-            number(row.last_change.b),
-            _percent(row.last_change),
-            "" if row.slope is None else number(row.slope),
-            "" if row.slope is None else f"{number(low)} ... {number(high)}",
-            Text("; ".join(marks), style="red"),
-        )
-    console = _show(table, [row.joint for row in found.rows])
-    for joint, reason in found.missing.items():
-        console.print(f"{joint}: {reason}", markup=False)
-    console.print(
-        f"{found.tests} tests by Holm's method: where nothing has changed, one history in twenty has any significant"
-    )
 
 
 def _percent(row: Difference) -> str:

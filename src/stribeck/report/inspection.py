@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
-from stribeck.finding import Finding
-from stribeck.outputs import whole_or_not_at_all
-from stribeck.report.figure import house_style
-from stribeck.report.page import Section, render, render_page
+from stribeck.report.page import Section, render, write_page
 from stribeck.report.timeline import timeline
 
 if TYPE_CHECKING:  # the report stands below what inspects a log, and is given what was found
@@ -33,69 +29,32 @@ CHANNEL_UNITS = {
 
 def write_inspection(inspection: Inspection, path: str | Path) -> None:
     """Write what a log holds as one self-contained HTML file, whole or not at all."""
-    with house_style():
-        sections = [
-            _findings(inspection.audit),
-            _joints(inspection),
-            timeline(inspection.phases),
-            _channels(inspection),
-            _sampling(inspection),
-        ]
-        page = render_page(
-            f"A log of {inspection.robot}",
-            [section for section in sections if section is not None],
-            lead=render(
-                "inspection_heading.html.j2",
-                inspection=inspection,
-                log=PurePath(inspection.path).name or "log made in memory",
-            ),
-        )
-    with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-
-
-def _findings(findings: Sequence[Finding]) -> Section | None:
-    if not findings:
-        return None
-    return Section(anchor="findings", title="Findings", body=render("warnings.html.j2", findings=findings, warnings=[]))
-
-
-def _joints(inspection: Inspection) -> Section:
-    """Return the ranges of each joint and how its torque agrees with the model's."""
-    rows = [_joint_row(name, joint, inspection) for name, joint in inspection.joints.items()]
-    return Section(anchor="joints", title="Joints", body=render("inspection_joints.html.j2", rows=rows))
-
-
-def _joint_row(name: str, joint: JointInspection, inspection: Inspection) -> dict[str, Any]:
-    reach = {
-        kind: max(max(map(abs, getattr(other, kind))) for other in inspection.joints.values())
-        for kind in ("position_range", "velocity_range", "torque_range")
+    sections = {
+        "findings": render("warnings.html.j2", findings=inspection.audit, warnings=[]) if inspection.audit else None,
+        "joints": render("inspection_joints.html.j2", rows=_joint_rows(inspection.joints)),
+        "timeline": timeline(inspection.phases),
+        "channels": render("inspection_channels.html.j2", inspection=inspection, units=CHANNEL_UNITS),
+        "sampling": render("inspection_sampling.html.j2", inspection=inspection),
     }
-    ranges = [_bar(getattr(joint, kind), most) for kind, most in reach.items()]
-    return {"name": name, "joint": joint, "ranges": ranges}
-
-
-def _bar(span: tuple[float, float], most: float) -> dict[str, Any]:
-    """Return a range with where its bar begins and how long it is, in percent of -most to most."""
-    low, high = span
-    scale = 50 / most if most > 0 else 0.0
-    return {"low": low, "high": high, "left": 50 + scale * low, "width": scale * (high - low)}
-
-
-def _channels(inspection: Inspection) -> Section:
-    rows = [
-        {
-            "name": name,
-            "shape": " × ".join(str(size) for size in shape),
-            "unit": CHANNEL_UNITS.get(name, ""),
-            "missing": inspection.missing.get(name, 0),
-        }
-        for name, shape in inspection.channels.items()
-    ]
-    return Section(anchor="channels", title="Channels", body=render("inspection_channels.html.j2", rows=rows))
-
-
-def _sampling(inspection: Inspection) -> Section:
-    return Section(
-        anchor="sampling", title="Sampling", body=render("inspection_sampling.html.j2", inspection=inspection)
+    log = PurePath(inspection.path).name or "log made in memory"
+    write_page(
+        path,
+        f"A log of {inspection.robot}",
+        [
+            part if part is None or isinstance(part, Section) else Section(anchor=name, title=name.title(), body=part)
+            for name, part in sections.items()
+        ],
+        lead=render("inspection_heading.html.j2", inspection=inspection, log=log),
     )
+
+
+def _joint_rows(joints: dict[str, JointInspection]) -> list[dict[str, Any]]:
+    """Return each joint with its ranges, all of a kind drawn to the same scale [%]."""
+    kinds = ("position_range", "velocity_range", "torque_range")
+    rows: list[dict[str, Any]] = [{"name": name, "joint": joint, "ranges": []} for name, joint in joints.items()]
+    for kind in kinds:
+        scale = 50 / (max((max(map(abs, getattr(joint, kind))) for joint in joints.values()), default=0.0) or 1.0)
+        for row in rows:
+            low, high = getattr(row["joint"], kind)
+            row["ranges"].append({"low": low, "high": high, "left": 50 + scale * low, "width": scale * (high - low)})
+    return rows

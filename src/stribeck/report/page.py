@@ -1,24 +1,31 @@
 """The page that every HTML output of stribeck shares: templates, style sheet, sections, contents."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from stribeck.outputs import whole_or_not_at_all
+from stribeck.report.charts import Chart, to_json
 from stribeck.report.text import FILTERS
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A part of the page: its heading, the anchor that the contents link to, and its finished HTML."""
+    """A part of the page: its heading, the anchor that the contents link to, its finished HTML, and its charts.
+
+    The HTML has a place for each chart, by its name: `figure(name, caption)` of `figures.html.j2`.
+    """
 
     anchor: str
     title: str
     body: Markup
+    charts: Mapping[str, Chart] = field(default_factory=dict)
 
 
 @cache
@@ -42,11 +49,10 @@ def render(template: str, **values: Any) -> Markup:
 
 def render_page(
     title: str,
-    sections: Sequence[Section],
+    sections: Sequence[Section | None],
     *,
-    folded: Sequence[Section] = (),
+    folded: Sequence[Section | None] = (),
     lead: Markup | None = None,
-    plots: bool = False,
 ) -> str:
     """Return a whole HTML document without any reference to the outside.
 
@@ -55,42 +61,38 @@ def render_page(
     title
         Plain text; escaped here.
     sections
-        In reading order.
+        In reading order; None stands for a section that has nothing to show.
     folded
         Behind them, each shown when it is opened.
     lead
         HTML between the title and the sections: what the page is about, in numbers.
-    plots
-        Whether it has curves for the plotting library to make live.
     """
-    library, library_style = plotting_library() if plots else (Markup(), Markup())
+    shown, behind = ([section for section in part if section is not None] for part in (sections, folded))
+    charts = {name: chart for section in (*shown, *behind) for name, chart in section.charts.items()}
     return str(
         render(
             "page.html.j2",
             title=title,
-            sections=sections,
-            folded=folded,
+            sections=shown,
+            folded=behind,
             lead=lead or Markup(),
-            style=Markup(library_style + _file("style.css")),  # files of this package  # nosec B704
-            scripts=[library, _file("first_screen.js")] if plots else [],
+            charts=to_json(charts) if charts else "",
+            style=[_file("uplot/uPlot.min.css"), _file("templates/style.css")],
+            # uPlot 1.6.32, MIT: the files of `npm pack uplot`. It adds 50 kB to a page; Plotly adds 1.2 MB or 4.8 MB.
+            licence=_file("uplot/LICENSE"),
+            library=_file("uplot/uPlot.iife.min.js"),
+            script=_file("templates/page.js"),
         )
     )
 
 
-def _file(name: str) -> Markup:
-    text = (files("stribeck.report") / "templates" / name).read_text(encoding="utf-8")
-    return Markup(text)  # a file of this package  # nosec B704
+def write_page(path: str | Path, title: str, sections: Sequence[Section | None], **more: Any) -> None:
+    """Write a page (see `render_page`), whole or not at all."""
+    page = render_page(title, sections, **more)
+    with whole_or_not_at_all(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
 
 
 @cache
-def plotting_library() -> tuple[Markup, Markup]:
-    """Return the script and the style sheet of uPlot, its licence in front.
-
-    uPlot 1.6.32, MIT: the files are those that `npm pack uplot` has. It adds 50 kB to a page and draws thirty curves in
-    a quarter of a second; Plotly adds 1.2 MB (basic) or 4.8 MB and takes three to five times as long.
-    """
-    folder = files("stribeck.report") / "uplot"
-    script, style, licence = (
-        (folder / name).read_text(encoding="utf-8") for name in ("uPlot.iife.min.js", "uPlot.min.css", "LICENSE")
-    )
-    return Markup(f"/* uPlot\n{licence}*/\n{script}"), Markup(style)  # files of this package  # nosec B704
+def _file(name: str) -> Markup:
+    return Markup((files("stribeck.report") / name).read_text(encoding="utf-8"))  # of this package  # nosec B704

@@ -2,107 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-from matplotlib.ticker import FuncFormatter
-
-from stribeck.outputs import whole_or_not_at_all
-from stribeck.report.figure import COLOURS, house_style, inline_svg, new_axes
-from stribeck.report.page import Section, render, render_page
+from stribeck.report.charts import Chart, axis, line
+from stribeck.report.page import Section, render, write_page
 
 if TYPE_CHECKING:  # the report stands below what replays a log, and is given what was found
-    from stribeck.replay.replay import Replay
+    from stribeck.replay.replay import Replay, Replayed
 
-MODEL_COLOURS = ("muted", "ink", "data", "law")
+COLOURS = ("muted", "ink", "data", "law")
 """Of the models in their order; the robot's own are grey and black."""
-
-ROW, AROUND, LETTER = 15.0, 44.0, 6.0
-"""Height of a joint in a figure, of what is above and below all of them, and width of a letter [SVG units]."""
 
 
 def write_replay(replay: Replay, path: str | Path) -> None:
     """Write how a log compares with the models as one self-contained HTML file, whole or not at all."""
-    with house_style():
-        page = render_page(
-            f"{replay.robot}: a log replayed",
-            [_torque(replay), _rollouts(replay)],
-            lead=render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log made in memory"),
-        )
-    with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-
-
-def _torque(replay: Replay) -> Section:
-    left = [{joint: 1 - error.r2 for joint, error in model.torque.items()} for model in replay.models]
-    return _section(
-        replay,
-        title="Torque that inverse dynamics leave unexplained",
-        caption="R² of the measured torque (RMS error in N m, N); motion and torque have passed the same filter.",
-        figures=[(left, "1 − R²")],
-        cells=[
-            {joint: f"{error.r2:.3f} ({error.rms:.3g})" for joint, error in model.torque.items()}
-            for model in replay.models
-        ],
+    lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log made in memory")
+    torque = _chart(
+        replay, "1 − R²", lambda model, joint: 1 - model.torque[joint].r2 if joint in model.torque else None
     )
+    errors = [
+        _chart(replay, "relative velocity error", lambda model, joint, k=k: _relative(model, joint, k))  # type: ignore[misc]
+        for k in range(len(replay.horizons))
+    ]
+    times = [f"{1e3 * horizon:.0f}" for horizon in replay.horizons]
+    sections = [
+        _section(
+            replay,
+            "Torque that inverse dynamics leave unexplained",
+            "R² of the measured torque (RMS error in N m, N); motion and torque have passed the same filter.",
+            [(torque, "1 − R²")],
+            lambda model, joint: (
+                f"{model.torque[joint].r2:.3f} ({model.torque[joint].rms:.3g})" if joint in model.torque else "–"
+            ),
+        ),
+        _section(
+            replay,
+            "Velocity error of short simulations",
+            "RMS error of the velocity over the RMS change of the measured one; at 1 a model says as much as that "
+            f"nothing changes. {', '.join(times)} ms.",
+            [(chart, f"velocity error after {time} ms") for chart, time in zip(errors, times, strict=True)],
+            lambda model, joint: (
+                ", ".join(f"{error.relative:.3g}" if error else "–" for error in model.rollouts.get(joint, [])) or "–"
+            ),
+        ),
+    ]
+    write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 
 
-def _rollouts(replay: Replay) -> Section:
-    figures = []
-    for k, horizon in enumerate(replay.horizons):
-        values = [
-            {joint: error.relative for joint, errors in model.rollouts.items() if (error := errors[k])}
-            for model in replay.models
-        ]
-        figures.append((values, f"velocity error after {1e3 * horizon:.0f} ms"))
-    return _section(
-        replay,
-        title="Velocity error of short simulations",
-        caption="RMS error of the velocity over the RMS change of the measured one; at 1 a model says as much as that "
-        "nothing changes. " + ", ".join(f"{1e3 * horizon:.0f}" for horizon in replay.horizons) + " ms.",
-        figures=figures,
-        cells=[
-            {
-                joint: ", ".join(f"{error.relative:.3g}" if error else "–" for error in errors)
-                for joint, errors in model.rollouts.items()
-            }
-            for model in replay.models
-        ],
-    )
+def _relative(model: Replayed, joint: str, horizon: int) -> float | None:
+    error = model.rollouts[joint][horizon] if joint in model.rollouts else None
+    return error.relative if error else None
 
 
 def _section(
     replay: Replay,
-    *,
     title: str,
     caption: str,
-    figures: Sequence[tuple[Sequence[Mapping[str, float]], str]],
-    cells: Sequence[Mapping[str, str]],
+    charts: list[tuple[Chart, str]],
+    cell: Callable[[Replayed, str], str],
 ) -> Section:
-    """Return a section with figures of values by model and joint, and a table of the same."""
+    """Return a section with charts of values by model and joint, and a table of the same."""
     anchor = title.partition(" ")[0].lower()
-    drawn = [(_figure(f"{anchor}{k}", replay.joints, *figure), figure[1]) for k, figure in enumerate(figures)]
     body = render(
         "replay.html.j2",
         caption=caption,
-        legend=list(zip(MODEL_COLOURS, [model.name for model in replay.models], strict=False)),
-        figures=drawn,
-        rows=[(joint, [model.get(joint, "–") for model in cells]) for joint in replay.joints],
+        legend=list(zip(COLOURS, [model.name for model in replay.models], strict=False)),
+        figures=[(f"{anchor}{k}", label) for k, (_, label) in enumerate(charts)],
+        rows=[(joint, [cell(model, joint) for model in replay.models]) for joint in replay.joints],
     )
-    return Section(anchor=anchor, title=title, body=body)
+    return Section(
+        anchor=anchor, title=title, body=body, charts={f"{anchor}{k}": chart for k, (chart, _) in enumerate(charts)}
+    )
 
 
-def _figure(name: str, joints: Sequence[str], models: Sequence[Mapping[str, float]], label: str) -> Markup:
-    """Return a figure with a row a joint and a dot a model, on a logarithmic axis."""
-    left = 24 + LETTER * max(map(len, joints), default=0)
-    axes = new_axes("", "", height=AROUND + ROW * max(len(joints), 1), left=min(left, 180.0))
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.set_yticks(range(len(joints)), labels=joints)
-    axes.set_ylim(len(joints) - 0.5, -0.5)
-    for colour, values in zip(MODEL_COLOURS, models, strict=False):
-        shown = [(values[joint], row) for row, joint in enumerate(joints) if values.get(joint, 0.0) > 0]
-        axes.plot(*(zip(*shown, strict=True) if shown else ([], [])), "o", color=COLOURS[colour], markersize=5)
-    return inline_svg(axes, f"{label}, by joint and model", name)
+def _chart(replay: Replay, label: str, value: Callable[[Replayed, str], float | None]) -> Chart:
+    """Return a chart with a dot per joint and model, on a logarithmic axis."""
+    lines = []
+    for colour, model in zip(COLOURS, replay.models, strict=False):
+        shown = [(k, found) for k, joint in enumerate(replay.joints) if (found := value(model, joint)) and found > 0]
+        lines.append(line([k for k, _ in shown], [found for _, found in shown], colour, model.name, points=8))
+    values = [found for each in lines for found in each["y"] if found] or [0.1, 1.0]
+    x = axis("", (-0.5, len(replay.joints) - 0.5), names=replay.joints)
+    return {"x": x, "y": axis(label, (0.7 * min(values), 1.4 * max(values)), log=True), "lines": lines, "height": 320}

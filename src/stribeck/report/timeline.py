@@ -1,26 +1,16 @@
 """The timeline of contact modes: which feet stood when, and which of that time was used."""
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from stribeck.report.figure import COLOURS, draw_steps, inline_svg, new_axes
+from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render
 from stribeck.typing import Array
 
-COLUMNS = 600
-"""Steps across the figure; a step is drawn as high as the share of its time that the contact mode has."""
-
 MOST_EXACT = 250
-"""Phases up to which a figure shows their very borders instead of shares."""
+"""Phases up to which a chart shows their very borders instead of shares of 600 steps."""
 
 CLOSE_UP = 12.0
 """Length of the close-up beside a long log [s]."""
-
-ROW_HEIGHT = 32.0
-"""Height of a contact mode's strip with its name [SVG units]."""
-
-BAR = 0.54
-"""Share of a row that its strip takes; above it is the name."""
 
 Phases = list[tuple[float, float, str, bool]]
 
@@ -40,11 +30,11 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
     if end <= start:
         return None
     names = list(dict.fromkeys(phase[2] for phase in phases))
-    figures = [(inline_svg(_strips(phases, names, start, end), "Contact modes over the whole log", "p0"), "Whole log")]
+    charts, figures = {"p0": _strips(phases, names, start, end)}, [("p0", "Whole log")]
     if end - start > 2 * CLOSE_UP:
         near = min(max(start if clear is None else clear - 1.0, start), end - CLOSE_UP)
-        drawing = inline_svg(_strips(phases, names, near, near + CLOSE_UP), "Contact modes, close-up", "p1")
-        figures.append((drawing, f"Close-up of {CLOSE_UP:.0f} s"))
+        charts["p1"] = _strips(phases, names, near, near + CLOSE_UP)
+        figures.append(("p1", f"Close-up of {CLOSE_UP:.0f} s"))
     rows = [
         {
             "name": name,
@@ -55,7 +45,7 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
         for name in names
     ]
     body = render("timeline.html.j2", figures=figures, rows=rows, several=phases != recorded)
-    return Section(anchor="timeline", title="Contact modes over time", body=body)
+    return Section(anchor="timeline", title="Contact modes over time", body=body, charts=charts)
 
 
 def one_clock(phases: Phases) -> Phases:
@@ -70,26 +60,25 @@ def one_clock(phases: Phases) -> Phases:
     return placed
 
 
-def _strips(phases: Phases, names: list[str], start: float, end: float) -> Axes:
+def _strips(phases: Phases, names: list[str], start: float, end: float) -> Chart:
     visible = [phase for phase in phases if phase[1] > start and phase[0] < end]
-    axes = new_axes("time [s]", "", height=40.0 + ROW_HEIGHT * len(names), left=8.0)
-    edges = np.linspace(start, end, COLUMNS + 1)
+    edges = np.linspace(start, end, 601)
     if len(visible) <= MOST_EXACT:  # few enough to be drawn with their very borders
-        edges = np.unique(np.round([*edges, *np.clip([phase[:2] for phase in visible], start, end).ravel()], 6))
+        borders = np.clip([phase[:2] for phase in visible], start, end).ravel()
+        edges = np.unique(np.round([start, *borders, end], 6))
+    lines = []
     for row, name in enumerate(reversed(names)):
         for used, opacity in ((False, 0.3), (True, 0.9)):
             chosen = [phase for phase in visible if phase[2] == name and (phase[3] or not used)]
-            share = _share_held(chosen, edges)
-            draw_steps(axes, row + BAR * share, edges, baseline=row, opacity=opacity)
-        axes.text(start, row + BAR + 0.13, name, color=COLOURS["ink"], fontsize=9, parse_math=False)
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
-    axes.set_xlim(start, end)
-    axes.set_ylim(-0.05, len(names))
-    return axes
+            top = row - 0.3 + 0.6 * np.append(share_held(chosen, edges), 0.0)
+            label = name if used else ""
+            lines.append(line(edges, top, "data", label, steps=True, base=row - 0.3, opacity=opacity, width=0))
+    limits = (-0.5, len(names) - 0.5)
+    x, y = axis("time [s]", (start, end)), axis("", limits, names=names[::-1])
+    return {"x": x, "y": y, "lines": lines, "height": 60 + 34 * len(names)}
 
 
-def _share_held(phases: Phases, edges: Array) -> Array:
+def share_held(phases: Phases, edges: Array) -> Array:
     """Return the share of each step between edges, shape (k,), that the phases fill."""
     if not phases:
         return np.zeros(len(edges) - 1)

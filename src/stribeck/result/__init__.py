@@ -18,6 +18,7 @@ from stribeck.result.joint import Verdict as Verdict
 from stribeck.result.joint import at_load as at_load
 from stribeck.result.joint import law_slopes as law_slopes
 from stribeck.result.joint import law_values as law_values
+from stribeck.result.joint import velocity_grid as velocity_grid
 from stribeck.result.result import SCHEMA as SCHEMA
 from stribeck.result.result import LogSummary as LogSummary
 from stribeck.result.result import Result as Result

@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from scipy.stats import norm
@@ -17,9 +17,6 @@ DIRECTED = frozenset({"offset", "coulomb_positive", "coulomb_negative", "viscous
 
 FALSE_ALARMS = 0.05
 """Chance [1] that any change is called significant in a comparison where nothing has changed."""
-
-LARGEST_PERCENT = 1000.0
-"""More says that the first value is next to nothing [%]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,16 +45,24 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """All differences, what a and b are, and the joints that cannot be compared with the reason."""
+    """All differences, what a and b are, and the joints that cannot be compared with the reason.
+
+    `joints` are those of both, by name: a joint's result in a and in b. JSON has `a`, `b`, `rows` and `missing`.
+    """
 
     a: str
     b: str
     rows: list[Difference]
     missing: dict[str, str]
+    robot: str = field(default="", compare=False)
+    law: str = field(default="", compare=False)
+    joints: Mapping[str, tuple[JointResult, JointResult]] = field(default_factory=dict, repr=False, compare=False)
 
     def to_json(self) -> str:
         """Return the comparison as the text of a JSON document."""
-        return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
+        rows = [asdict(row) for row in self.rows]
+        document = {"a": self.a, "b": self.b, "rows": rows, "missing": self.missing}
+        return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
 def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, str] | None = None) -> Comparison:
@@ -87,23 +92,20 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     ('shoulder', 'viscous', 0.0, True)
     """
     a, b = (one if isinstance(one, Result) else read_result(one) for one in (a, b))
-    require_one_law([a, b])
-    both = [joint for joint in a.joints if joint in b.joints]
-    if not both:
+    if a.law != b.law:
+        raise SettingsError(f"compare: the results have the laws '{a.law}' and '{b.law}', expected one and the same")
+    joints = {joint: (found, b.joints[joint]) for joint, found in a.joints.items() if joint in b.joints}
+    if not joints:
         raise SettingsError(
             f"compare: no joint is in both results, the first has {_listed(a)}, the second {_listed(b)}, "
             "expected logs of one robot"
         )
     missing = {joint: "only in the first result" for joint in a.joints if joint not in b.joints}
     missing |= {joint: "only in the second result" for joint in b.joints if joint not in a.joints}
-    rows = []
-    for joint in both:
-        rows += _rows(joint, a.joints[joint], b.joints[joint], frozenset())
-        missing |= _not_identified({joint: a.joints[joint]}, "first") or _not_identified(
-            {joint: b.joints[joint]}, "second"
-        )
+    for which, place in (("second", 1), ("first", 0)):
+        missing |= {joint: reason for joint, pair in joints.items() if (reason := _unknown(pair[place], which))}
     first, second = names or (_label(a), _label(b))
-    return Comparison(a=first, b=second, rows=_tested(rows), missing=missing)
+    return _comparison(a, joints, missing, (first, second))
 
 
 def compare_sides(result: Result) -> Comparison:
@@ -119,21 +121,30 @@ def compare_sides(result: Result) -> Comparison:
     pairs = mirrored_pairs(result.joints)
     if not pairs:
         raise SettingsError(f"compare: no joint of {_listed(result)} has a partner, expected names with left and right")
-    rows: list[Difference] = []
-    missing: dict[str, str] = {}
-    for left, right in pairs:
-        rows += _rows(f"{left} | {right}", result.joints[left], result.joints[right], DIRECTED)
-        missing |= _not_identified({left: result.joints[left], right: result.joints[right]}, "result")
-    return Comparison(a="left", b="right", rows=_tested(rows), missing=missing)
+    sides = [name for pair in pairs for name in pair]
+    missing = {name: reason for name in sides if (reason := _unknown(result.joints[name], "result"))}
+    joints = {f"{left} | {right}": (result.joints[left], result.joints[right]) for left, right in pairs}
+    return _comparison(result, joints, missing, ("left", "right"), DIRECTED)
 
 
-def require_one_law(results: Sequence[Result]) -> None:
-    """Refuse results of which the laws differ, with a SettingsError."""
-    laws = list(dict.fromkeys(result.law for result in results))
-    if len(laws) > 1:
-        raise SettingsError(
-            f"compare: the results have the laws '{laws[0]}' and '{laws[1]}', expected one and the same"
-        )
+def _comparison(
+    result: Result,
+    joints: Mapping[str, tuple[JointResult, JointResult]],
+    missing: dict[str, str],
+    names: tuple[str, str],
+    left_out: frozenset[str] = frozenset(),
+) -> Comparison:
+    """Compare pairs of joints; all differences are tested together."""
+    rows = [
+        difference_of(joint, name, a.parameters[name], b.parameters[name])
+        for joint, (a, b) in joints.items()
+        for name in a.parameters
+        if name in b.parameters and name not in left_out
+    ]
+    significant = holm([p_value(row) for row in rows])
+    rows = [replace(row, significant=one) for row, one in zip(rows, significant, strict=True)]
+    a, b = names
+    return Comparison(a=a, b=b, rows=rows, missing=missing, robot=result.robot, law=result.law, joints=joints)
 
 
 def holm(p_values: Sequence[float]) -> list[bool]:
@@ -158,16 +169,6 @@ def p_value(difference: Difference) -> float:
     if not half:
         return float(difference.difference == 0)
     return 2 * float(norm.sf(norm.ppf(0.975) * abs(difference.difference) / half))
-
-
-def _tested(rows: list[Difference]) -> list[Difference]:
-    significant = holm([p_value(row) for row in rows])
-    return [replace(row, significant=one) for row, one in zip(rows, significant, strict=True)]
-
-
-def _rows(label: str, a: JointResult, b: JointResult, left_out: frozenset[str]) -> list[Difference]:
-    shared = [name for name in a.parameters if name in b.parameters and name not in left_out]
-    return [difference_of(label, name, a.parameters[name], b.parameters[name]) for name in shared]
 
 
 def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstimate) -> Difference:
@@ -201,17 +202,14 @@ def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstim
 
 
 def _percent(difference: float, of: float) -> float | None:
-    small = abs(difference) <= LARGEST_PERCENT / 100 * abs(of) and of != 0
-    return 100 * difference / abs(of) if small else None
+    """Return a difference over a value [%]; None if it is more than 1000 %, as the value is next to nothing then."""
+    return 100 * difference / abs(of) if of != 0 and abs(difference) <= 10 * abs(of) else None
 
 
-def _not_identified(joints: dict[str, JointResult], which: str) -> dict[str, str]:
-    without = ("no friction", "not excited")
-    return {
-        joint: f"{found.verdict} in the {which} ({found.reason})"
-        for joint, found in joints.items()
-        if found.verdict in without
-    }
+def _unknown(joint: JointResult, which: str) -> str:
+    """Return why a joint of a result has no friction, "" if it has."""
+    without = joint.verdict in ("no friction", "not excited")
+    return f"{joint.verdict} in the {which} ({joint.reason})" if without else ""
 
 
 def _label(result: Result) -> str:

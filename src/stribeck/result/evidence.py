@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from stribeck.samples import Samples
-from stribeck.typing import Array, TorqueSource
+from stribeck.typing import TorqueSource
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -14,8 +14,6 @@ class Evidence:
     ----------
     samples
         The friction torque samples that were kept; the torque of a fitted rotor inertia is taken out of them.
-    covariance
-        Per joint, of the fitted parameters in the order of `JointResult.parameters`.
     phases
         Contact modes over time: (start [s], end [s], name, whether it was used), in log order.
     close_up
@@ -33,7 +31,6 @@ class Evidence:
     """
 
     samples: Samples
-    covariance: dict[str, Array]
     phases: list[tuple[float, float, str, bool]]
     close_up: Samples | None
     provenance: list[tuple[str, str]]

@@ -223,6 +223,61 @@ class JointResult:
             own = own + found.get("presliding", 0.0) * lag.reshape(speeds.shape)
         return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
 
+    def band(self, velocity: Array, *, offset: bool = True) -> tuple[Array, Array | None] | None:
+        """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
+
+        The band is by the delta method, `var R = J C J^T` with the covariance C of the parameters.
+
+        Parameters
+        ----------
+        velocity
+            [rad/s] or [m/s], shape (N,).
+        offset
+            Whether the offset is part of the torque.
+
+        Returns
+        -------
+        friction, band
+            [N m] or [N], shape (N,) and (2, N), the lower and the upper end; the band is None where no correlation is
+            known. None where no law was fitted.
+        """
+        law, load = get_law(self.law), self.mean_load or 0.0
+        found = {name: parameter.value for name, parameter in self.parameters.items()}
+        values = law_values(law, found, load)
+        if values is None:
+            return None
+        kept = np.array([offset or parameter.name != "offset" for parameter in law.parameters])
+        torque = law.torque(velocity, values * kept)
+        correlation = np.array(self.correlation or ())
+        if correlation.shape != (len(found), len(found)):
+            return torque, None
+        errors = np.array([parameter.standard_error for parameter in self.parameters.values()])
+        J = (law.jacobian(velocity, values * kept) * kept) @ law_slopes(law, found, load) * errors
+        variance = np.einsum("ni,ij,nj->n", J, correlation, J)
+        half = self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0))
+        return torque, np.stack([torque - half, torque + half])
+
+    def _errors_95(self, law: FrictionLaw) -> float:
+        """Return the number of standard errors in half of a 95 % interval: larger, the fewer blocks the fit saw.
+
+        The median over the parameters is used, since bounds cut off some ends.
+        """
+        logarithmic = {parameter.name for parameter in law.parameters if parameter.logarithmic}
+        ratios = [
+            max(found.interval_95[1] - found.value, found.value - found.interval_95[0]) / found.standard_error
+            for name, found in self.parameters.items()
+            if name not in logarithmic and found.standard_error > 0
+        ]
+        return float(np.median(ratios)) if ratios else 0.0
+
+
+def velocity_grid(low: float, high: float, points: int = 31) -> Array:
+    """Return velocities between two, dense around zero, where a friction law turns: about 3 `points` of them."""
+    reach = max(abs(low), abs(high), 1e-300)  # smaller numbers have no thousandth
+    near = np.geomspace(1e-3 * reach, 0.15 * reach, points // 2)
+    grid = np.concatenate([np.linspace(low, high, 2 * points), -near, near, [0.0]])
+    return np.unique(grid[(grid >= low) & (grid <= high)])
+
 
 def _along(law: LawWithState, velocity: Array, values: Array, period: float) -> Array:
     """Return the friction torque along motions [N m], shape (T, n), that begin steadily."""

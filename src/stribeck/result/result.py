@@ -24,6 +24,7 @@ from stribeck.settings import describe
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 SCHEMA = 1
 
@@ -126,6 +127,17 @@ class Result:
         except ImportError as error:
             raise SettingsError("to_dataframe: pandas is not installed; expected it: pip install pandas") from error
         return pandas.DataFrame(parameter_rows(self))
+
+    def plot(self) -> Figure:
+        """Draw the friction curve of every joint with its 95 % band, and return the Matplotlib figure.
+
+        Examples
+        --------
+        >>> result.plot().savefig("friction.png")
+        """
+        from stribeck.result.plot import friction_figure
+
+        return friction_figure(self)
 
     def to_json(self) -> str:
         """Return the text of result.json."""

@@ -11,7 +11,6 @@ from stribeck import Robot, identify
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.report.joint_data import joint_data
 from stribeck.result import Result, read_result
 from stribeck.settings import Settings
 from stribeck.typing import Array
@@ -220,17 +219,17 @@ def test_it_needs_the_whole_log(arm: Robot) -> None:
 
 def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> None:
     assert mixed.evidence is not None
-    name, joint = next((name, joint) for name, joint in mixed.joints.items() if "load" in joint.parameters)
+    joint = next(joint for joint in mixed.joints.values() if "load" in joint.parameters)
     assert joint.mean_load is not None
-    data = joint_data(name, joint, mixed.evidence, get_law("auto"), mixed.evidence.samples)
     speeds = np.array([-1.0, 1.0])
     truth = np.sign(speeds) * (1.2 + 0.08 * joint.mean_load) + 0.3 * speeds + 0.2
-    found, band = data.predict(speeds), data.band(speeds)
-    assert found is not None
+    fitted = joint.band(speeds)
+    assert fitted is not None
+    found, band = fitted
     assert band is not None
     np.testing.assert_allclose(found, truth, rtol=0.01)
     np.testing.assert_allclose(found, joint.friction(speeds), rtol=1e-12)
-    assert np.all((band > 0) & (band < 0.1))
+    assert np.all((band[1] > found) & (band[1] < found + 0.1))
 
 
 def test_the_command_line_writes_what_was_chosen(arm: Robot, tmp_path: Path) -> None:

@@ -1,0 +1,226 @@
+"""What the report folds: parameters with their intervals, terms of the law, corrections, power, provenance."""
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.charts import Chart, line, robust_limits, velocity_axes
+from stribeck.report.joints import running_mean
+from stribeck.report.page import Section, render
+from stribeck.report.reference import Reference
+from stribeck.report.text import parameter_names, symbols
+from stribeck.result import BodyCorrection, Evidence, JointResult, Result
+from stribeck.result.tables import friction_text
+from stribeck.samples import Samples
+from stribeck.typing import Array, TorqueSource
+
+SUSPICIOUS = 0.2
+"""Share of positive power above which the model, the torque's sign or a delay is worth a look."""
+
+MEANING: dict[TorqueSource, str] = {
+    "link_side_sensor": "The torque sensors sit behind the gears: the friction is that of what lies between sensor "
+    "and link, bearings, seals and cables. The friction of gear and motor, which is most of a "
+    "joint's, is not in it, nor is the rotor's inertia. An error of a sensor's gain scales all "
+    "friction of its joint.",
+    "motor_side_sensor": "The torque sensors sit between motor and gear: the friction is that of gear, bearings and "
+    "seals, by the joint's speed. The motor's own friction and the rotor's inertia are before "
+    "the sensor and not in it; what turns behind it, the gear's input side, is, and its inertia "
+    "counts with the ratio squared. Errors of sensor gain and gear ratio scale all friction of "
+    "the joint.",
+    "motor_current": "The torques are motor currents times torque constant and gear ratio: the friction is all of "
+    "motor, gear and bearings, and the rotor's inertia belongs to the dynamics. An error of the "
+    "torque constant, which falls as the magnets warm, scales all friction of its joint; torque that "
+    "a saturating motor loses, cogging and the current of its own iron losses look like friction.",
+    "command": "The torques are what the drives were asked for: the friction is what was lost between command and "
+    "link, that of motor, gear and bearings and also what a drive does not deliver. Errors of its torque "
+    "constant, its limits of current and voltage, its own compensation of friction and the delay of its "
+    "control loop cannot be told from friction.",
+}
+"""What the friction is of, by where the torque was measured (docs/result.md, "What the friction is of")."""
+
+
+def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
+    """Return the section with a row a joint: verdict, reason, parameters, validation."""
+    known, columns = symbols(law), []
+    for name in parameter_names(result, law):
+        units = [joint.parameters[name].unit for joint in result.joints.values() if name in joint.parameters]
+        units += [parameter.unit for parameter in law.parameters if parameter.name == name] or ["1"]
+        common = max(units, key=units.count)  # the cells of other joints have their own
+        columns.append({"name": name, "symbol": known.get(name, ""), "unit": common})
+    rows = [
+        {
+            "name": name,
+            "joint": joint,
+            "reference": reference.parameters.get(name, {}),
+            "friction": friction_text(joint),
+            "explained": explained(joint),
+            "unit": "N" if name in evidence.prismatic else "N m",
+        }
+        for name, joint in result.joints.items()
+    ]
+    body = render("verdict_table.html.j2", columns=columns, rows=rows, word=reference.word)
+    return Section(anchor="verdicts", title="Verdicts", body=body)
+
+
+def explained(joint: JointResult) -> float | None:
+    """Return the share of the friction torque's rms, on blocks that no fit saw, that the law takes away."""
+    validation = joint.validation
+    if validation is None or validation.rms_zero_friction <= 0:
+        return None
+    return 1 - validation.rms / validation.rms_zero_friction
+
+
+def terms(result: Result) -> Section | None:
+    """Return the section with a row a joint and a column a term, or None where a law was given."""
+    chosen = {name: joint.terms for name, joint in result.joints.items() if joint.terms}
+    if not chosen:
+        return None
+    common, shown = {}, []  # terms that were tried in no joint, for one reason; the others
+    for term in dict.fromkeys(term for own in chosen.values() for term in own):
+        verdicts = [own[term] for own in chosen.values()]
+        reasons = {verdict.reason for verdict in verdicts}
+        if len(reasons) == 1 and all(verdict.gain is None for verdict in verdicts):
+            common[term] = reasons.pop()
+        else:
+            shown.append(term)
+    anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
+    rows = [
+        {"name": name, "anchor": anchors[name], "cells": [own[term] for term in shown]} for name, own in chosen.items()
+    ]
+    body = render("terms.html.j2", columns=shown, rows=rows, common=common)
+    return Section(anchor="terms", title="Terms of the law", body=body)
+
+
+def held_out(result: Result) -> Section | None:
+    """Return the section with a table per log that no fit has seen, or None where no log was held out."""
+    if not result.held_out:
+        return None
+    units = {name: joint.curve[0].unit for name, joint in result.joints.items() if joint.curve}
+    body = render("held_out.html.j2", logs=result.held_out, units=units)
+    return Section(anchor="held-out", title="Logs that no fit has seen", body=body)
+
+
+def corrections(result: Result) -> Section | None:
+    """Return the section with the corrections that the log supports, or None where none were asked for."""
+    errors = result.corrections
+    if errors is None:
+        return None
+    ordered = sorted(errors.bodies.items(), key=lambda item: -item[1].known)
+    bodies = [_body(name, body) for name, body in ordered if body.known >= 0.1]
+    calibration = [
+        {
+            "name": name,
+            "gain": [100 * part for part in errors.torque_gain.get(name, ())],
+            "zero": [1e3 * part for part in errors.encoder_zero.get(name, ())],
+        }
+        for name in dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])
+    ]
+    delays = (("Torques", errors.torque_delay), ("Base orientation", errors.base_delay))
+    figures = branch_charts(result)
+    body = render(
+        "corrections.html.j2",
+        chi_square=errors.chi_square,
+        heterogeneity=errors.disagreement,
+        bodies=bodies,
+        others=len(errors.bodies) - len(bodies),
+        calibration=calibration,
+        delays=[(what, [1e3 * part for part in delay]) for what, delay in delays if delay],
+        figures=[(f"b{k}", caption) for k, (_, caption) in enumerate(figures)],
+    )
+    charts = {f"b{k}": chart for k, (chart, _) in enumerate(figures)}
+    return Section(anchor="corrections", title="Corrections of the model", body=body, charts=charts)
+
+
+def _body(name: str, body: BodyCorrection) -> dict[str, object]:
+    centres = 1e3 * np.array(body.centre_of_mass)
+    before, after = (np.array(inertia)[[0, 2, 5]] for inertia in body.inertia)
+    shifts = zip((centres[1] - centres[0]).tolist(), body.centre_of_mass_error, strict=True)
+    return {
+        "name": name,
+        "mass": body.mass,
+        "mass_error": body.mass_error,
+        "shifts": [(shift, 1e3 * error) for shift, error in shifts],
+        "moments": (100 * (after / np.where(before > 0, before, np.nan) - 1)).tolist(),
+        "known": 100 * body.known,
+    }
+
+
+def branch_charts(result: Result) -> list[tuple[Chart, str]]:
+    """Return a chart and a caption for each joint with numbers: none if nothing was corrected.
+
+    The curve of a joint that speeds up and that of one that slows down are one if the model is right: an error of
+    inertia splits them, one of weight shifts both (Fig. 7.5 to 7.7 of Egle 2021).
+    """
+    evidence = result.evidence
+    if evidence is None or evidence.correction is None:
+        return []
+    figures = []
+    for name, joint in result.joints.items():
+        if not joint.parameters or not _usable(evidence.correction[0], name).any():
+            continue
+        both = [branches(samples, name) for samples in evidence.correction]
+        lines = [
+            line(centre, branch, colour, f"{when}, {how}", dash=dash)
+            for (centre, *pair), colour, when, dash in zip(
+                both, ("muted", "law"), ("given", "corrected"), ([3, 2], []), strict=True
+            )
+            for branch, how in zip(pair, ("rising", "falling"), strict=True)
+        ]
+        prismatic = name in evidence.prismatic
+        torque = robust_limits(np.array([y for each in lines for y in each["y"] if y is not None]), share=0.0)
+        velocity = robust_limits(both[0][0], share=0.0, margin=0.03)
+        splits = [f"{_split(up, down):.2g}" for _, up, down in both]
+        unit = "N" if prismatic else "N m"
+        caption = f"{name}: branches apart by {splits[0]} {unit} before, {splits[1]} {unit} after (RMS)"
+        figures.append(({**velocity_axes(prismatic, velocity, torque), "lines": lines}, caption))
+    return figures
+
+
+def branches(samples: Samples, joint: str) -> tuple[Array, Array, Array]:
+    """Return velocities and the mean friction torques there while a joint's velocity rises and falls, (K,) each."""
+    column, keep = samples.joint_names.index(joint), _usable(samples, joint)
+    velocity, torque = samples.velocity[keep, column], samples.friction_torque[keep, column]
+    rises = samples.acceleration[keep, column] > 0
+    limits = robust_limits(velocity, share=0.0, margin=0.03)
+    centre, up = running_mean(velocity[rises], torque[rises], limits, bins=24)
+    _, down = running_mean(velocity[~rises], torque[~rises], limits, bins=24)
+    return centre, up, down
+
+
+def _usable(samples: Samples, joint: str) -> Array:
+    if joint not in samples.joint_names:
+        return np.zeros(len(samples.time), dtype=bool)
+    column = samples.joint_names.index(joint)
+    return np.asarray(samples.usable[:, column] & np.isfinite(samples.friction_torque[:, column]))
+
+
+def _split(up: Array, down: Array) -> float:
+    """Return how far the branches are apart where both are known (RMS)."""
+    apart = (up - down)[np.isfinite(up - down)]
+    return float(np.sqrt(np.mean(apart**2))) if len(apart) else 0.0
+
+
+def torque_meaning(source: TorqueSource) -> Section:
+    """Return the section that says what the friction is of, and what this source cannot tell."""
+    body = render("torque_meaning.html.j2", source=source, meaning=MEANING[source])
+    return Section(anchor="torque-source", title="What the friction is of", body=body)
+
+
+def power(result: Result) -> Section | None:
+    """Return the section with a bar per joint, which ends at what chance gives (0.5), or None without the numbers."""
+    rows = [
+        {"name": name, "share": share, "length": min(share / 0.5, 1.0), "high": share > SUSPICIOUS}
+        for name, joint in result.joints.items()
+        if (share := joint.positive_power_fraction) is not None
+    ]
+    if not rows:
+        return None
+    return Section(anchor="power", title="Power check", body=render("power.html.j2", rows=rows, suspicious=SUSPICIOUS))
+
+
+def provenance(result: Result, evidence: Evidence) -> Section:
+    """Return the section with logs and their hashes, versions, settings, and what was done to the log on the way."""
+    paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
+    hashes = [result.log.sha256] if isinstance(result.log.sha256, str) else result.log.sha256
+    logs = list(zip(paths, hashes, strict=True))
+    body = render("provenance.html.j2", logs=logs, rows=evidence.provenance, notes=evidence.notes)
+    return Section(anchor="provenance", title="Settings and provenance", body=body)

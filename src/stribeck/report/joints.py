@@ -1,0 +1,178 @@
+"""A panel per joint: its numbers, and charts of friction, residual and coverage."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
+from stribeck.report.page import Section, render
+from stribeck.report.reference import Reference
+from stribeck.report.text import number, symbols
+from stribeck.result import Evidence, JointResult, Result, velocity_grid
+from stribeck.result.tables import friction_text
+from stribeck.samples import Samples
+from stribeck.typing import Array
+
+MOST_DRAWN = 100_000
+"""Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
+
+MOST_POINTS = 700
+"""Points of a line over time: about one for each pixel of its width."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointSamples:
+    """Samples of a joint that a fit may use, evenly thinned.
+
+    `time` [s], `velocity` [rad/s] and friction `torque` [N m] (for prismatic joints m/s and N) have the shape (N,);
+    each sample stands for `period` seconds of the log.
+    """
+
+    time: Array
+    velocity: Array
+    torque: Array
+    period: float
+
+
+def joint_samples(samples: Samples, name: str) -> JointSamples:
+    """Select the samples of a joint; none if it has no torque."""
+    every = max(1, -(-len(samples.time) // MOST_DRAWN))
+    time, velocity, torque = (np.empty(0) for _ in range(3))
+    if name in samples.joint_names:
+        column = samples.joint_names.index(name)
+        velocity, torque = samples.velocity[::every, column], samples.friction_torque[::every, column]
+        keep = samples.usable[::every, column] & np.isfinite(velocity) & np.isfinite(torque)
+        time, velocity, torque = samples.time[::every][keep], velocity[keep], torque[keep]
+    return JointSamples(time=time, velocity=velocity, torque=torque, period=samples.period * samples.stride * every)
+
+
+def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
+    """Return the section with every joint's panel, in the order of the result."""
+    panels: list[dict[str, Any]] = []
+    charts: dict[str, Chart] = {}
+    for index, (name, joint) in enumerate(result.joints.items()):
+        figures = joint_charts(name, joint, evidence, reference)
+        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(figures)}
+        prismatic = name in evidence.prismatic
+        panels.append(
+            {
+                "anchor": f"joint-{index}",
+                "name": name,
+                "joint": joint,
+                "friction": friction_text(joint),
+                "figures": [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(figures)],
+                "reference": reference.parameters.get(name, {}),
+                "unit": "N" if prismatic else "N m",
+                "velocity_unit": "m/s" if prismatic else "rad/s",
+            }
+        )
+    body = render("joint_panels.html.j2", panels=panels, symbols=symbols(law), known=reference)
+    return Section(anchor="joints", title="Joints", body=body, charts=charts)
+
+
+def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: Reference) -> list[tuple[Chart, str]]:
+    """Return the charts of a joint with their captions; without a fitted law, the samples only."""
+    shown, prismatic = joint_samples(evidence.samples, name), name in evidence.prismatic
+    if not len(shown.velocity):
+        return []
+    over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), prismatic=prismatic)
+    fitted = joint.band(shown.velocity)
+    if fitted is None:
+        why = "no friction is detectable" if joint.verdict == "no friction" else "no law is fitted"
+        return [(over_velocity, f"Friction torque over velocity: samples only, {why}.")]
+    figures = [(over_velocity, "Friction torque over velocity")]
+    near = None if evidence.close_up is None else joint_samples(evidence.close_up, name)
+    if near is not None and len(near.time) > 1:
+        span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
+        figures.append((friction_over_time(near, joint, prismatic=prismatic), f"Over time, {span}"))
+    stribeck = joint.parameters.get("stribeck_velocity")
+    coverage = velocity_coverage(shown, stribeck.value if stribeck else None, over_velocity["x"])
+    unit = "m/s" if prismatic else "rad/s"
+    dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {unit}" if stribeck else ""
+    return [
+        *figures,
+        (residual_over_velocity(shown, fitted[0], over_velocity), "Residual of the law, and its mean"),
+        (coverage, f"Velocity coverage{dashed}"),
+    ]
+
+
+def friction_over_velocity(
+    shown: JointSamples, joint: JointResult, reference: tuple[Array, Array] | None, *, prismatic: bool
+) -> Chart:
+    """Draw the samples' density, the fitted law and its 95 % band, and the reference where there is one."""
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    grid = velocity_grid(*limits)
+    fitted = joint.band(grid)
+    lines = [] if fitted is None else [line(grid, fitted[0], "law", "law", band=fitted[1])]
+    lines += [line(*reference, "ink", "reference", width=1.2, dash=[4, 3])] if reference else []
+    low, high = robust_limits(shown.torque)
+    for curve in (fitted[0] if fitted else None, reference[1] if reference else None):
+        if curve is not None and np.isfinite(curve).all():
+            low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
+    samples = density(shown.velocity, shown.torque, limits, (low, high))
+    return {**velocity_axes(prismatic, limits, (low, high)), "lines": lines, "images": [samples]}
+
+
+def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: bool) -> Chart:
+    """Draw the friction torque of a few seconds and of the law; both break where samples are missing."""
+    step = max(float(np.median(np.diff(near.time))), (near.time[-1] - near.time[0]) / MOST_POINTS, 1e-9)
+    rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
+    rows = rows.clip(max=len(near.time) - 1)
+    here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
+    velocity, torque = near.velocity[rows], np.where(here, near.torque[rows], np.nan)
+    fitted = joint.band(velocity)
+    lines = [line([0.0], torque, "data", "measured", width=1.1, step=step)]
+    if fitted is not None:
+        law = np.where(here, fitted[0], np.nan)
+        lines.append(line([0.0], law, "law", "law", width=1.2, step=step))
+    limits = robust_limits(near.torque, share=0.0)
+    return {
+        "x": axis("time [s]", (0.0, step * len(rows))),
+        "y": axis(f"friction [{'N' if prismatic else 'N m'}]", limits),
+        "lines": lines,
+        "sync": None,
+    }
+
+
+def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart) -> Chart:
+    """Draw the residual as a density with its mean; structure here is friction that the law does not have."""
+    finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, may have no value
+    velocity, residual = shown.velocity[finite], (shown.torque - law)[finite]
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    reach = max(map(abs, robust_limits(residual)))
+    centre, mean = running_mean(velocity, residual, limits)
+    label = over_velocity["y"]["label"].replace("friction", "measured − law")
+    return {
+        "x": over_velocity["x"],
+        "y": axis(label, (-reach, reach)),
+        "lines": [line(centre, mean, "law", "mean residual", width=1.5)],
+        "images": [density(velocity, residual, limits, (-reach, reach))],
+    }
+
+
+def velocity_coverage(shown: JointSamples, stribeck_velocity: float | None, velocity: dict[str, Any]) -> Chart:
+    """Draw how long the joint moved at which velocity, on a logarithmic scale, with the Stribeck velocity."""
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    counts, edges = np.histogram(shown.velocity, bins=80, range=limits)
+    floor = 0.5 * shown.period
+    seconds = np.maximum(counts * shown.period, floor)
+    style = {"step": edges[1] - edges[0], "steps": True, "base": floor, "opacity": 0.75}
+    steps = line(edges[:1], [*seconds, floor], "data", "time", **style)
+    marks = [] if stribeck_velocity is None else [-stribeck_velocity, stribeck_velocity]
+    return {
+        "x": velocity,
+        "y": axis("time at velocity [s]", (floor, 2 * float(seconds.max())), log=True),
+        "lines": [steps],
+        "marks": [mark for mark in marks if limits[0] < mark < limits[1]],
+    }
+
+
+def running_mean(x: Array, y: Array, limits: tuple[float, float], bins: int = 40) -> tuple[Array, Array]:
+    """Return centres and means of y over bins of x; bins that hold less than 0.05 % of the samples are NaN."""
+    counts, edges = np.histogram(x, bins=bins, range=limits)
+    sums, _ = np.histogram(x, bins=bins, range=limits, weights=y)
+    enough = counts >= max(3, 5e-4 * len(x))
+    mean = np.divide(sums, counts, out=np.full(bins, np.nan), where=enough)
+    return (edges[:-1] + edges[1:]) / 2, mean

@@ -1,0 +1,194 @@
+"""The top of the report: what was found, what to trust, what to do next, and every joint's friction in one line."""
+
+import re
+from collections.abc import Sequence
+from pathlib import PurePath
+from statistics import median
+from typing import Any
+
+from markupsafe import Markup
+
+from stribeck.finding import Finding
+from stribeck.friction.law import FrictionLaw
+from stribeck.report.curves import curve_charts, friction_curve
+from stribeck.report.page import Section, render
+from stribeck.report.text import brief, number
+from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
+from stribeck.result.advice import advice
+
+VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
+"""In the order in which joints are sorted."""
+
+
+def heading(result: Result, law: FrictionLaw) -> Markup:
+    """Return the lead of the page: log and law, how many joints have which verdict, friction, trust and next step."""
+    joints = result.joints
+    named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
+    findings, texts = parted(result)
+    flagged = {name for finding in findings if finding.on_friction for name in finding.joints}
+    identified = named["identified"]
+    distrusted = {
+        "warned": [name for name in identified if name in flagged],
+        "weak": named["weak"],
+        "not excited": named["not excited"],
+    }
+    steps: dict[str, list[str]] = {}  # what to do, and for which joints
+    for name, joint in joints.items():
+        if joint.verdict in ("weak", "not excited"):
+            steps.setdefault(advice(joint), []).append(name)
+    r2 = [joint.torque_r2 for joint in joints.values() if joint.torque_r2]
+    unseen = [share for joint in joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
+    mending = next((found for found in findings if found.cure), None)
+    paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
+    without = [_bound(joints[name]) for name in named["no friction"] if joints[name].curve]
+    return render(
+        "heading.html.j2",
+        result=result,
+        law=law,
+        logs=[PurePath(path).name or "log made in memory" for path in paths],
+        counts=[(verdict, len(names)) for verdict, names in named.items() if names],
+        total=len(joints),
+        range=_friction_range(result),
+        bound=_bound_text(max(without)) if without else "",
+        r2=median(each.best for each in r2) if r2 else None,
+        r2_nominal=median(each.nominal for each in r2) if r2 else None,
+        unseen=median(unseen) if unseen else None,
+        trusted=_named([name for name in identified if name not in flagged]),
+        distrusted=[(why, _named(names)) for why, names in distrusted.items() if names],
+        mending=mending,
+        mended=_named(mending.joints) if mending else "",
+        steps=[(_named(names), what) for what, names in steps.items()],
+        warnings=len(findings) + len(texts),
+    )
+
+
+def unseen_r2(joint: JointResult) -> float | None:
+    """Return the share of the friction torque's mean square that the law explains on parts that no fit saw [1].
+
+    None of a joint without friction, of which there is nothing to explain. A law 1000 times worse than none, and one
+    that is worse still, are all the same.
+    """
+    found = joint.validation
+    if found is None or found.rms_zero_friction <= 0 or joint.verdict == "no friction":
+        return None
+    return 1 - min(found.rms / found.rms_zero_friction, 1e3) ** 2
+
+
+def _friction_range(result: Result) -> list[tuple[str, str]]:
+    """Return the least and the most friction at middle speed that was identified, with the joint; fewer if no two."""
+    middles = {
+        name: joint.curve[len(joint.curve) // 2]
+        for name, joint in result.joints.items()
+        if joint.verdict == "identified" and joint.curve
+    }
+    ordered = sorted(middles, key=lambda name: middles[name].value)
+    points = [(middles[name], name) for name in dict.fromkeys([*ordered[:1], *ordered[-1:]])]
+    return [(f"{' ± '.join(brief(point.value, point.half_width))} {point.unit}", name) for point, name in points]
+
+
+def _named(names: Sequence[str]) -> str:
+    """Return joints, by name if they are few."""
+    return ", ".join(names) if len(names) <= 3 else f"{len(names)} joints"
+
+
+def first_screen(result: Result, evidence: Evidence) -> Section:
+    """Return the section with the curves, the lines of all joints, those without friction in one, and the warnings."""
+    drawn = {name: friction_curve(joint, prismatic=name in evidence.prismatic) for name, joint in result.joints.items()}
+    curves = {name: curve for name, curve in drawn.items() if curve is not None}
+    charts, finer = curve_charts(curves)
+    anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
+    flagged, places = flagged_joints(result), [f"c{k}" for k in range(len(curves))]
+    rows, without, bounds = [], [], []
+    for index, (name, joint) in enumerate(result.joints.items()):
+        if joint.verdict != "no friction":
+            rows.append(_row(index, name, joint) | {"anchor": anchors[name], "flagged": name in flagged})
+            continue
+        bounds += [_bound(joint)] if joint.curve else []
+        bound = _bound_text(_bound(joint)) if joint.curve else joint.reason
+        without.append({"anchor": anchors[name], "name": name, "bound": bound})
+    units = {row["unit"] for row in rows if row["unit"]}
+    body = render(
+        "first_screen.html.j2",
+        figures=[
+            {
+                "chart": place,
+                "name": name,
+                "anchor": anchors[name],
+                "verdict": result.joints[name].verdict,
+                "finer": own,
+            }
+            for place, name, own in zip(places, curves, finer, strict=True)
+        ],
+        rows=rows,
+        without=without,
+        warnings=warnings(result),
+        most=_bound_text(max(bounds)) if bounds else "",
+        unit=min(units) if len(units) == 1 else "",
+        units=("m/s", "N") if all(curve.prismatic for curve in curves.values()) else ("rad/s", "N m"),
+        longest=24,  # letters of a joint's name that have room in one line; a longer one is broken, never cut
+        compared=any(row["r2"] is not None for row in rows),
+        total=len(result.joints),
+    )
+    named = zip(places, charts, strict=True)
+    return Section(anchor="friction", title="Friction of every joint", body=body, charts=dict(named))
+
+
+def _row(index: int, name: str, joint: JointResult) -> dict[str, Any]:
+    speeds = [_cell(point) for point in joint.curve]
+    return {
+        "index": index,
+        "name": name,
+        "verdict": joint.verdict,
+        "order": VERDICTS.index(joint.verdict),
+        "reason": joint.reason,
+        "speeds": speeds if len(speeds) == 3 else [None] * 3,
+        "unit": joint.curve[0].unit if joint.curve else "",
+        "r2": joint.torque_r2,
+        "advice": advice(joint),
+    }
+
+
+def _cell(point: CurvePoint) -> dict[str, Any]:
+    """Return the friction at a speed as text, where it is not significant its bound, and as a number to sort by."""
+    significant = point.interval_95[0] > 0
+    value, error = brief(point.value, point.half_width)
+    return {
+        "value": value if significant else f"< {number(point.interval_95[1], 2)}",
+        "error": error if significant else "",
+        "velocity": number(point.velocity, 2),
+        "speed_unit": "rad/s" if point.unit == "N m" else "m/s",
+        "sort": f"{point.value:.6g}",
+    }
+
+
+def _bound(joint: JointResult) -> tuple[float, str]:
+    """Return what the friction of a joint with a curve stays below, and its unit."""
+    return max(point.interval_95[1] for point in joint.curve), joint.curve[0].unit
+
+
+def _bound_text(bound: tuple[float, str]) -> str:
+    return f"below {number(bound[0], 2)} {bound[1]}"
+
+
+def warnings(result: Result) -> Section | None:
+    """Return the section with findings, then warnings that are no finding, or None without any."""
+    findings, texts = parted(result)
+    if not findings and not texts:
+        return None
+    body = render("warnings.html.j2", findings=findings, warnings=texts)
+    return Section(anchor="warnings", title="Warnings", body=body)
+
+
+def parted(result: Result) -> tuple[list[Finding], list[str]]:
+    """Return the findings, the gravest first (they make every number wrong, or friction), and the other warnings."""
+    said = {str(finding) for finding in result.findings}
+    findings = sorted(result.findings, key=lambda finding: (not finding.stops, not finding.on_friction))
+    return findings, list(dict.fromkeys(text for text in result.warnings if text not in said))
+
+
+def flagged_joints(result: Result) -> set[str]:
+    """Return the joints that a finding is about, or a warning names."""
+    named = set(re.findall(r"[^\s,;:()]+", " ".join(result.warnings)))
+    return {
+        name for name in result.all_friction if name in named or any(name in each.joints for each in result.findings)
+    }

@@ -1,0 +1,51 @@
+"""Matplotlib figures of a result; the report draws its own in the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stribeck.result.joint import velocity_grid
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stribeck.result.joint import JointResult
+    from stribeck.result.result import Result
+
+
+def friction_figure(result: Result, columns: int = 4) -> Figure:
+    """Draw the friction curve of every joint with its 95 % band, in a grid."""
+    from matplotlib.figure import Figure
+
+    joints = result.all_friction
+    columns = max(min(columns, len(joints)), 1)
+    rows = max(-(-len(joints) // columns), 1)
+    figure = Figure(figsize=(2.8 * columns, 2.2 * rows), layout="constrained")  # [inch]
+    grid = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for axes, (name, joint) in zip(grid, joints.items(), strict=False):
+        axes.set_title(name, fontsize=9)
+        draw_friction(axes, joint)
+    for axes in grid[len(joints) :]:
+        axes.set_visible(False)
+    return figure
+
+
+def draw_friction(axes: Axes, joint: JointResult) -> None:
+    """Draw the fitted law versus velocity, offset included, with its 95 % band; the verdict if nothing was fitted."""
+    velocity = velocity_grid(*joint.velocity_range)
+    fitted = joint.band(velocity)
+    if fitted is None:
+        axes.text(0.5, 0.5, joint.verdict, transform=axes.transAxes, ha="center", va="center", color="gray")
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return
+    torque, band = fitted
+    prismatic = bool(joint.curve) and joint.curve[0].unit == "N"
+    if band is not None:
+        axes.fill_between(velocity, *band, color="C1", alpha=0.25, linewidth=0)
+    axes.plot(velocity, torque, color="C1")
+    axes.set_xlabel(f"velocity [{'m/s' if prismatic else 'rad/s'}]", fontsize=8)
+    axes.set_ylabel(f"friction [{'N' if prismatic else 'N m'}]", fontsize=8)
+    axes.tick_params(labelsize=8)
+    axes.grid(alpha=0.25)

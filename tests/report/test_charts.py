@@ -1,0 +1,185 @@
+"""Charts as data: what they hold is what the samples, the law and the phases say."""
+
+import base64
+import struct
+import zlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests.report.conftest import make_walk, truth_of
+
+from stribeck.report.charts import SAMPLES_COLOUR, density, image, line, robust_limits
+from stribeck.report.joints import MOST_DRAWN, MOST_POINTS, friction_over_time, joint_charts, joint_samples
+from stribeck.report.timeline import one_clock, share_held
+from stribeck.result import ParameterEstimate, Result
+from stribeck_simulation.pictures.section import outline, seen_from_the_side, side_colours, strip, walk_section
+from stribeck_simulation.pictures.walk import SEEN_FROM, Footprint, Picture, Pose
+
+
+def pixels_of(source: str) -> NDArray[np.uint8]:
+    """Decode a PNG of 8 bits with opacity whose rows have no filter."""
+    data = base64.b64decode(source.removeprefix("data:image/png;base64,"))
+    columns, rows = struct.unpack(">2I", data[16:24])
+    start = data.index(b"IDAT") + 4
+    return (
+        np.frombuffer(zlib.decompress(data[start:]), dtype=np.uint8).reshape(rows, -1)[:, 1:].reshape(rows, columns, 4)
+    )
+
+
+def test_an_image_holds_its_pixels() -> None:
+    pixels = np.random.default_rng(1).integers(0, 255, (7, 11, 4), dtype=np.uint8)
+    np.testing.assert_array_equal(pixels_of(image(pixels, (0.0, 1.0), (0.0, 1.0))["source"]), pixels)
+
+
+def test_the_raster_holds_each_sample_once_and_is_stronger_where_there_are_more() -> None:
+    x, y = np.array([0.1, 0.1, 0.1, 0.9, 5.0]), np.array([0.5, 0.5, 0.5, 0.2, 0.5])  # the last one lies outside
+    pixels = pixels_of(density(x, y, (0.0, 1.0), (0.0, 1.0))["source"])[::-1]  # from the bottom up
+    rows, columns, _ = pixels.shape
+    opacity = pixels[..., 3]
+    assert np.count_nonzero(opacity) == 2
+    assert opacity[int(0.5 * rows), int(0.1 * columns)] == 255
+    assert 50 < opacity[int(0.2 * rows), int(0.9 * columns)] < 255
+    assert tuple(pixels[0, 0, :3]) == SAMPLES_COLOUR
+
+
+def test_numbers_are_short_and_those_that_are_none_break_the_line() -> None:
+    drawn = line([0.0, 1.0, 2.0], [1 / 3, np.nan, np.inf], "law")
+    assert drawn["y"] == [0.33333, None, None]
+
+
+def test_limits_leave_outliers_aside() -> None:
+    values = np.concatenate([np.linspace(-1, 1, 10_000), [1e6]])
+    low, high = robust_limits(values)
+    assert -1.3 < low < -0.9
+    assert 0.9 < high < 1.3
+
+
+def test_what_is_fitted_beside_the_law_does_not_widen_its_band(result: Result) -> None:
+    joint, grid = result.joints["left_hip_yaw"], np.linspace(-1, 1, 11)
+    inertia = ParameterEstimate(
+        value=0.3, standard_error=0.01, interval_95=(0.28, 0.32), unit="kg m^2", verdict="identified"
+    )
+    both = {**joint.parameters, "armature": inertia}
+    wider = np.full((7, 7), 0.5)
+    wider[:6, :6] = joint.correlation
+    plain, beside = joint.band(grid), replace(joint, parameters=both, correlation=tuple(map(tuple, wider))).band(grid)
+    assert plain is not None
+    assert beside is not None
+    np.testing.assert_allclose(beside[1], plain[1])
+    assert replace(joint, parameters=both).band(grid)[1] is None  # type: ignore[index]  # six errors, seven parameters
+
+
+def test_many_samples_are_thinned_and_stand_for_the_same_time(result: Result) -> None:
+    assert result.evidence is not None
+    samples = result.evidence.samples
+    rows = np.tile(np.arange(len(samples.time)), 12)
+    arrays = ("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support")
+    many = replace(samples, **{name: getattr(samples, name)[rows] for name in arrays})
+    few, thinned = joint_samples(samples, "torso_pitch"), joint_samples(many, "torso_pitch")
+    assert len(thinned.time) <= MOST_DRAWN < len(rows)
+    assert len(thinned.time) * thinned.period == pytest.approx(12 * len(few.time) * few.period, rel=1e-3)
+
+
+def test_a_line_over_time_breaks_where_samples_are_missing(result: Result) -> None:
+    assert result.evidence is not None
+    assert result.evidence.close_up is not None
+    near = joint_samples(result.evidence.close_up, "left_hip_yaw")
+    measured, law = friction_over_time(near, result.joints["left_hip_yaw"], prismatic=False)["lines"]
+    assert len(measured["y"]) == len(law["y"]) <= MOST_POINTS + 2
+    time = near.time[0] + measured["step"] * np.arange(len(measured["y"]))
+    far = np.abs(time[:, None] - near.time).min(axis=1) > 0.05  # the foot stands
+    assert far.any()
+    assert all((value is None) == (other is None) for value, other in zip(measured["y"], law["y"], strict=True))
+    assert all(measured["y"][k] is None for k in np.flatnonzero(far))
+
+
+def test_the_truth_is_a_curve_of_its_own(result: Result) -> None:
+    reference, name = truth_of(result), "left_hip_yaw"
+    assert result.evidence is not None
+    (chart, _), *_ = joint_charts(name, result.joints[name], result.evidence, reference)
+    law, truth = chart["lines"]
+    np.testing.assert_allclose(truth["x"], reference.curves[name][0], rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(truth["y"], reference.curves[name][1], rtol=1e-4)
+    assert truth["dash"]
+    assert "dash" not in law
+    low, high = chart["y"]["range"]
+    assert low < min(truth["y"]) < max(truth["y"]) < high
+
+
+def test_the_strips_hold_the_phases_time() -> None:
+    rng = np.random.default_rng(5)
+    borders = np.sort(rng.uniform(0, 10, 40))
+    phases = [(float(a), float(b), "left", True) for a, b in zip(borders[::2], borders[1::2], strict=True)]
+    edges = np.linspace(-1, 11, 60)
+    share = share_held(phases, edges)
+    assert np.sum(share * np.diff(edges)) == pytest.approx(sum(b - a for a, b, _, _ in phases))
+    assert share.min() >= 0
+    assert share.max() <= 1 + 1e-12
+
+
+def test_logs_follow_each_other_on_one_clock() -> None:
+    phases = [(0.0, 1.0, "left", True), (1.0, 2.5, "right", True), (0.5, 1.5, "left", True)]
+    assert one_clock(phases) == [(0.0, 1.0, "left", True), (1.0, 2.5, "right", True), (2.5, 3.5, "left", True)]
+
+
+def test_a_long_walk_has_a_close_up_and_a_foot_that_comes_back_leaves_one_print() -> None:
+    near, far = walk_section(make_walk(6)), walk_section(make_walk(40))
+    assert sorted(near.charts) == ["w1", "w2"]
+    assert sorted(far.charts) == ["w0", "w1", "w2"]
+    picture = make_walk(4, turn=0.0)
+    twice = replace(picture, footprints=(*picture.footprints, *picture.footprints))
+    prints = [each for each in walk_section(twice).charts["w1"]["lines"] if "fill" in each]
+    assert len(prints) == 4
+    assert np.all(np.diff([each["opacity"] for each in prints]) > 0)  # later ones are stronger
+    assert [each["colour"] for each in prints] == ["data", "right"] * 2
+
+
+def test_an_outline_has_the_sole_s_place_size_and_heading() -> None:
+    one = Footprint(foot="left_foot", place=(3.0, -2.0), yaw=0.7, size=(0.24, 0.1), time=0.0)
+    points = outline(one) - one.place
+    ahead, left = points @ [np.cos(0.7), np.sin(0.7)], points @ [-np.sin(0.7), np.cos(0.7)]
+    assert (ahead.min(), ahead.max()) == pytest.approx((-0.12, 0.12))
+    assert (left.min(), left.max()) == pytest.approx((-0.05, 0.05))
+
+
+def test_the_view_turns_with_the_robot_and_keeps_lengths() -> None:
+    pose = make_walk().poses[2]
+    view = seen_from_the_side(pose)
+    lengths = [np.linalg.norm(lines[:, 1] - lines[:, 0], axis=-1) for lines in (view, pose.segments)]
+    np.testing.assert_allclose(*lengths)
+    turn = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])  # a quarter to the left
+    segments = (pose.segments - [*pose.place, 0]) @ turn + [5.0, 6.0, 0]
+    moved = replace(pose, segments=segments, place=(5.0, 6.0), yaw=pose.yaw + np.pi / 2)
+    np.testing.assert_allclose(seen_from_the_side(moved), view, atol=1e-12)
+
+
+def test_the_robot_faces_to_the_right_and_its_right_side_is_near() -> None:
+    ahead_and_right = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, -1, 0]]])
+    view = seen_from_the_side(Pose(time=0.0, segments=ahead_and_right, place=(0.0, 0.0), yaw=0.0))
+    np.testing.assert_allclose(view[0, 1], [np.cos(SEEN_FROM), 0, -np.sin(SEEN_FROM)])
+    assert view[1, 1, 2] < -0.9  # nearer than the root
+
+
+def test_poses_stand_apart_with_their_times_and_pictures_stand_where_the_sticks_would() -> None:
+    picture = make_walk()
+    chart = strip(picture, side_colours(list(picture.segment_names)))
+    ground, *sticks = chart["lines"]
+    assert len(sticks) == len(picture.poses) * len(picture.segment_names)
+    groups = np.array([each["x"] for each in sticks]).reshape(len(picture.poses), -1)
+    assert np.all(groups.max(axis=1)[:-1] < groups.min(axis=1)[1:])
+    assert chart["x"]["names"] == [f"{pose.time:.2f}" for pose in picture.poses]
+    assert ground["y"] == [0.0, 0.0]
+    seen = Picture(pixels=np.full((4, 2, 4), 200, dtype=np.uint8), left=-0.3, right=0.4, bottom=-0.02, top=1.7)
+    shown = replace(picture, poses=tuple(replace(pose, picture=seen) for pose in picture.poses))
+    chart = strip(shown, side_colours(list(picture.segment_names)))
+    assert len(chart["lines"]) == 1
+    extents = np.array([[*each["x"], *each["y"]] for each in chart["images"]])
+    np.testing.assert_allclose(extents[:, 1] - extents[:, 0], 0.7, atol=1e-3)
+    np.testing.assert_allclose(extents[:, :2].mean(axis=1), chart["x"]["at"], atol=1e-3)
+    np.testing.assert_allclose(extents[:, 2:], [[-0.02, 1.7]] * len(picture.poses))
+
+
+def test_names_without_sides_are_ink() -> None:
+    assert side_colours(["FL_foot", "FR_foot", "waist"]) == {"FL_foot": "data", "FR_foot": "right", "waist": "ink"}
