@@ -56,6 +56,7 @@ fuzz: .venv/.dev
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper
+	$(PYTEST) -m "" tests/studies/test_paper.py
 
 docs: .venv/.dev
 	$(BIN)/python -m sphinx -W --keep-going -q docs site

@@ -1,6 +1,7 @@
 """Runs the studies: numbers to JSON, figures to SVG, both into the pages."""
 
 import argparse
+import json
 import os
 import sys
 import time
@@ -8,11 +9,11 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 
-from studies.paper import pages
-from studies.paper.jobs import make_walk, run_study
-from studies.paper.study import find_studies
+from studies.paper import figures, pages, walks
+from studies.paper.study import NUMBERS, ROOT, find_studies, plain
 
-PROCESSES = 2
+QUICK = ROOT / "build" / "quick"
+"""Folder that quick runs write to."""
 
 
 def main(words: list[str]) -> None:
@@ -25,23 +26,36 @@ def main(words: list[str]) -> None:
         parser.error(f"there is no study '{unknown[0]}'; there are {', '.join(studies)}")
     chosen = arguments.names or list(studies)
     os.environ["OMP_NUM_THREADS"] = "1"  # the two processes are the parallelism
-    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
-        needed = dict.fromkeys(walk for name in chosen for walk in studies[name].WALKS)
-        _do(pool, make_walk, needed, arguments.quick, "walk")
-        _do(pool, run_study, chosen, arguments.quick, "study")
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        do_all(pool, make_walk, dict.fromkeys(walk for name in chosen for walk in studies[name].WALKS), arguments.quick)
+        do_all(pool, run_study, chosen, arguments.quick)
     if not arguments.quick:
         pages.fill_pages()
 
 
-def _do(
-    pool: ProcessPoolExecutor, task: Callable[[str, bool], None], names: Iterable[str], quick: bool, kind: str
-) -> None:
-    """Run a task for every name, two at a time, and say when each is done; the first error ends it all."""
+def do_all(pool: ProcessPoolExecutor, task: Callable[[str, bool], None], names: Iterable[str], quick: bool) -> None:
+    """Run a task for every name, two at a time, and print when each is done; the first error ends it all."""
     begun = time.perf_counter()
     futures = {pool.submit(task, name, quick): name for name in names}
     for future in as_completed(futures):
         future.result()
-        print(f"{time.perf_counter() - begun:6.1f} s  {kind} {futures[future]}", file=sys.stderr, flush=True)
+        print(f"{time.perf_counter() - begun:6.1f} s  {futures[future]}", file=sys.stderr, flush=True)
+
+
+def run_study(name: str, quick: bool) -> None:
+    """Run a study and write its numbers and figures; those of a quick run stay under build/."""
+    study = find_studies()[name]
+    numbers = plain(study.run(quick))
+    path = (QUICK if quick else NUMBERS) / f"{name}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    for figure, draw in getattr(study, "drawings", lambda _: {})(numbers).items():
+        figures.save(figure, draw, QUICK if quick else figures.FOLDER)
+
+
+def make_walk(name: str, quick: bool) -> None:
+    """Simulate a walk if it is not at hand."""
+    walks.get_walk(name, quick)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
 """Chapter 3: every friction law, and what smoothing the sign costs near standstill."""
 
-from functools import partial
+from collections.abc import Callable
 
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.optimize import brentq, minimize_scalar
 
+from studies.markdown import markdown_table
 from studies.paper import law_figures
 from studies.paper.laws import BRISTLES, KNEE, SLOPE, STATIC, breakaway, curve
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 
 WALKS = ()
 SLOPES = (10.0, 20.0, 40.0, 100.0, 300.0, 1000.0)
@@ -45,18 +46,23 @@ def smoothing(slope: float) -> dict[str, float]:
     }
 
 
-def run(quick: bool) -> Study:  # noqa: ARG001 - it takes seconds
-    numbers: Numbers = {
+def run(quick: bool) -> Numbers:  # noqa: ARG001 - it takes seconds
+    return {
         "smoothing": {f"{slope:g}": smoothing(slope) for slope in SLOPES},
         "lugre": {
             "bend": STATIC / BRISTLES["bristle_stiffness"],
             "breakaway": {f"{ramp:g}": breakaway(ramp) for ramp in RAMPS},
         },
     }
-    figures = {f"law-{name}": draw for name, draw in law_figures.LAW_FIGURES.items()}
-    figures |= {"laws": law_figures.overview, "law-lugre": law_figures.lugre_loops}
-    figures |= {"smoothing": partial(law_figures.near_standstill, slopes=(10.0, 40.0, 100.0, 1000.0))}
-    return Study(numbers, figures)
+
+
+def drawings(_: Numbers) -> dict[str, Callable[[Figure], None]]:
+    """Draw the laws."""
+    return {
+        **{f"law-{name}": draw for name, draw in law_figures.LAW_FIGURES.items()},
+        "laws": law_figures.overview,
+        "law-lugre": law_figures.lugre_loops,
+    }
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

@@ -8,8 +8,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stribeck import Settings
@@ -18,14 +16,12 @@ from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import SensorProfile, get_profile
-from studies.paper import figures
+from studies.markdown import markdown_table, short
 from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
-from studies.paper.markdown import markdown_table, short
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-contact", "legs-contact")
-KNEE = "right_knee"
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 SWINGS, STANDS = "left_foot", "right_foot"
 """Support on which the right leg swings, and stands."""
@@ -38,14 +34,12 @@ SENSORS = {
 }
 """What realistic sensors get wrong, by case."""
 SEEDS = (1, 2, 3, 4)
-SHOWN = ("as simulated", "torque a sample late", "tilt")
-"""Cases that are drawn."""
 NEAR = ("0 to 0.02", "0.02 to 0.05", "0.05 to 0.10", "0.10 and more")
 """Times after lift-off or before touch-down [s]; the next one begins where one ends."""
 EDGES = (0.0, 0.02, 0.05, 0.10, np.inf)
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     knee, legs = (get_walk(name, quick) for name in WALKS)
     found = {
         case: [estimate(replace(knee, log=log), SETTINGS) for log in logs]
@@ -53,29 +47,12 @@ def run(quick: bool) -> Study:
     }
     clean = found["as simulated"][0]
     everywhere = estimate(legs, SETTINGS)
-    numbers = {
+    return {
         "knee": {case: _mean([_errors(each, "knee") for each in several]) for case, several in found.items()},
         "other_joints_swing": max(_errors(clean, joint)["swing"] for joint in JOINTS if joint != "knee"),
         "legs": {joint: _errors(everywhere, joint) for joint in JOINTS},
         "events": _by_distance(legs),
     }
-
-    def standing(figure: Figure) -> None:
-        panels = figure.subplots(1, len(SHOWN), sharex=True, sharey=True)
-        for axes, case in zip(panels, SHOWN, strict=True):
-            _draw(axes, found[case][0], STANDS)
-            axes.set_title(case)
-        _finish(figure)
-
-    def swinging(figure: Figure) -> None:
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        shown = {"friction in it alone": clean, "in all leg joints": everywhere}
-        for axes, (title, each) in zip(panels, shown.items(), strict=True):
-            _draw(axes, each, SWINGS)
-            axes.set_title(title)
-        _finish(figure)
-
-    return Study(numbers, {"contact-stance": standing, "contact-swing": swinging})
 
 
 def _late(log: RobotLog) -> RobotLog:
@@ -139,21 +116,6 @@ def _distances(time: Array, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
     firsts = np.array([here[stretch == k][0] for k in np.unique(stretch)])
     lasts = np.array([here[stretch == k][-1] for k in np.unique(stretch)])
     return here - firsts[stretch - 1], lasts[stretch - 1] - here
-
-
-def _draw(axes: Axes, found: Estimate, support: str) -> None:
-    """Draw estimate and truth of the right knee over its velocity on a support."""
-    rows, column, samples = found.standing_on(support), found.column(KNEE), found.samples
-    velocity = samples.velocity[rows, column]
-    figures.plot_runs(axes, samples.time[rows], velocity, samples.friction_torque[rows, column], "C0", label="found")
-    order = np.argsort(velocity)
-    axes.plot(velocity[order], found.truth[rows, column][order], color=figures.ink(), ls="--", lw=0.9, label="truth")
-    axes.set_xlabel("velocity [rad/s]")
-
-
-def _finish(figure: Figure) -> None:
-    figure.axes[0].set_ylabel("friction torque [N m]")
-    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

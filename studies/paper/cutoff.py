@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
@@ -13,10 +12,9 @@ from stribeck.settings import FilterSettings
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import get_profile
-from studies.paper import figures
+from studies.markdown import markdown_table
 from studies.paper.estimate import estimate, rms
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS, SIDE
 from studies.paper.walks import get_walk
 
@@ -29,7 +27,7 @@ ENOUGH = 4000
 """Samples that a fit gets."""
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     exact, harsh = (get_walk(name, quick) for name in WALKS)
     realistic = measure(exact.log, sensors_for(exact.log, get_profile("realistic"), SEED))
     walks = {"exact": exact, "realistic": replace(exact, log=realistic), "harsh": harsh}
@@ -37,28 +35,13 @@ def run(quick: bool) -> Study:
     kinds = [FilterSettings(kind="savitzky-golay", cutoff=float(cutoff)) for cutoff in cutoffs]
     curves = {name: [_curve_errors(walk, kind) for kind in kinds] for name, walk in walks.items()}
     auto = {name: _curve_errors(walk, FilterSettings()) for name, walk in walks.items()}
-    numbers = {
+    return {
         "cutoffs": cutoffs,
         "curves": {name: [_over_joints(row) for row in rows] for name, rows in curves.items()},
         "auto": {name: _over_joints(row) for name, row in auto.items()},
         "joints_at_paper": {name: rows[cutoffs.index(PAPER)] for name, rows in curves.items()},
         "joints_at_auto": auto,
     }
-
-    def draw(figure: Figure) -> None:
-        axes = figure.subplots()
-        for k, name in enumerate(walks):
-            axes.plot(cutoffs, [100 * _over_joints(row) for row in curves[name]], f"C{k}o-", ms=3, label=name)
-            axes.axhline(100 * _over_joints(auto[name]), color=f"C{k}", ls=":", lw=1.2)
-        axes.axhline(np.nan, color=figures.ink(), ls=":", lw=1.2, label="with the cutoff of auto")
-        axes.axvline(PAPER, color="C5", lw=1.2, label="the paper's 10 Hz")
-        axes.set(xscale="log", yscale="log", xlabel="cutoff [Hz]", ylabel="error of the curve [% of Fc]")
-        axes.set_xticks([5, 10, 20, 50, 100], ["5", "10", "20", "50", "100"])
-        axes.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20, 50], ["0.2", "0.5", "1", "2", "5", "10", "20", "50"])
-        axes.minorticks_off()
-        figure.legend(loc="outside right center")
-
-    return Study(numbers, {"cutoff": draw})
 
 
 def _curve_errors(walk: Simulated, kind: FilterSettings) -> dict[str, float]:

@@ -6,7 +6,6 @@ simulator feet stay as they land; in ours they are turned level within 0.3 s, an
 """
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stribeck import Robot, Settings
@@ -14,45 +13,27 @@ from stribeck.dynamics.constrained import constrained_sample, minimum_norm_frict
 from stribeck.dynamics.state import Orientation, State
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
-from studies.paper import figures
-from studies.paper.estimate import EXACT, UNTRIMMED, Estimate, estimate, rms
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.markdown import markdown_table
+from studies.paper.estimate import EXACT, Estimate, estimate, rms
+from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-literal", "right-knee-ideal")
 NAMES = {"right-knee-literal": "feet stay as they land", "right-knee-ideal": "feet are levelled"}
 KNEE = "right_knee"
-SHOWN = ("right_knee", "left_knee", "right_hip_pitch", "left_hip_pitch", "right_ankle_pitch", "left_ankle_pitch")
 BOTH = "left_foot+right_foot"
 STRIDE = 20
 """One of this many samples on two feet is solved with every weighting."""
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     guessing = Settings(filter=EXACT, double_support="guess", standing_legs=True)
     walks = {name: get_walk(name, quick) for name in WALKS}
     found = {name: estimate(walk, guessing) for name, walk in walks.items()}
-    numbers = {
+    return {
         "phases": {name: _by_phase(each) for name, each in found.items()},
         "weightings": {name: _vary_weights(walk) for name, walk in walks.items()},
     }
-    untrimmed = estimate(walks[WALKS[0]], guessing.model_copy(update={"support": UNTRIMMED}))
-
-    def over_time(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 3.4)
-        axes = figure.subplots()
-        time = untrimmed.samples.time
-        figures.shade(axes, time, untrimmed.standing_on(BOTH))
-        for k, joint in enumerate(SHOWN):
-            torque = untrimmed.samples.friction_torque[:, untrimmed.column(joint)]
-            axes.plot(time, torque, f"C{k}", label=joint.replace("_", " "))
-        truth = untrimmed.truth[:, untrimmed.column(KNEE)]
-        axes.plot(time, truth, color=figures.ink(), ls="--", lw=0.8, label="right knee, truth")
-        axes.set(xlabel="time [s]", ylabel="friction torque [N m]")
-        figure.legend(loc="outside upper center", ncols=4)
-
-    return Study(numbers, {"double-support": over_time})
 
 
 def _by_phase(found: Estimate) -> dict[str, dict[str, float]]:

@@ -6,41 +6,33 @@ Forty steps with sensors of the profile `harsh`, read with the exact model and w
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
 from stribeck.identification.curve_fit.fit import fit_joint
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck_simulation.run import Simulated
-from studies.paper import figures
+from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate, estimate
 from studies.paper.inexact import drawn, with_bodies
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
-from studies.paper.swing import JOINTS, OTHER_SIDE, SIDE, Swing, draw_truth, feeding, split, swinging
+from studies.paper.study import Numbers
+from studies.paper.swing import JOINTS, OTHER_SIDE, SIDE, feeding, split, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("harsh", "legs-contact")
 SEEDS = (1, 2, 3, 4)
 """Of models that are wrong in every body in another way."""
-SHOWN_SEED = 3
-SHOWN = {"knee": "Fig. 7.7a", "ankle_pitch": "Fig. 7.7b", "ankle_roll": "Fig. 7.8a", "hip_pitch": "Fig. 7.8b"}
 SETTINGS = Settings(
     filter=FilterSettings(kind="savitzky-golay", window=151),  # the paper's
     averaged_law=True,  # the torque goes through it, too
     support=SupportSettings(trim_start=0.1, trim_end=0.1),
 )
-FIRST, SWINGS, STRIDE = 4, 3, 5
-"""Which swings are drawn and how many, and one of how many samples."""
 ENOUGH = 4000
 """Samples that a fit gets."""
 KEYS = ("feeding", "feeding_levelled", "split")
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     walks = {name: get_walk(name, quick) for name in WALKS}
     seeds = SEEDS[2:3] if quick else SEEDS
     found: dict[str, dict[str, list[Estimate]]] = {}
@@ -48,38 +40,13 @@ def run(quick: bool) -> Study:
         wrong = [replace(walk, robot=with_bodies(walk.robot, drawn(seed))) for seed in seeds]
         found[name] = {"exact": [estimate(walk, SETTINGS)], "drawn": [estimate(each, SETTINGS) for each in wrong]}
     harsh = found["harsh"]
-    numbers = {
+    return {
         name: {
             model: {joint: _mean([_measures(each, joint) for each in several]) for joint in JOINTS}
             for model, several in models.items()
         }
         for name, models in found.items()
     } | {"sides": {joint: _between_sides(harsh["exact"][0], joint) for joint in JOINTS}}
-    shown = {"exact model": harsh["exact"][0], "inexact model": harsh["drawn"][list(seeds).index(SHOWN_SEED)]}
-
-    def draw(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 4.8)
-        panels = figure.subplots(2, 2)
-        for axes, (joint, place) in zip(panels.flat, SHOWN.items(), strict=True):
-            _draw(axes, walks["harsh"], shown, joint)
-            axes.set_title(f"{joint.replace('_', ' ')} (as {place})")
-        for axes in panels[1]:
-            axes.set_xlabel("velocity [rad/s]")
-        for axes in panels[:, 0]:
-            axes.set_ylabel("friction torque [N m]")
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-
-    return Study(numbers, {"experiment": draw})
-
-
-def _draw(axes: Axes, walk: Simulated, shown: dict[str, Estimate], joint: str) -> None:
-    for k, (label, each) in enumerate(shown.items()):
-        curve = swinging(each, joint)
-        breaks = np.flatnonzero(np.diff(curve.time) > 1.5 * each.samples.period) + 1
-        rows = slice(breaks[FIRST], breaks[FIRST + SWINGS]) if len(breaks) > FIRST + SWINGS else slice(None)
-        thin = Swing(*(values[rows] for values in curve)).thinned(STRIDE)
-        figures.plot_runs(axes, thin.time, thin.velocity, thin.torque, f"C{k}", lw=0.8, label=label)
-    draw_truth(axes, walk, joint)
 
 
 def _measures(found: Estimate, joint: str) -> dict[str, float]:

@@ -1,20 +1,17 @@
 """Sections 3.3 and 6.1: what an integration with fixed steps makes of the smooth law, of a joint and of a robot."""
 
-from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stribeck import Robot
 from stribeck.dynamics.rooted import joint_inertia
-from stribeck.typing import Array
 from stribeck_simulation.robots.toro import ROBOT_FILE, standing_posture
 from stribeck_simulation.run import friction_of
+from studies.markdown import markdown_table
 from studies.paper.coasting import STEP, chatter, coast, least_inertia, stiffness
 from studies.paper.laws import KNEE, SLOPE
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.walks import SCENARIOS
 
 WALKS = ()
@@ -23,7 +20,6 @@ INERTIAS = {"foot": 0.01, "forearm": 0.1, "shank": 0.5}
 """What a TORO-like humanoid's ankle pitch, elbow and knee move, swinging [kg m^2]."""
 SLOPES = {"10": 10.0, "20": 20.0, "40": 40.0, "100": 100.0, "300": 300.0, "1000": 1000.0, "the jump": np.inf}
 """[s/rad]"""
-DRAWN_SLOPES = np.geomspace(5.0, 2000.0, 60)
 START = 0.5
 """Velocity from which they do [rad/s]."""
 
@@ -72,8 +68,8 @@ def robot_gain() -> dict[str, object]:
     }
 
 
-def run(quick: bool) -> Study:  # noqa: ARG001 - it takes seconds
-    numbers: Numbers = {
+def run(quick: bool) -> Numbers:  # noqa: ARG001 - it takes seconds
+    return {
         "foot_gain": stiffness(SLOPE) * STEP / INERTIAS["foot"],
         "least_inertia": {name: least_inertia(slope) for name, slope in SLOPES.items() if np.isfinite(slope)},
         "integration": {
@@ -83,11 +79,6 @@ def run(quick: bool) -> Study:  # noqa: ARG001 - it takes seconds
         "accuracy": {place: accuracy(inertia) for place, inertia in INERTIAS.items()},
         "robot": robot_gain(),
     }
-    ends = {
-        place: np.array([chatter(coast(inertia, a, implicit=False, start=0.05, duration=0.4)) for a in DRAWN_SLOPES])
-        for place, inertia in INERTIAS.items()
-    }
-    return Study(numbers, {"explicit-steps": partial(draw_steps, ends=ends)})
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
@@ -106,21 +97,6 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "robot-gain": f"{robot['largest']:.1f}",
         "robot-joint": str(robot["joint"]).replace("_", " "),
     }
-
-
-def draw_steps(figure: Figure, ends: Mapping[str, Array]) -> None:
-    """Draw a foot that comes to rest in explicit and in implicit steps, and the chatter over the slope."""
-    left, right = figure.subplots(1, 2)
-    foot, steps = INERTIAS["foot"], 40
-    for style, implicit in (("C1.-", False), ("C0.-", True)):
-        velocity = coast(foot, SLOPE, implicit=implicit, start=0.3, duration=steps * STEP)
-        left.plot(np.arange(steps + 1), velocity, style, label="implicit" if implicit else "explicit")
-    left.set(xlabel="time [ms]", ylabel="velocity [rad/s]", title=f"{foot:g} kg m², a = {SLOPE:g} s/rad")
-    left.legend()
-    for place, amplitude in ends.items():
-        right.loglog(DRAWN_SLOPES, np.where(amplitude > 0, amplitude, np.nan), label=f"{INERTIAS[place]:g} kg m²")
-    right.set(xlabel="slope a [s/rad]", ylabel="chatter [rad/s]", title="explicit steps of 1 ms")
-    right.legend()
 
 
 def _table(numbers: Numbers) -> str:

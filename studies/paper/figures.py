@@ -5,14 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from cycler import cycler
 from matplotlib import style
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from stribeck.typing import Array
 from studies.paper.study import ROOT
 
 FOLDER = ROOT / "docs" / "assets" / "paper"
@@ -85,16 +81,3 @@ def _colours(theme: str) -> dict[str, Any]:
         "grid.color": colours["grid"],
         "axes.prop_cycle": cycler(color=colours["cycle"]),
     }
-
-
-def plot_runs(axes: Axes, time: Array, x: Array, y: Array, *arguments: Any, **keywords: Any) -> None:
-    """Plot y over x as a line that breaks wherever samples are not neighbours in time, as between two steps."""
-    breaks = np.flatnonzero(np.diff(time) > 1.5 * np.min(np.diff(time))) + 1
-    axes.plot(np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan), *arguments, **keywords)
-
-
-def shade(axes: Axes, time: Array, rows: NDArray[np.bool_]) -> None:
-    """Shade the stretches of time that these samples are in."""
-    edges = np.flatnonzero(np.diff(rows.astype(int), prepend=0, append=0))
-    for start, stop in zip(edges[::2], edges[1::2] - 1, strict=True):
-        axes.axvspan(time[start], time[stop], color=mpl.rcParams["grid.color"], alpha=0.5, lw=0)

@@ -6,7 +6,6 @@ impacts.
 """
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
@@ -15,11 +14,10 @@ from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.motion.savitzky_golay import savgol_cutoff
 from stribeck.settings import FilterSettings, SupportSettings
 from stribeck_simulation.run import Simulated
-from studies.paper import figures
+from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate, estimate, rms
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
-from studies.paper.swing import draw_truth, swinging
+from studies.paper.study import Numbers
+from studies.paper.swing import swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-contact",)
@@ -28,16 +26,13 @@ RATE = 1000.0
 """Of the log [Hz]."""
 WINDOWS = (11, 31, 51, 101, 151)
 """Of the Savitzky-Golay filters [samples]; the paper has 151 in its Fig. 7.3 and 7.4."""
-DRAWN = ("51", "101", "151", "Butterworth")
 BUTTERWORTH_ORDER = 6
 SLOW, FAST = 0.6, 1.2
 """The Stribeck part of the curve lies below three times the Stribeck velocity, its straight part above six [rad/s]."""
 SUPPORT = SupportSettings(trim_start=0.1, trim_end=0.1)
-SWEEP = np.geomspace(8.0, 120.0, 9)
-"""Cutoffs [Hz]."""
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     walk = get_walk("right-knee-contact", quick)
     equal = savgol_cutoff(WINDOWS[-1], 4, "uniform", RATE)
     kinds = {str(window): FilterSettings(kind="savitzky-golay", window=window) for window in WINDOWS}
@@ -47,49 +42,13 @@ def run(quick: bool) -> Study:
     found = {name: _estimate(walk, kind) for name, kind in kinds.items()}
     both = {name: _estimate(walk, kinds[name], filter_torque=True) for name in ("31", "151")}
     averaged = {name: _estimate(walk, kinds[name], averaged_law=True) for name in ("11", "31", "151")}
-    sweep = SWEEP[::4] if quick else SWEEP
-    curves = {
-        "Savitzky-Golay": [_errors(_estimate(walk, FilterSettings(kind="savitzky-golay", cutoff=f))) for f in sweep],
-        "Butterworth": [_errors(_estimate(walk, _butterworth(f))) for f in sweep],
+    return {
+        "equal_cutoff": equal,
+        "filters": {name: _errors(each) | _fit(each) for name, each in found.items()},
+        "torque_too": {name: _errors(each) | _fit(each) for name, each in both.items()},
+        "law_averaged": {name: _errors(each) | _fit(each, averaged_law=True) for name, each in averaged.items()},
+        "truth": walk.truth.parameters[KNEE],
     }
-
-    def over_velocity(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 4.8)
-        panels = figure.subplots(2, 2, sharex=True, sharey=True)
-        for axes, name in zip(panels.flat, DRAWN, strict=True):
-            knee = swinging(found[name], "knee")
-            figures.plot_runs(axes, knee.time, knee.velocity, knee.torque, "C0", label="found")
-            draw_truth(axes, walk, "knee")
-            kind = "Butterworth" if name == "Butterworth" else f"Savitzky-Golay, window {name}"
-            cutoff = equal if name == "Butterworth" else savgol_cutoff(int(name), 4, "uniform", RATE)
-            axes.set_title(f"{kind}: {cutoff:.0f} Hz")
-        for axes in panels[1]:
-            axes.set_xlabel("velocity [rad/s]")
-        for axes in panels[:, 0]:
-            axes.set_ylabel("friction torque [N m]")
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-
-    def over_cutoff(figure: Figure) -> None:
-        axes = figure.subplots()
-        for k, (kind, rows) in enumerate(curves.items()):
-            for key, line, speed in (("slow", "-", f"below {SLOW}"), ("fast", "--", f"above {FAST}")):
-                values = [row[key] for row in rows]
-                axes.plot(sweep, values, f"C{k}{line}", marker="o", ms=3, label=f"{kind}, {speed} rad/s")
-        axes.set(xscale="log", yscale="log", xlabel="cutoff, -3 dB [Hz]", ylabel="RMS error [N m]")
-        axes.set_xticks([10, 20, 50, 100], ["10", "20", "50", "100"])
-        axes.minorticks_off()
-        figure.legend(loc="outside right center")
-
-    return Study(
-        {
-            "equal_cutoff": equal,
-            "filters": {name: _errors(each) | _fit(each) for name, each in found.items()},
-            "torque_too": {name: _errors(each) | _fit(each) for name, each in both.items()},
-            "law_averaged": {name: _errors(each) | _fit(each, averaged_law=True) for name, each in averaged.items()},
-            "truth": walk.truth.parameters[KNEE],
-        },
-        {"filters": over_velocity, "filters-cutoff": over_cutoff},
-    )
 
 
 def _butterworth(cutoff: float) -> FilterSettings:

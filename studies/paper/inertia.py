@@ -7,7 +7,6 @@ masses: twice the error of the model is twice the error of the friction, and err
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.friction import get_law
@@ -15,12 +14,11 @@ from stribeck.identification.curve_fit.fit import fit_joint
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import Simulated
-from studies.paper import figures
+from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate, estimate, rms
 from studies.paper.inexact import Change, displaced, scaled, with_bodies
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
-from studies.paper.swing import JOINTS, SIDE, draw_truth, split, swinging
+from studies.paper.study import Numbers
+from studies.paper.swing import JOINTS, SIDE, split, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
@@ -46,69 +44,18 @@ LABELS = {
     "left": "CoM 10 mm left",
     "up": "CoM 10 mm up",
 }
-FACTORS = (0.8, 0.9, 1.1, 1.2)
-DRAWN = (
-    ("all inertias", {f"{100 * (f - 1):+.0f} %": scaled(f, f) for f in FACTORS}),
-    ("masses alone", {f"{100 * (f - 1):+.0f} %": scaled(mass=f) for f in FACTORS}),
-    ("moments alone", {f"{100 * (f - 1):+.0f} %": scaled(moments=f) for f in (0.2, 0.6, 1.4, 1.8)}),
-    (
-        "centres of mass, forward",
-        {f"{1e3 * d:+.0f} mm": displaced(np.array([d, 0.0, 0.0])) for d in (-0.01, -0.005, 0.005, 0.01)},
-    ),
-)
-"""Titles of the panels, and the changes in the order of `COLOURS`."""
-COLOURS = ("C3", "C0", "C1", "C4")
-STRIDE = 4
-"""One of this many samples is drawn."""
 PARAMETERS = ("coulomb", "viscous", "offset")
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     walk = get_walk("legs-contact", quick)
     right = estimate(walk, SETTINGS)
     wrong = {name: _estimate(walk, change) for name, change in CHANGES.items()}
     fits = {name: _fit(each) for name, each in {"right": right, "inertias": wrong["inertias"]}.items()}
-    numbers = {
+    return {
         "joints": {joint: {name: _change(right, each, joint) for name, each in wrong.items()} for joint in JOINTS},
         "fits": {joint: {name: each[joint] for name, each in fits.items()} for joint in JOINTS},
     }
-    panels = {title: {label: _estimate(walk, each) for label, each in changes.items()} for title, changes in DRAWN}
-
-    def knee(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 4.8)
-        places = figure.subplots(2, 2, sharex=True, sharey=True)
-        for axes, (title, curves) in zip(places.flat, panels.items(), strict=True):
-            for colour, (label, each) in zip(COLOURS, curves.items(), strict=True):
-                shown = swinging(each, "knee").thinned(STRIDE)
-                figures.plot_runs(axes, shown.time, shown.velocity, shown.torque, colour, lw=0.8, label=label)
-            axes.legend(loc="lower right", ncols=2, columnspacing=1.0, handlelength=1.2)
-            draw_truth(axes, walk, "knee")
-            axes.set_title(title)
-        for axes in places[1]:
-            axes.set_xlabel("velocity [rad/s]")
-        for axes in places[:, 0]:
-            axes.set_ylabel("friction torque [N m]")
-        truth = places[0, 0].get_lines()[-1]
-        figure.legend(handles=[truth], loc="outside upper center")
-
-    def joints(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 4.2)
-        places = figure.subplots(2, 3)
-        for axes, joint in zip(places.flat, JOINTS, strict=True):
-            for colour, (label, each) in zip(
-                ("C1", "C0"), {"+10 %": wrong["inertias"], "exact": right}.items(), strict=True
-            ):
-                shown = swinging(each, joint).thinned(STRIDE)
-                figures.plot_runs(axes, shown.time, shown.velocity, shown.torque, colour, lw=0.8, label=label)
-            draw_truth(axes, walk, joint)
-            axes.set_title(joint.replace("_", " "))
-        for axes in places[1]:
-            axes.set_xlabel("velocity [rad/s]")
-        for axes in places[:, 0]:
-            axes.set_ylabel("friction torque [N m]")
-        figure.legend(*places[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-
-    return Study(numbers, {"inertia-knee": knee, "inertia-joints": joints})
 
 
 def _estimate(walk: Simulated, change: Change) -> Estimate:

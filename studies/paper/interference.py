@@ -11,9 +11,9 @@ import numpy as np
 
 from stribeck import Settings
 from stribeck.typing import Array
+from studies.markdown import markdown_table
 from studies.paper.estimate import estimate
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
@@ -22,7 +22,7 @@ SWINGS = {"left": "right_foot", "right": "left_foot"}
 """Side -> the foot that stands while its leg swings."""
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     found = estimate(get_walk("legs-contact", quick), Settings())
     truths: list[Array] = []
     torques: list[Array] = []
@@ -38,18 +38,15 @@ def run(quick: bool) -> Study:
     share = gain * size / size[:, None]  # of joint j in joint i, by how much their friction varies
     crossing = np.abs(share - np.diag(np.diag(share)))
     worst = np.unravel_index(np.argmax(crossing), crossing.shape)
-    return Study(
-        {
-            "share": {joint: dict(zip(JOINTS, row, strict=True)) for joint, row in zip(JOINTS, share, strict=True)},
-            "own_worst": np.max(np.abs(np.diag(gain) - 1)),
-            "cross_worst": crossing[worst],
-            "cross_from": JOINTS[worst[1]],
-            "cross_in": JOINTS[worst[0]],
-            "cross_mean": crossing.sum() / (crossing.size - len(JOINTS)),
-            "samples": len(truth),
-        },
-        {},
-    )
+    return {
+        "share": {joint: dict(zip(JOINTS, row, strict=True)) for joint, row in zip(JOINTS, share, strict=True)},
+        "own_worst": np.max(np.abs(np.diag(gain) - 1)),
+        "cross_worst": crossing[worst],
+        "cross_from": JOINTS[worst[1]],
+        "cross_in": JOINTS[worst[0]],
+        "cross_mean": crossing.sum() / (crossing.size - len(JOINTS)),
+        "samples": len(truth),
+    }
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

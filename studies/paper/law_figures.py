@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from stribeck.friction import LAWS
 from stribeck.typing import Array
 from studies.paper import figures
-from studies.paper.laws import KNEE, SLOPE, STATIC, STEP, curve, lugre, speeds
+from studies.paper.laws import SLOPE, STATIC, STEP, curve, lugre, speeds
 
 VELOCITY, TORQUE = "velocity [rad/s]", "friction torque [N m]"
 POINTS = 400
@@ -125,23 +125,6 @@ def lugre_loops(figure: Figure) -> None:
     right.plot(np.insert(x, middle, 0), np.insert(y, middle, np.nan), color=figures.ink(), ls=":", label="steady")
     right.set(xlabel=VELOCITY, title="the same law over velocity")
     right.legend()
-
-
-def near_standstill(figure: Figure, slopes: tuple[float, ...]) -> None:
-    """Draw the smooth law for some slopes beside the jump, close to standstill, viscous friction left out."""
-    left, right = figure.subplots(1, 2)
-    x = np.linspace(0.0, 0.3, 301)
-    fine = np.geomspace(1e-4, 1.0, 200)
-    for k, slope in enumerate(slopes):
-        left.plot(x, curve("stribeck", x, slope=slope, viscous=0.0), f"C{k}")
-        gap = curve("stribeck-exponent", fine, viscous=0.0) - curve("stribeck", fine, slope=slope, viscous=0.0)
-        right.loglog(fine, np.maximum(gap, 1e-6) / KNEE["coulomb"], f"C{k}", label=f"a = {slope:g}")
-    jump = curve("stribeck-exponent", x[1:], viscous=0.0)
-    left.plot(x, np.append(0.0, jump), color=figures.ink(), ls=":", label="the jump (3.3)")
-    left.set(xlabel=VELOCITY, ylabel=TORQUE)
-    left.legend(loc="lower right")
-    right.set(xlabel=VELOCITY, ylabel="missing, of Fc [1]", ylim=(1e-3, 2.0))
-    right.legend(loc="lower left")
 
 
 def _finish(figure: Figure, axes: Axes) -> None:

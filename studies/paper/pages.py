@@ -1,47 +1,60 @@
-"""Puts the numbers into the pages of docs/paper: `<!-- study.text -->...<!-- / -->` gets the text of that name."""
+"""Puts numbers into the pages of docs/paper: `<!-- study.text -->...<!-- / -->` gets the text of that name.
+
+`statements.toml` has the claims of the paper, in its own order: where, what, which study tests each, and what it finds,
+in Markdown, where `{study.text}` stands for a text of a study.
+"""
 
 import json
 import re
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 
-from studies.paper.statements import statements_table
+from studies.markdown import markdown_table
 from studies.paper.study import NUMBERS, ROOT, find_studies
 
-FOLDER = ROOT / "docs" / "paper"
-_PLACE = re.compile(r"<!-- (\w+\.[\w-]+) -->.*?<!-- / -->", re.DOTALL)
+STATEMENTS = Path(__file__).parent / "statements.toml"
+PLACE = re.compile(r"<!-- (\w+\.[\w-]+) -->.*?<!-- / -->", re.DOTALL)
 
 
 def all_texts() -> dict[str, str]:
-    """Return the texts of all studies that have numbers, by "study.text", and the table of statements."""
+    """Make the texts of all studies, by "study.text", and the table of statements."""
     texts: dict[str, str] = {}
     for name, study in find_studies().items():
-        file = NUMBERS / f"{name}.json"
-        if file.exists():
-            found = study.texts(json.loads(file.read_text(encoding="utf-8")))
-            texts |= {f"{name}.{label}": text for label, text in found.items()}
+        found = study.texts(json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8")))
+        texts |= {f"{name}.{label}": text for label, text in found.items()}
     return texts | {"statements.table": statements_table(texts)}
 
 
-def filled(page: str, texts: dict[str, str]) -> str:
-    """Return a page with its texts put in.
+def read_statements() -> list[dict[str, str]]:
+    """Read the statements in the order of the paper: place, claim, study, outcome and finding."""
+    statements: list[dict[str, str]] = tomllib.loads(STATEMENTS.read_text(encoding="utf-8"))["statement"]
+    return statements
 
-    Raises
-    ------
-    KeyError
-        If it asks for a text that no study gives.
-    """
+
+def statements_table(texts: Mapping[str, str]) -> str:
+    """Format the statements as a Markdown table, their findings filled with the studies' texts."""
+    rows = []
+    for number, each in enumerate(read_statements(), 1):
+        finding = re.sub(r"\{(\w+\.[\w-]+)\}", lambda match: texts[match[1]], each.get("finding", ""))
+        rows.append((number, each["place"], each["claim"], f"`{each['study']}`", f"**{each['outcome']}**", finding))
+    return markdown_table(("", "where", "the paper says", "study", "outcome", "found"), rows, 6)
+
+
+def filled(page: str, texts: Mapping[str, str]) -> str:
+    """Put texts into a page; a KeyError names a text that no study has."""
 
     def put(match: re.Match[str]) -> str:
         text = texts[match[1]]
         gap = "\n\n" if "\n" in text else ""
         return f"<!-- {match[1]} -->{gap}{text}{gap}<!-- / -->"
 
-    return _PLACE.sub(put, page)
+    return PLACE.sub(put, page)
 
 
 def pages() -> list[Path]:
-    """Return the pages that may ask for texts."""
-    return sorted(FOLDER.glob("*.md"))
+    """List the pages that may have texts."""
+    return sorted((ROOT / "docs" / "paper").glob("*.md"))
 
 
 def fill_pages() -> None:

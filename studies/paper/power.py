@@ -7,20 +7,17 @@ are left out at both ends of a swing, which keeps the paper's window of 151 samp
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from stribeck import Settings
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import get_profile
-from studies.paper import figures
+from studies.markdown import markdown_table
 from studies.paper.acceleration import AS_PAPER, UNFILTERED, Motion, calibrated, motions
 from studies.paper.estimate import estimate
 from studies.paper.inexact import drawn, scaled, with_bodies
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS, feeding, swinging
 from studies.paper.walks import get_walk
 
@@ -36,11 +33,9 @@ MODELS = {"exact": "exact", "+10 %": "inertias +10 %", "-10 %": "inertias -10 %"
 """Keys of the numbers, and how the table calls them."""
 SEEDS = range(1, 9)
 """Of models that are wrong in every body in another way."""
-VELOCITY_SCALE = {"knee": 1, "hip_roll": 10}
-"""Joints that are drawn, and by what their velocity is multiplied beside the acceleration."""
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     walk = calibrated(get_walk("legs-contact", quick))
     noisy = replace(walk, log=measure(walk.log, sensors_for(walk.log, get_profile("calibrated"), 1)))
     heavier, lighter = (replace(walk, robot=with_bodies(walk.robot, scaled(f, f))) for f in (1.1, 0.9))
@@ -48,31 +43,13 @@ def run(quick: bool) -> Study:
     wrong = [replace(walk, robot=with_bodies(walk.robot, drawn(seed))) for seed in seeds]
     models = {"exact": [walk], "+10 %": [heavier], "-10 %": [lighter], "drawn": wrong, "exact, noise": [noisy]}
     moved = {name: motions(walk, settings) for name, settings in FILTERS.items()}
-    numbers = {
+    return {
         "torque": {
             model: {name: _mean([_torque(each, settings) for each in several]) for name, settings in FILTERS.items()}
             for model, several in models.items()
         },
         "difference": {name: _difference(each) for name, each in moved.items()},
     }
-    shown = {
-        "exact model": [moved[name] for name in ("unfiltered", "window 151")],
-        "inertias 10 % too large": [motions(heavier, FILTERS[name]) for name in ("unfiltered", "window 151")],
-    }
-
-    def draw(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 4.6)
-        panels = figure.subplots(2, 2, sharex=True, sharey="col")
-        for row, (title, (raw, smooth)) in zip(panels, shown.items(), strict=True):
-            for axes, (joint, scale) in zip(row, VELOCITY_SCALE.items(), strict=True):
-                _draw(axes, raw[joint].last_swing(), smooth[joint].last_swing(), scale)
-                axes.set_title(f"{joint.replace('_', ' ')}, {title}")
-        for axes in panels[1]:
-            axes.set_xlabel("time [s]")
-        figure.supylabel("acceleration difference [rad/s²], velocity [rad/s]", fontsize="medium")
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
-
-    return Study(numbers, {"power": draw})
 
 
 def _torque(walk: Simulated, settings: Settings) -> dict[str, float]:
@@ -89,17 +66,6 @@ def _difference(joints: dict[str, Motion]) -> dict[str, float]:
 
 def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
     return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
-
-
-def _draw(axes: Axes, raw: Motion, smooth: Motion, scale: int) -> None:
-    """Draw a joint's velocity and acceleration difference, and shade where they have the same sign."""
-    difference = raw.measured - raw.model
-    figures.shade(axes, raw.time, raw.velocity * difference > 0)
-    axes.plot(raw.time, scale * raw.velocity, color=figures.ink(), lw=0.9, label="velocity")
-    axes.plot(raw.time, difference, "C0", label="acceleration difference, unfiltered")
-    axes.plot(smooth.time, smooth.measured - smooth.model, "C1", label="window 151")
-    if scale != 1:
-        axes.annotate(f"velocity × {scale}", (0.98, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

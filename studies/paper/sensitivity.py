@@ -6,7 +6,6 @@ The diagonal of M_mod is what a joint's torque has to accelerate: a swinging leg
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stribeck import Settings
@@ -16,9 +15,9 @@ from stribeck.dynamics.state import State
 from stribeck.settings import FilterSettings
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
+from studies.markdown import markdown_table, short
 from studies.paper.estimate import EXACT, estimate, rms
-from studies.paper.markdown import markdown_table, short
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-ideal",)
@@ -33,7 +32,7 @@ ERRORS = {"acceleration": "δa", "own": "diagonal × δa", "whole": "M_mod δa",
 BACKWARD = FilterSettings(kind="backward", compensate_delay=False)
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     walk = get_walk("right-knee-ideal", quick)
     legs = _legs(walk)
     joints = {}
@@ -46,21 +45,7 @@ def run(quick: bool) -> Study:
             "largest_ratio": np.max(stance.inertia) / np.min(swing.inertia),
         }
 
-    def inertias(figure: Figure) -> None:
-        axes = figure.subplots()
-        for k, phase in enumerate(("stance", "swing")):
-            values = [legs[joint, phase].inertia for joint in JOINTS]
-            places = np.arange(len(JOINTS)) + (k - 0.5) / 4
-            means, lows, highs = (np.array([each(v) for v in values]) for each in (np.mean, np.min, np.max))
-            axes.errorbar(
-                places, means, np.maximum([means - lows, highs - means], 0), fmt="o", ms=4, capsize=3, label=phase
-            )
-        axes.set_xticks(np.arange(len(JOINTS)), [joint.replace("_", " ") for joint in JOINTS])
-        axes.set(yscale="log", ylabel="diagonal of M_mod [kg m²]")
-        axes.grid(axis="x", visible=False)
-        figure.legend(loc="outside upper center", ncols=2)
-
-    return Study({"joints": joints, "ranks": _ranks(walk)}, {"sensitivity": inertias})
+    return {"joints": joints, "ranks": _ranks(walk)}
 
 
 @dataclass(frozen=True, eq=False)

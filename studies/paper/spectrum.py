@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.signal import periodogram
 
 from stribeck import Settings
@@ -20,10 +19,10 @@ from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import get_profile
+from studies.markdown import markdown_table
 from studies.paper.acceleration import model_acceleration
 from studies.paper.estimate import estimate
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS, swinging
 from studies.paper.walks import get_walk
 
@@ -48,34 +47,16 @@ class Spectra(NamedTuple):
     measured: Array
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     exact = get_walk("legs-contact", quick)
     realistic = measure(exact.log, sensors_for(exact.log, get_profile("realistic"), SEED))
     walks = {"exact": exact, "realistic": replace(exact, log=realistic), "harsh": get_walk("harsh", quick)}
     found = {name: _spectra(walk) for name, walk in walks.items()}
     cutoffs = {name: _cutoff(walk) for name, walk in walks.items()}
-    numbers = {
+    return {
         "logs": {name: cutoffs[name] | {"noisier": _noisier(spectra)} for name, spectra in found.items()},
         "beyond": _beyond(found["exact"]),
     }
-
-    def draw(figure: Figure) -> None:
-        figure.set_size_inches(6.5, 3.4)
-        panels = figure.subplots(1, len(SHOWN), sharex=True, sharey=True)
-        for axes, joint in zip(panels, SHOWN, strict=True):
-            for k, (name, spectra) in enumerate(found.items()):
-                for density, line in ((spectra.model, "-"), (spectra.measured, "--")):
-                    frequency, mean = _smooth(spectra.frequency, density[:, JOINTS.index(joint)])
-                    axes.plot(frequency, np.sqrt(mean), f"C{k}{line}", label=name if line == "-" else None)
-                axes.axvline(cutoffs[name]["cutoff"], color=f"C{k}", ls=":", lw=1.2)
-            axes.axvline(PAPER, color="C5", lw=1.2, label="the paper's 10 Hz")
-            axes.set(xscale="log", yscale="log", xlabel="frequency [Hz]", title=joint.replace("_", " "))
-            axes.set_xticks([2, 5, 10, 20, 50, 100, 200, 500], ["2", "5", "10", "20", "50", "100", "200", "500"])
-            axes.minorticks_off()
-        panels[0].set(ylabel="acceleration [rad/s² / √Hz]", ylim=(1e-3, 1e3))
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
-
-    return Study(numbers, {"spectrum": draw})
 
 
 def _spectra(walk: Simulated) -> Spectra:
@@ -107,15 +88,6 @@ def _cutoff(walk: Simulated) -> dict[str, float]:
     window = 2 * make_filter(settings.filter, prepared.sampling.period).half_width + 1
     assert chosen is not None
     return {"cutoff": savgol_cutoff(window, 4, "uniform", prepared.sampling.rate), "window": window}
-
-
-def _smooth(frequency: Array, density: Array) -> tuple[Array, Array]:
-    """Return the means of a density over `BINS`, and of the frequencies there, where there are any."""
-    place = np.digitize(frequency, BINS)
-    counts = np.bincount(place)
-    there = counts > 0
-    means = [np.bincount(place, values)[there] / counts[there] for values in (frequency, density)]
-    return means[0], means[1]
 
 
 def _noisier(spectra: Spectra) -> dict[str, float]:

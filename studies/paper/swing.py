@@ -5,13 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from stribeck.friction import get_law
 from stribeck.identification.judgement.passivity import positive_power_fraction
 from stribeck.typing import Array
-from stribeck_simulation.run import Simulated
-from studies.paper import figures
 from studies.paper.estimate import Estimate
 
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
@@ -73,13 +69,3 @@ def split(velocity: Array, acceleration: Array, torque: Array) -> float:
 def feeding(velocity: Array, torque: Array) -> float:
     """Return the share of samples in which a friction torque feeds energy in, against (7.9)."""
     return positive_power_fraction(velocity, torque)
-
-
-def draw_truth(axes: Axes, walk: Simulated, joint: str) -> None:
-    """Draw the law that a joint of the right leg has, over the velocities that the axes show."""
-    law, named = get_law("stribeck"), walk.truth.parameters[f"{SIDE}_{joint}"]
-    limits = axes.get_xlim()
-    velocity = np.linspace(*limits, 801)
-    torque = law.torque(velocity, np.array([named[parameter.name] for parameter in law.parameters]))
-    axes.plot(velocity, torque, color=figures.ink(), ls="--", lw=0.9, label="truth")
-    axes.set_xlim(limits)

@@ -5,22 +5,21 @@ it. Fits heed outliers less (`loss`) and average the law as the filter averages 
 each of the two is worth is shown too, and how it depends on the filter's window.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck import Settings
-from stribeck.identification.judgement.weakness import CLEARED
 from stribeck.settings import FilterSettings
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import get_profile
+from studies.markdown import markdown_table
 from studies.paper import figures
 from studies.paper.identified import JOINTS, PARAMETERS, identified, mean_and_worst, read_paper
-from studies.paper.markdown import markdown_table
-from studies.paper.study import Numbers, Study
+from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
 WALKS = ("straight", "straight-and-sideways")
@@ -47,7 +46,7 @@ BENT = (2, 3, 5)
 """Parameters that reversals bend."""
 
 
-def run(quick: bool) -> Study:
+def run(quick: bool) -> Numbers:
     both = get_walk("straight-and-sideways", quick)
     if quick:
         both = replace(both, log=both.log.take(slice(None, None, QUICK_STRIDE)))
@@ -65,23 +64,19 @@ def run(quick: bool) -> Study:
         name: [_bent(identified(both, _windowed(settings[name], window))) for window in WINDOWS[: 1 if quick else None]]
         for name in ("outliers heeded less", "both")
     }
-    truth = {joint: [both.truth.parameters[joint][name] for name in PARAMETERS] for joint in JOINTS}
-    numbers = {
+    return {
         "found": found,
-        "truth": truth,
+        "truth": {joint: [both.truth.parameters[joint][name] for name in PARAMETERS] for joint in JOINTS},
         "fits": {name: mean_and_worst(rows) for name, rows in fits.items()},
         "straight_slopes": {name: [rows[joint]["error"][5] for joint in TURNING] for name, rows in ahead.items()},
         "noisy": {name: {fit: _noisy(rows) for fit, rows in fits.items()} for name, fits in noisy.items()},
         "windows": windows,
     }
-    return Study(
-        numbers,
-        {
-            "tables-errors": lambda figure: _draw_errors(figure, numbers),
-            "tables-speed": lambda figure: _draw_speeds(figure, numbers),
-            "tables-windows": lambda figure: _draw_windows(figure, numbers),
-        },
-    )
+
+
+def drawings(numbers: Numbers) -> dict[str, Callable[[Figure], None]]:
+    """Make the figure of the errors of Table 6.2."""
+    return {"tables-errors": partial(_draw_errors, numbers=numbers)}
 
 
 def _short(settings: Settings, quick: bool) -> Settings:
@@ -127,43 +122,6 @@ def _draw_errors(figure: Figure, numbers: Numbers) -> None:
     for axes in panels[::3]:
         axes.set_ylabel("error [%]")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-
-
-def _draw_speeds(figure: Figure, numbers: Numbers) -> None:
-    """Draw the error of viscous friction over how clearly a joint clears its Stribeck velocity."""
-    axes = figure.subplots()
-    for colour, (walk, rows) in zip(("C1", "C0"), numbers["found"].items(), strict=True):
-        for weak, label in (
-            (True, f"{walk.replace('-', ' ')}, weak"),
-            (False, f"{walk.replace('-', ' ')}, identified"),
-        ):
-            chosen = [joint for joint, row in rows.items() if (row["weak"][0] != 0) == weak]
-            if not chosen:
-                continue
-            ratio = [rows[joint]["top_speed"] / numbers["truth"][joint][3] for joint in chosen]
-            size = [abs(rows[joint]["error"][0]) for joint in chosen]
-            axes.loglog(ratio, size, "o", color=colour, mfc="none" if weak else colour, ms=5, label=label)
-    axes.axvline(CLEARED, color=figures.ink(), ls="--", lw=0.9)
-    axes.set_xlabel("top speed over Stribeck velocity")
-    axes.set_ylabel("error of viscous friction [%]")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=2)
-
-
-def _draw_windows(figure: Figure, numbers: Numbers) -> None:
-    """Draw the mean errors of the parameters that reversals bend over the filter's window."""
-    panels = figure.subplots(1, len(BENT), sharex=True)
-    for panel, (axes, parameter) in enumerate(zip(panels, BENT, strict=True)):
-        _draw_window(axes, numbers["windows"], panel)
-        axes.set_title(TITLES[parameter])
-        axes.set_xlabel("window [ms]")
-    panels[0].set_ylabel("mean error [%]")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-
-
-def _draw_window(axes: Axes, windows: Numbers, panel: int) -> None:
-    labels = {"outliers heeded less": "law of the sample's velocity", "both": "law averaged as the acceleration is"}
-    for colour, (name, rows) in zip(("C1", "C0"), windows.items(), strict=True):
-        axes.plot(WINDOWS[: len(rows)], [row[panel] for row in rows], "o-", color=colour, ms=3, label=labels[name])
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

@@ -1,56 +1,57 @@
-"""The studies of the paper run, and the pages say what they found."""
+"""The studies of the paper run (`make paper`), the pages quote their numbers, and their tools do what they say."""
 
 import json
 import re
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from matplotlib.figure import Figure
 from studies import kept_walks
 from studies.paper import figures, pages, walks
-from studies.paper.statements import read_statements
+from studies.paper.chapter3 import smoothing
+from studies.paper.coasting import STEP, chatter, coast, least_inertia
+from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_paper
+from studies.paper.inexact import body_names, displaced, drawn, scaled, with_bodies
+from studies.paper.laws import BRISTLES, KNEE, SLOPE, STATIC, breakaway, curve, lugre
+from studies.paper.laws import STEP as LUGRE_STEP
 from studies.paper.study import NUMBERS, find_studies, plain
+from studies.paper.swing import feeding, split
 
+from stribeck import Robot
+from stribeck_simulation.robots.toro import ROBOT_FILE
 from stribeck_simulation.run import run_scenario
+from stribeck_simulation.scenario import by_joint
 
 STUDIES = find_studies()
+FALL = {"start": 0.5, "duration": 0.6}
+PAPER = read_paper()
+KEPT = json.loads((NUMBERS / "tables.json").read_text())["found"]
 
 
-@pytest.fixture(scope="module", params=STUDIES)
-def quick(request: pytest.FixtureRequest):
-    """A study by name, and what its quick variant gives."""
-    return request.param, STUDIES[request.param].run(True)
-
-
-def test_a_quick_study_has_the_numbers_of_the_whole_one(quick) -> None:
-    name, study = quick
-    kept = json.loads((NUMBERS / f"{name}.json").read_text())
-    assert _keys(plain(study.numbers)) == _keys(kept)
-    assert STUDIES[name].texts(plain(study.numbers)).keys() == STUDIES[name].texts(kept).keys()
-
-
-def _keys(value):
-    """Return the shape of numbers: the keys of mappings, all the way down."""
-    return {key: _keys(each) for key, each in value.items()} if isinstance(value, dict) else None
-
-
-def test_figures_are_drawn_in_both_themes(quick, tmp_path: Path) -> None:
-    _, study = quick
-    for name, draw in study.figures.items():
-        figures.save(name, draw, tmp_path)
+@pytest.mark.long
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_quick_study_has_the_numbers_of_the_whole_one(name: str, tmp_path: Path) -> None:
+    study = STUDIES[name]
+    numbers, kept = plain(study.run(True)), json.loads((NUMBERS / f"{name}.json").read_text())
+    assert keys(numbers) == keys(kept)
+    assert study.texts(numbers).keys() == study.texts(kept).keys()
+    for figure, draw in getattr(study, "drawings", lambda _: {})(numbers).items():
+        figures.save(figure, draw, tmp_path)
         for theme in ("light", "dark"):
-            file = f"{name}-{theme}.svg"
-            assert (tmp_path / file).exists()
-            assert (figures.FOLDER / file).exists()
+            assert (figures.FOLDER / f"{figure}-{theme}.svg").exists()
+
+
+def keys(value):
+    """The shape of numbers: the keys of mappings, all the way down."""
+    return {key: keys(each) for key, each in value.items()} if isinstance(value, dict) else None
 
 
 def test_a_figure_is_the_same_every_time(tmp_path: Path) -> None:
     def draw(figure: Figure) -> None:
-        axes = figure.subplots()
-        figures.plot_runs(axes, np.arange(9.0), np.arange(9.0), np.arange(9.0) ** 2, "C0", label="a")
-        figures.shade(axes, np.arange(9.0), np.arange(9) > 4)
-        axes.legend()
+        figure.subplots().plot(np.arange(9.0), np.arange(9.0) ** 2, "C0", label="a")
+        figure.legend()
 
     for folder in ("once", "again"):
         figures.save("figure", draw, tmp_path / folder)
@@ -59,38 +60,30 @@ def test_a_figure_is_the_same_every_time(tmp_path: Path) -> None:
         assert once == again
 
 
-@pytest.mark.parametrize("page", pages.pages(), ids=lambda path: path.stem)
-def test_pages_quote_the_numbers(page: Path) -> None:
-    text = page.read_text()
-    assert text == pages.filled(text, pages.all_texts())
-
-
-def test_every_figure_and_every_text_is_on_a_page() -> None:
-    text = "\n".join(page.read_text() for page in pages.pages()) + (NUMBERS.parent / "statements.toml").read_text()
-    shown = set(re.findall(r"assets/paper/([\w-]+)-light\.svg", text))
+def test_pages_quote_the_numbers_and_show_all_texts_and_figures() -> None:
+    texts, everything = pages.all_texts(), pages.STATEMENTS.read_text()
+    for page in pages.pages():
+        assert page.read_text() == pages.filled(page.read_text(), texts), page
+        everything += page.read_text()
+    quoted = re.findall(r"<!-- (\w+\.[\w-]+) -->|\{(\w+\.[\w-]+)\}", everything)
+    assert {one or other for one, other in quoted} == set(texts)
+    shown = set(re.findall(r"assets/paper/([\w-]+)-light\.svg", everything))
     assert shown == {path.stem.removesuffix("-light") for path in figures.FOLDER.glob("*-light.svg")}
-    quoted = set(re.findall(r"<!-- (\w+\.[\w-]+) -->|\{(\w+\.[\w-]+)\}", text))
-    assert {one or other for one, other in quoted} == set(pages.all_texts())
-
-
-def test_statements_have_an_outcome_where_their_study_is_there() -> None:
-    for statement in read_statements():
-        assert bool(statement.finding) == (statement.outcome != "open"), statement.claim
-        if statement.outcome != "open":
-            assert statement.study in STUDIES
+    for statement in pages.read_statements():
+        assert bool(statement.get("finding")) == (statement["outcome"] != "open"), statement["claim"]
+        assert statement["outcome"] in {"confirmed", "sharpened", "contradicted", "open"}
+        assert statement["outcome"] == "open" or statement["study"] in STUDIES
 
 
 def test_a_kept_walk_is_the_walk_that_was_simulated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scenario = walks.SCENARIOS["right-knee-ideal"]
-    still = scenario.model_copy(update={"walk": []})
+    still = walks.SCENARIOS["right-knee-ideal"].model_copy(update={"walk": []})
     monkeypatch.setattr(kept_walks, "FOLDER", tmp_path)
     monkeypatch.setitem(walks.SCENARIOS, "right-knee-ideal", still)
     first = walks.get_walk("right-knee-ideal")
     (kept,) = (path for path in tmp_path.iterdir() if "truth" not in path.name)
     changed = kept.stat().st_mtime_ns
-    again = walks.get_walk("right-knee-ideal")
+    again, expected = walks.get_walk("right-knee-ideal"), run_scenario(still)
     assert kept.stat().st_mtime_ns == changed
-    expected = run_scenario(still)
     for walk in (first, again):
         np.testing.assert_array_equal(walk.log.torque, expected.log.torque)
         np.testing.assert_array_equal(walk.truth.friction_torque, expected.truth.friction_torque)
@@ -98,3 +91,85 @@ def test_a_kept_walk_is_the_walk_that_was_simulated(tmp_path: Path, monkeypatch:
     monkeypatch.setitem(walks.SCENARIOS, "right-knee-ideal", still.model_copy(update={"seed": 1}))
     walks.get_walk("right-knee-ideal")
     assert not kept.exists()
+
+
+@pytest.mark.parametrize("walk", PAPER)
+def test_the_papers_errors_follow_from_what_it_found(walk: str) -> None:
+    friction = walks.SCENARIOS[walk].friction
+    targets = by_joint(friction.joints, friction.common, JOINTS, "")
+    assert tuple(PAPER[walk]) == JOINTS
+    for joint, row in PAPER[walk].items():
+        target = np.array([targets[joint][name] for name in PARAMETERS])
+        np.testing.assert_allclose(100 * np.abs(np.array(row["found"]) / target - 1), row["error"], atol=0.03)
+
+
+def test_errors_are_at_most_half_of_the_papers_and_what_it_cannot_find_is_weak() -> None:
+    paper, found = (mean_and_worst(each["straight-and-sideways"]) for each in (PAPER, KEPT))
+    for key in ("mean", "worst"):
+        assert np.all(found[key] <= paper[key] / 2), key
+    assert {row["verdict"] for row in KEPT["straight-and-sideways"].values()} == {"identified"}
+    for joint, row in PAPER["straight"].items():
+        assert np.all(np.array(KEPT["straight"][joint]["weak"])[np.array(row["error"]) >= 100] != 0)
+
+
+def test_explicit_steps_chatter_below_the_least_inertia_and_implicit_ones_only_lose_speed() -> None:
+    for slope in (20.0, 40.0, 1000.0):
+        least = least_inertia(slope)
+        assert chatter(coast(1.05 * least, slope, implicit=False, **FALL)) == 0
+        assert chatter(coast(0.95 * least, slope, implicit=False, **FALL)) > 0
+    for slope in (10.0, 1000.0, np.inf):
+        assert np.all(np.diff(np.abs(coast(0.01, slope, implicit=True, **FALL))) <= 0)
+    inertia = 0.9 * least_inertia(SLOPE)
+    found = chatter(coast(inertia, SLOPE, implicit=False, **FALL))
+    assert 2 * found == pytest.approx(STEP / inertia * curve("stribeck", np.array([found]))[0], rel=1e-6)
+
+
+@pytest.mark.parametrize(("implicit", "order"), [(False, 1), (True, 2)])
+def test_shorter_steps_are_closer_by_their_order(implicit: bool, order: int) -> None:
+    fine = coast(0.5, 10.0, implicit=True, step=STEP / 64, start=0.5, duration=0.2)
+    long, short = (
+        np.abs(coast(0.5, 10.0, implicit=implicit, step=step, start=0.5, duration=0.2)[-1] - fine[-1])
+        for step in (8 * STEP, 4 * STEP)
+    )
+    assert np.log2(long / short) == pytest.approx(order, abs=0.2)
+
+
+def test_laws_of_chapter_3_have_their_limits() -> None:
+    steep = smoothing(1e4)  # so steep that the Stribeck effect is constant across the band
+    assert steep["band"] == pytest.approx(np.arctanh(1 - 0.05 / STATIC) / 1e4, rel=1e-3)
+    assert steep["creep"] == pytest.approx(np.arctanh(0.5 / STATIC) / 1e4, rel=1e-3)
+    assert lugre(np.full(5000, 0.3))[-1] == pytest.approx(curve("stribeck-exponent", np.array([0.3]))[0], rel=1e-3)
+    spring = lugre(np.full(100, 1e-3))[-1] - (BRISTLES["bristle_damping"] + KNEE["viscous"]) * 1e-3
+    assert spring == pytest.approx(BRISTLES["bristle_stiffness"] * 1e-3 * 100 * LUGRE_STEP, rel=0.02)
+    assert breakaway(0.02) == pytest.approx(STATIC, rel=0.01)
+    assert breakaway(10.0) < breakaway(1.0) < breakaway(0.1) < STATIC
+
+
+def test_scaled_inertias_add_up() -> None:
+    pin.seed(1)
+    inertia = pin.Inertia.Random()
+    np.testing.assert_allclose(scaled(1.3, 1.3)(inertia).matrix(), 1.3 * inertia.matrix(), atol=1e-12)
+    whole, mass, moments = (
+        change(inertia).matrix() for change in (scaled(1.2, 1.2), scaled(mass=1.2), scaled(moments=1.2))
+    )
+    np.testing.assert_allclose(mass + moments - inertia.matrix(), whole, atol=1e-12)
+
+
+def test_only_the_bodies_named_are_changed_by_what_a_seed_draws() -> None:
+    robot, offset = Robot.from_file(ROBOT_FILE), np.array([0.01, 0.0, -0.02])
+    wrong = with_bodies(robot, displaced(offset), ("right_knee",)).tree.model.inertias
+    for name, old, now in zip(body_names(robot), list(robot.tree.model.inertias)[1:], list(wrong)[1:], strict=True):
+        np.testing.assert_allclose(now.lever - old.lever, offset * (name == "right_knee"), atol=1e-15)
+    once, again, other = (with_bodies(robot, drawn(seed)).tree.model.inertias for seed in (1, 1, 2))
+    ratios = [a.mass / b.mass for a, b in zip(list(once)[1:], list(robot.tree.model.inertias)[1:], strict=True)]
+    assert 0.95 < min(ratios) < 1 < max(ratios) < 1.05
+    assert [each.mass for each in once] == [each.mass for each in again] != [each.mass for each in other]
+
+
+def test_split_is_the_distance_of_branches_and_friction_that_resists_feeds_nothing_in() -> None:
+    phase = np.linspace(0, 2 * np.pi, 4000)
+    velocity, acceleration = np.sin(phase), np.cos(phase)
+    assert split(velocity, acceleration, 3.0 + 0.2 * np.sign(acceleration)) == pytest.approx(0.4)
+    assert split(velocity, acceleration, 3.0 + np.tanh(5 * velocity)) < 0.01
+    assert feeding(velocity, np.tanh(40 * velocity)) == 0.0
+    assert feeding(velocity, -velocity) == pytest.approx(1.0, abs=0.05)
