@@ -20,7 +20,7 @@ USED = (
     *("stribeck.replay.replay", "stribeck.report.replay"),
     *(
         "stribeck.result.compare",
-        "stribeck.robot.mjcf_check",
+        "stribeck.robot.mjcf",
         "stribeck.log.readers.hdf5",
         "stribeck.log.readers.matlab",
         "stribeck.log.readers.table",

@@ -1,22 +1,12 @@
-"""How many processors linear algebra uses."""
+"""Number of processors that linear algebra uses."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from threading import Lock
 
 from threadpoolctl import threadpool_limits
 
-
-@dataclass
-class _Limit:
-    """The limit of this process, and how many threads need it: the first sets it, the last takes it back."""
-
-    needed: int = 0
-    limit: threadpool_limits | None = None
-
-
-_limit = _Limit()
+_limits: list[threadpool_limits] = []
 _turn = Lock()
 
 
@@ -28,13 +18,9 @@ def one_blas_thread() -> Iterator[None]:
     wait for one another cost more than they bring, up to a hundredfold on a busy machine. Pinocchio keeps its own.
     """
     with _turn:
-        if not _limit.needed:
-            _limit.limit = threadpool_limits(limits=1, user_api="blas")
-        _limit.needed += 1
+        _limits.append(threadpool_limits(limits=1, user_api="blas"))
     try:
         yield
     finally:
         with _turn:
-            _limit.needed -= 1
-            if not _limit.needed and _limit.limit is not None:
-                _limit.limit.restore_original_limits()
+            _limits.pop().restore_original_limits()  # the last thread restores what the first one found

@@ -227,7 +227,7 @@ ROBOT_FILES = {
     "not toml": ("[robot\n", ["is not TOML"]),
     "no robot table": ("", ["'robot' is missing"]),
     "no model": ("[robot]\nbase = 'fixed'\n", ["'robot.model' is missing"]),
-    "missing model": ("[robot]\nmodel = 'other.urdf'\n", ["other.urdf", "no such model file"]),
+    "missing model": ("[robot]\nmodel = 'other.urdf'\n", ["other.urdf", "No such file"]),
     "misspelt key": ("[robot]\nmodel = 'arm.urdf'\nbas = 'fixed'\n", ["unknown key 'robot.bas'"]),
     "nested too deeply": (f"deep = {'[' * 3000}{']' * 3000}", ["nested too deeply"]),
     "deep tables": (f"[robot]\nmodel{'.a' * 3000} = 1", ["robot.model", "too large to show"]),
@@ -259,7 +259,7 @@ ROBOT_FILES = {
     ),
     "everything locked": (
         "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\nlocked = { shoulder = 0.0, elbow = 0.0, slide = 0.0 }\n",
-        ["no joint left"],
+        ["leaves no joint"],
     ),
 }
 
@@ -309,7 +309,7 @@ def test_wrong_options(
 def test_an_output_that_is_a_file(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "out").write_text("mine")
     sentence = refused(capsys, "identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out")
-    assert "is a file" in sentence
+    assert "is no folder" in sentence
     assert (tmp_path / "out").read_text() == "mine"
 
 
@@ -434,7 +434,7 @@ def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, long
     command = [sys.executable, "-m", "stribeck", "identify", long_log, "-r", arm / "robot.toml"]
     process = subprocess.Popen([*command, "-o", tmp_path / "out"], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
-    while not list(tmp_path.glob("out/.*.part")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob("out/.stribeck-*")) and time.monotonic() < deadline:
         time.sleep(0.01)
     process.send_signal(stop)
     _, complaint = process.communicate(timeout=60)

@@ -1,5 +1,6 @@
 """Outputs are whole or not there, at whatever moment a request to stop comes."""
 
+import atexit
 import contextlib
 import itertools
 import os
@@ -16,7 +17,7 @@ from tests.arm import arm_log, save_npz, write_arm
 
 from stribeck import Robot, outputs
 from stribeck.errors import SettingsError
-from stribeck.outputs import Interrupted, discard_unfinished, staged_folder, whole_or_not_at_all
+from stribeck.outputs import Interrupted, staged_folder, whole_or_not_at_all
 
 
 @pytest.fixture(autouse=True)
@@ -63,7 +64,8 @@ def stopped_at(moment: int) -> Iterator[None]:
 def test_a_request_to_stop_at_any_moment(
     write: Callable[[Path], None], whole: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ends = set()
+    ends, at_exit = set(), list[Callable[[], None]]()
+    monkeypatch.setattr(atexit, "register", at_exit.append)
     for moment in itertools.count():
         monkeypatch.setattr(outputs, "_state", outputs._State())
         place = tmp_path / str(moment)
@@ -74,7 +76,8 @@ def test_a_request_to_stop_at_any_moment(
             heard = outputs._state.asked
         except Interrupted:
             heard = True
-        discard_unfinished()  # as at the end of the process
+        while at_exit:  # at the end of the process
+            at_exit.pop()()
         left = sorted(str(path.relative_to(place)) for path in place.rglob("*"))
         assert left == (whole if outputs.anything_written() else []), moment
         ends.add((heard, bool(left)))
@@ -88,17 +91,14 @@ def test_a_request_to_stop_at_any_moment(
 def test_a_second_request_does_not_disturb_the_clean_up(
     write: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    discard = outputs._discard
+    remove = shutil.rmtree
 
-    def disturbed(staging: Path) -> None:
+    def disturbed(place: Path, **options: bool) -> None:
         outputs.stop()
-        discard(staging)
+        remove(place, **options)
 
-    def interrupted(*_: object) -> None:
-        outputs.stop()
-
-    monkeypatch.setattr(outputs, "_discard", disturbed)
-    monkeypatch.setattr(Path, "write_text", interrupted)
+    monkeypatch.setattr(shutil, "rmtree", disturbed)
+    monkeypatch.setattr(Path, "write_text", outputs.stop)
     with pytest.raises(Interrupted):
         write(tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -130,62 +130,37 @@ def test_folders_that_were_made_go_with_what_failed(tmp_path: Path) -> None:
 
 
 def test_all_outputs_or_none(tmp_path: Path) -> None:
-    for name in ("a", "c", "d"):
-        (tmp_path / name).write_text("old")
+    (tmp_path / "a").write_text("old")
 
     def write_all() -> None:
         with staged_folder(tmp_path) as staging:
-            for name in ("a", "b", "c", "d"):
+            for name in ("a", "b", "c"):
                 (staging / name).write_text("new")
-            (tmp_path / "c").unlink()
             (tmp_path / "c").mkdir()  # while this run goes on
 
     with pytest.raises(SettingsError, match="c: is a folder"):
         write_all()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "c", "d"]
-    assert (tmp_path / "a").read_text() == (tmp_path / "d").read_text() == "old"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "c"]
+    assert (tmp_path / "a").read_text() == "old"
 
 
-def test_a_second_run_into_the_same_place_is_refused(tmp_path: Path) -> None:
-    with staged_folder(tmp_path / "out") as staging, whole_or_not_at_all(tmp_path / "page") as page:
-        (staging / "result").write_text("first")
-        page.write_text("first")
-        with pytest.raises(SettingsError, match="out: another run is writing"), staged_folder(tmp_path / "out"):
-            pass
-        with pytest.raises(SettingsError, match="page: another run is writing"), whole_or_not_at_all(tmp_path / "page"):
-            pass
-    assert (tmp_path / "out/result").read_text() == (tmp_path / "page").read_text() == "first"
-    assert sorted(os.listdir(tmp_path)) == ["out", "page"]
+@pytest.mark.parametrize("write", [write_folder, lambda place: write_file(place / "out")])
+@pytest.mark.parametrize("what", ["file", "dangling link"])
+def test_what_is_no_folder_is_not_written_to(write: Callable[[Path], None], what: str, tmp_path: Path) -> None:
+    if what == "file":
+        (tmp_path / "out").write_text("mine")
+    else:
+        (tmp_path / "out").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(SettingsError, match="out: is no folder; expected a folder for the outputs"):
+        write(tmp_path)
+    assert os.listdir(tmp_path) == ["out"]
 
 
-KILLED = """
-import os, signal, sys
-from stribeck.outputs import staged_folder, whole_or_not_at_all
-with staged_folder("out") as staging, whole_or_not_at_all("page") as page:
-    (staging / "half").write_text("x")
-    page.write_text("x")
-    os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_what_a_killed_run_left_is_taken_away_by_the_next_one(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, check=False)
-    assert (tmp_path / "out/.stribeck.part/half").exists()
-    assert (tmp_path / ".page.part").exists()
-    write_folder(tmp_path)
+def test_a_dangling_link_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "page").symlink_to(tmp_path / "nowhere")
     write_file(tmp_path)
-    assert sorted(os.listdir(tmp_path)) == ["out", "page"]
-    assert sorted(os.listdir(tmp_path / "out")) == ["result", "table"]
-
-
-def test_a_link_in_the_place_of_what_is_staged_is_not_followed(tmp_path: Path) -> None:
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine/file").write_text("mine")
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out/.stribeck.part").symlink_to(tmp_path / "mine")
-    with pytest.raises(SettingsError, match="out: cannot be made"):
-        write_folder(tmp_path)
-    assert (tmp_path / "mine/file").read_text() == "mine"
+    assert os.listdir(tmp_path) == ["page"]
+    assert (tmp_path / "page").read_text() == "3"
 
 
 FULL = """

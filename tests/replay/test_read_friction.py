@@ -57,15 +57,9 @@ def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
     assert EFFECT["stribeck_gain"] > 0
 
 
-def test_urdf_and_sdf_have_dynamics(tmp_path: Path) -> None:
+def test_a_urdf_has_dynamics() -> None:
     urdf = read_friction(EXAMPLES / MODELS["panda"][0]).joints
     assert urdf["panda_joint1"] == JointFriction(viscous=0.003)
-    (tmp_path / "model.sdf").write_text(
-        '<sdf version="1.6"><model name="m"><joint name="j" type="revolute"><axis><dynamics><friction>0.4</friction>'
-        "<damping>0.1</damping></dynamics></axis></joint></model></sdf>"
-    )
-    sdf = read_friction(tmp_path / "model.sdf").joints
-    assert sdf["j"] == JointFriction(coulomb=0.4, viscous=0.1)
 
 
 def test_a_fixed_tendons_friction_is_a_couplings(tmp_path: Path) -> None:

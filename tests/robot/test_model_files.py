@@ -9,7 +9,7 @@ from tests.models import EXAMPLES
 from tests.robot.test_robot import HIP, MJCF, URDF, inertia, refuse, write_robot
 
 from stribeck.robot import Robot
-from stribeck.robot.urdf_check import check_urdf
+from stribeck.robot.model_check import check_urdf
 from stribeck.robot.xml_file import DEEPEST, MOST_BODIES, MOST_JOINTS, read_xml
 
 LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
@@ -135,6 +135,11 @@ UNSOUND_MJCF = {
     "place": ('pos="0 0.1 -.1"', 'pos="0 inf -.1"', "line 3: pos of <body> is '0 inf -.1'"),
     "rotor": ('armature="0.02"', 'armature="nan"', "line 3: armature of <joint> is 'nan'"),
     "default": ("<worldbody>", '<default><geom density="nan"/></default><worldbody>', "density of <geom> is 'nan'"),
+    "own file": (
+        "<worldbody>",
+        '<asset><model name="m" file="hopper.xml"/></asset><worldbody>',
+        "<model> makes",
+    ),
     "copies": ("<worldbody>", '<worldbody><replicate count="1000000000"/>', "<replicate> makes bodies that Pinocchio"),
 }
 
@@ -167,11 +172,20 @@ def test_an_mjcf_in_another_encoding_is_refused(tmp_path: Path) -> None:
     refuse(path, "line 3 has the byte 0xe9, which is not UTF-8")
 
 
-@pytest.mark.parametrize("asset", ['<mesh name="m" file="pipe.stl"/>', '<texture name="t" type="2d" file="pipe.stl"/>'])
+@pytest.mark.parametrize(
+    "asset",
+    [
+        '<mesh name="m" file="pipe.stl"/>',
+        *(
+            f'<texture name="t" type="{kind}" {name}="pipe.stl"/>'
+            for kind, name in (("2d", "file"), ("cube", "fileright"), ("skybox", "fileleft"), ("cube", "filefront"))
+        ),
+    ],
+)
 def test_an_mjcf_reads_no_pipes(tmp_path: Path, asset: str) -> None:
     os.mkfifo(tmp_path / "pipe.stl")
     text = MJCF.replace("<worldbody>", f"<asset>{asset}</asset><worldbody>")
-    refuse(write_robot(tmp_path, "", text, "hopper.xml"), "line 1: .* which is a named pipe; expected a file")
+    refuse(write_robot(tmp_path, "", text, "hopper.xml"), "line 1: .* which is a pipe, a device or a socket")
 
 
 def test_what_an_mjcf_includes_is_checked_too(tmp_path: Path) -> None:
@@ -191,7 +205,7 @@ def test_only_regular_files_are_opened(tmp_path: Path, what: str, name: str) -> 
         os.mkfifo(tmp_path / name)
     else:
         (tmp_path / name).symlink_to("/dev/zero")
-    refuse(path, f"{name}: is a {what}; expected")
+    refuse(path, f"{name}: is a (folder|pipe, a device or a socket); expected")
 
 
 def test_a_robot_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
@@ -217,7 +231,7 @@ UNSOUND_ROBOTS = {
         "'contacts.left.fame'; did you mean 'contacts.left.frame'",
     ),
     "key of another table": ("[identify]\nwindow = 31", "'identify.window'; did you mean 'identify.filter.window'"),
-    "near joint": ("locked = { sholder = 0.0 }", "it has shoulder, elbow; did you mean 'shoulder'"),
+    "near joint": ("locked = { sholder = 0.0 }", "the joints shoulder, elbow; did you mean 'shoulder'"),
     "near frame": ("[contacts.left]\nframe = 'lowr'", "did you mean 'lower'"),
     "far key": ("[identify.filter]\ncolour = 1", "'identify.filter.colour'; expected one of kind, window, order"),
     "no path": ('[identify]\n[contacts.a]\nframe = "lower\\u0000"', "is not in the model"),

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from stribeck.replay.model_friction import JointFriction, StatedFriction
-from stribeck.robot.mjcf_check import compile_mjcf
+from stribeck.robot.mjcf import compile_mjcf
 
 LUGRE = slice(3, 6)
 """Coulomb and static friction and Stribeck velocity, among a motor's parameters of its bias."""

@@ -38,7 +38,7 @@ def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:
         )
     places = read_robot_file(Path(robot.path)).robot.locked if robot.path != robot.model_path else {}
     locked = {name: places.get(name, 0.0) for name in names if name not in robot.joint_names}
-    model = lock_joints(model, locked, str(path))
+    model = lock_joints(model, locked)
     if free := [name for name in locked if name not in places]:
         notes.append(f"{path.name}: joint(s) {', '.join(free)} are not the robot's and are locked at zero")
     notes += _add_frames(model, robot, path)

@@ -29,14 +29,8 @@ def direction_in_root(rooted: RootedModel, frame: int, position: Array, directio
     direction
         Vectors in the frame, shape (T, 3).
     """
-    placed = rooted.model.frames[frame]
-    vectors = direction @ placed.placement.rotation.T
-    for joint in rooted.path_to_root(int(placed.parentJoint)):
-        axis = rooted.axis(joint)
-        if not axis.prismatic:
-            vectors = _turns(axis.direction, position[:, rooted.column(joint)]).apply(vectors)
-        vectors = vectors @ rooted.model.jointPlacements[joint].rotation.T
-    return np.asarray(vectors)
+    rotation, _ = frame_pose(rooted, frame, position)
+    return np.asarray(np.einsum("tij,tj->ti", rotation, direction))
 
 
 def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array, Array]:

@@ -7,20 +7,25 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
-from stribeck.errors import RobotFileError, did_you_mean
-from stribeck.robot.mjcf_file import check_mjcf_file
-from stribeck.robot.model_check import check_finite, check_inertias, require_same_joints, require_same_mass
-from stribeck.robot.rooting import FLOATING, is_floating
-from stribeck.robot.urdf_check import check_urdf, keep_dynamics, moving_joints, total_mass
+from stribeck.errors import RobotFileError
+from stribeck.robot.model_check import (
+    check_finite,
+    check_inertias,
+    check_urdf,
+    moving_joints,
+    require_same_joints,
+    require_same_mass,
+)
+from stribeck.robot.rooting import FREE_FLYER, is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
 from stribeck.typing import Array
 
 MARK = " (body)"
-"""Behind the names of frames while they could be taken for joints'."""
+"""Suffix for the names of frames while they could be confused with joints."""
 
 
 def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
-    """Return the model of a file and warnings about it.
+    """Read the model of a file, and collect warnings about it.
 
     Parameters
     ----------
@@ -38,21 +43,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     kind = _kind(xml)
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     try:
-        if kind == "urdf":
-            model, notes = _build_from_urdf(xml, root)
-        else:
-            try:
-                from stribeck.robot.mjcf_check import add_loop_frames, check_mjcf, compile_mjcf
-            except ModuleNotFoundError as error:
-                raise RobotFileError(f"{path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
-            check_mjcf_file(xml)
-            compiled = compile_mjcf(path)
-            model = pin.buildModelFromMJCF(str(path))
-            check_finite(path, model)
-            notes = check_mjcf(path, compiled, model)
-            if root and not is_floating(model):
-                model = _with_root(model, root)
-            notes += add_loop_frames(path, compiled, model)
+        model, notes = _build_from_urdf(xml, root) if kind == "urdf" else _build_from_mjcf(xml, root)
         if base == "fixed" and is_floating(model):
             model = _without_joints(model, [1], pin.neutral(model))
     except (ValueError, RuntimeError, IndexError) as error:
@@ -62,75 +53,79 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
 
 
 def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
-    """Return the model of a URDF, whatever its encoding, and warnings."""
+    """Build the model of a URDF, whatever its encoding; elements without dynamics would make Pinocchio complain."""
     notes, impossible = check_urdf(xml)
-    keep_dynamics(xml.root)
+    for parent, kept in ((xml.root, ("link", "joint")), *((link, ("inertial",)) for link in xml.root.findall("link"))):
+        for element in list(parent):
+            if element.tag not in kept:
+                parent.remove(element)
     model = pin.buildModelFromXML(xml.text, root) if root else pin.buildModelFromXML(xml.text)
     check_finite(xml.path, model)
     require_same_joints(xml.path, moving_joints(xml.root), model)
-    require_same_mass(xml.path, total_mass(xml.root), model)
+    masses = [float(element.get("value", "nan")) for element in xml.root.findall("link/inertial/mass")]
+    require_same_mass(xml.path, sum(masses), model)
     return model, notes + check_inertias(xml.path.name, model, impossible)
 
 
-def _with_root(fixed: pin.Model, root: pin.JointModelFreeFlyer) -> pin.Model:
-    """Return the model with a free flyer between it and the world.
+def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
+    """Build the model of an MJCF, with a free flyer between it and the world where it has none.
 
     Pinocchio's own way of reading MJCF with a root refuses files with keyframes; its `appendModel` loses armature.
     """
-    model = pin.Model()
-    frame = model.addJointFrame(model.addJoint(0, root, pin.SE3.Identity(), "root_joint"))
-    model = pin.appendModel(model, fixed, frame, pin.SE3.Identity())
-    model.armature = np.concatenate([np.zeros(root.nv), fixed.armature])
-    return model
+    try:
+        from stribeck.robot.mjcf import add_loop_frames, check_file, check_mjcf, compile_mjcf
+    except ModuleNotFoundError as error:
+        raise RobotFileError(f"{xml.path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
+    check_file(xml)
+    compiled = compile_mjcf(xml.path)
+    model = pin.buildModelFromMJCF(str(xml.path))
+    check_finite(xml.path, model)
+    notes = check_mjcf(xml.path, compiled, model)
+    if root and not is_floating(model):
+        fixed, model = model, pin.Model()
+        frame = model.addJointFrame(model.addJoint(0, root, pin.SE3.Identity(), "root_joint"))
+        model = pin.appendModel(model, fixed, frame, pin.SE3.Identity())
+        model.armature = np.concatenate([np.zeros(root.nv), fixed.armature])
+    return model, notes + add_loop_frames(xml.path, compiled, model)
 
 
 def kind_of(path: Path) -> Literal["urdf", "mjcf"]:
-    """Return which format a model file has, by its root element.
+    """Tell the format of a model file by its root element.
 
     Raises
     ------
     RobotFileError
-        If there is no such file, or it is none of these.
+        If there is no such file, or its format is another one.
     """
     return _kind(read_xml(path))
 
 
 def _kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
-    kinds: dict[str, Literal["urdf", "mjcf"]] = {"robot": "urdf", "mujoco": "mjcf"}
     if xml.root.tag == "sdf":
         raise RobotFileError(f"{xml.path}: SDF models are not read; convert this one to URDF or MJCF")
-    if xml.root.tag not in kinds:
+    if xml.root.tag not in ("robot", "mujoco"):
         raise RobotFileError(
             f"{xml.path}: the root element is <{xml.root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
         )
-    return kinds[xml.root.tag]
+    return "urdf" if xml.root.tag == "robot" else "mjcf"
 
 
-def lock_joints(model: pin.Model, locked: Mapping[str, float], where: str) -> pin.Model:
-    """Return the model with these joints fixed at the given positions [rad or m].
-
-    Raises
-    ------
-    RobotFileError
-        If the model has no such joint.
-    """
+def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
+    """Return the model with these of its joints fixed at the given positions [rad or m]."""
     configuration = pin.neutral(model)
-    joints = []
-    for name, value in locked.items():
-        joint = require_joint(model, name, f"{where}: [robot] locked")
-        joints.append(joint)
+    joints = [int(model.getJointId(name)) for name in locked]
+    for joint, value in zip(joints, locked.values(), strict=True):
         joint_model = model.joints[joint]
-        if joint_model.nq == 1:
-            configuration[joint_model.idx_q] = value
-        elif joint_model.nq == 2:  # an unbounded joint is stored as cosine and sine
-            configuration[joint_model.idx_q : joint_model.idx_q + 2] = np.cos(value), np.sin(value)
+        entry = {1: [value], 2: [np.cos(value), np.sin(value)]}.get(joint_model.nq)  # unbounded: cosine and sine
+        if entry is not None:
+            configuration[joint_model.idx_q : joint_model.idx_q + joint_model.nq] = entry
     return _without_joints(model, joints, configuration) if joints else model
 
 
 def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -> pin.Model:
-    """Return the model with joints fixed; a body may be called as a joint is, and keeps its name.
+    """Return the model with joints fixed; a body that has a joint's name keeps it.
 
-    Pinocchio looks frames up by their names alone, and would not know which of the two is meant.
+    Pinocchio looks frames up by name only, and could not tell the two apart.
     """
     marked = pin.Model(model)
     taken = {frame.name for frame in model.frames if frame.type == pin.FrameType.JOINT}
@@ -147,24 +142,6 @@ def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -
 
 
 def joint_names(model: pin.Model) -> list[str]:
-    """Return the names of the joints beside the root, in the model's order."""
-    return [
-        str(name)
-        for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True)
-        if joint.shortname() not in FLOATING
-    ]
-
-
-def require_joint(model: pin.Model, name: str, where: str) -> int:
-    """Return the index of a joint, or say which joints there are."""
-    names = joint_names(model)
-    if name not in names:
-        raise RobotFileError(
-            f"{where} names joint '{name}', which the model does not have; it has {_listing(model)}"
-            f"{did_you_mean(name, names)}"
-        )
-    return int(model.getJointId(name))
-
-
-def _listing(model: pin.Model) -> str:
-    return ", ".join(joint_names(model)) or "no joints"
+    """Return the names of the joints other than the root, in the model's order."""
+    joints = zip(list(model.names)[1:], list(model.joints)[1:], strict=True)
+    return [str(name) for name, joint in joints if joint.shortname() != FREE_FLYER]

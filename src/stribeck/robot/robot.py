@@ -6,54 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
-from stribeck.errors import RobotFileError, did_you_mean
-from stribeck.files import read_text
-from stribeck.robot.actuators import armature_warning, command_gains, motors_of
 from stribeck.robot.kinematics import frame_pose
-from stribeck.robot.model_file import joint_names, load_model, lock_joints, require_joint
 from stribeck.robot.packages import model_path
+from stribeck.robot.robot_file import Contact, Loop, read_robot_file, robot_fields, validated
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import LogTable, MotorTable, RobotFile, RobotTable, Settings, describe, parse_toml
+from stribeck.settings import LogTable, MotorTable, RobotFile, Settings
 from stribeck.typing import Array, TorqueSource
-
-ENDLESS = 4 * np.pi
-"""A limit beyond this [rad or m] is none."""
-
-
-@dataclass(frozen=True)
-class Contact:
-    """A frame that can stand on the ground: a `surface` holds six degrees of freedom, a `point` three."""
-
-    name: str
-    frame: str
-    kind: Literal["surface", "point"] = "surface"
-
-    @property
-    def size(self) -> int:
-        """Number of constraints."""
-        return 6 if self.kind == "surface" else 3
-
-
-@dataclass(frozen=True)
-class Loop:
-    """Two frames whose origins are held together (`point`), or that are wholly (`weld`)."""
-
-    frames: tuple[str, str]
-    kind: Literal["point", "weld"] = "point"
-
-    def __str__(self) -> str:
-        return " and ".join(f"'{frame}'" for frame in self.frames)
-
-    @property
-    def size(self) -> int:
-        """Number of constraints."""
-        return 3 if self.kind == "point" else 6
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -195,7 +158,7 @@ class Robot:
             "position_controlled": list(position_controlled),
             "gravity": list(gravity),
         }
-        return from_robot_file(_validated({"robot": table, "contacts": feet}, path), path)
+        return from_robot_file(validated({"robot": table, "contacts": feet}, path), path)
 
     from_urdf = from_model
 
@@ -221,7 +184,7 @@ class Robot:
         low, high = np.empty((2, len(columns)))
         low[columns] = model.lowerPositionLimit[model.nq - len(columns) :]
         high[columns] = model.upperPositionLimit[model.nq - len(columns) :]
-        endless = (low < -ENDLESS) | (high > ENDLESS) | (high <= low)
+        endless = (low < -4 * np.pi) | (high > 4 * np.pi) | (high <= low)  # [rad] or [m]; a wider limit is none
         return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
     @cached_property
@@ -306,149 +269,12 @@ class Robot:
         return frame_pose(self.tree, frame, position)
 
 
-def read_robot_file(path: Path) -> RobotFile:
-    """Parse and validate a robot file.
-
-    Raises
-    ------
-    RobotFileError
-        If it is missing, is not TOML, or has a wrong key or value.
-    """
-    text = read_text(path, "a robot file (TOML)", RobotFileError)
-    try:
-        document = parse_toml(text)
-    except ValueError as error:
-        raise RobotFileError(f"{path}: is not TOML: {error}") from error
-    return _validated(document, path)
-
-
-def _validated(document: dict[str, Any], path: Path) -> RobotFile:
-    """Return the content of a robot file, or say which key is wrong."""
-    try:
-        return RobotFile.model_validate(document)
-    except ValidationError as error:
-        raise RobotFileError(f"{path}: {describe(error, RobotFile)}") from error
-
-
 def from_robot_file(file: RobotFile, path: Path) -> Robot:
-    """Build the robot that a validated robot file describes; `path` says what the model is relative to.
+    """Build the robot that a validated robot file describes; the model's path is relative to `path`.
 
     Raises
     ------
     RobotFileError
         If the model cannot be read, or the file names joints or frames that it does not have.
     """
-    table = file.robot
-    try:
-        file_of_model = model_path(table.model, path.parent)
-    except RobotFileError as error:
-        raise RobotFileError(f"{path}: [robot] model = {error}") from error
-    model, warnings = load_model(file_of_model, table.base)
-    if table.loops:
-        warnings = [warning for warning in warnings if "equality constraint(s) are left out" not in warning]
-    model = lock_joints(model, table.locked, str(path))
-    for name in table.position_controlled:
-        require_joint(model, name, f"{path}: [robot] position_controlled")
-    armature = np.array(model.armature)
-    for name, value in table.armature.items():
-        armature[model.joints[require_joint(model, name, f"{path}: [robot] armature")].idx_v] = value
-    model.armature = armature
-    if not joint_names(model):
-        raise RobotFileError(f"{path}: the model has no joint left; expected at least one revolute or prismatic joint")
-    if table.base == "fixed" and file.contacts:
-        raise RobotFileError(
-            f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
-        )
-    frames = {str(frame.name) for frame in model.frames} - {"universe"}
-    contacts = {name: Contact(name, value.frame, value.kind) for name, value in file.contacts.items()}
-    wanted = {f"[contacts.{contact.name}] frame": contact.frame for contact in contacts.values()}
-    if table.base_frame:
-        wanted["[robot] base_frame"] = table.base_frame
-    for loop in table.loops:
-        wanted |= {f"[[robot.loops]] frames, '{frame}' of them,": frame for frame in loop.frames}
-    for key, frame in wanted.items():
-        if frame not in frames:
-            raise RobotFileError(
-                f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
-                f"{did_you_mean(frame, frames)}"
-            )
-    by_frame: dict[str, str] = {}
-    for contact in contacts.values():
-        other = by_frame.setdefault(contact.frame, contact.name)
-        if other != contact.name:
-            raise RobotFileError(
-                f"{path}: [contacts.{contact.name}] and [contacts.{other}] have the frame '{contact.frame}'; "
-                "expected a frame for each contact"
-            )
-    gravity = np.array(table.gravity)
-    model.gravity.linear = gravity
-    try:
-        tree = root_at(model)
-    except RobotFileError as error:
-        raise RobotFileError(f"{path}: {error}") from error
-    if not any(inertia.mass > 0 or np.any(inertia.inertia) for inertia in list(tree.model.inertias)[1:]):
-        raise RobotFileError(
-            f"{file_of_model}: no link that moves has a mass; expected the masses and inertias of the links"
-        )
-    passive_of(tuple(joint_names(model)), table.passive, table.position_controlled, len(table.loops), str(path))
-    names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
-    order = np.argsort(tree.columns)  # columns count the joints of the model; names follow that order
-    if np.any(tree.model.armature):
-        warnings += armature_warning(table.torque_source)
-    return Robot(
-        name=table.name or str(model.name),
-        tree=tree,
-        joint_names=tuple(names[k] for k in order),
-        position_controlled=(*table.position_controlled, *table.passive),
-        passive=tuple(table.passive),
-        loops=tuple(Loop(loop.frames, loop.kind) for loop in table.loops),
-        contacts=contacts,
-        base_frame=table.base_frame or BASE_FRAME,
-        gravity=gravity,
-        torque_source=table.torque_source,
-        motors=motors_of(table, names, str(path)),
-        command_gains=command_gains(table, [names[k] for k in order], str(path)),
-        couplings=_couplings(table, names, str(path)),
-        log_table=file.log,
-        settings=file.identify,
-        warnings=tuple(warnings),
-        path=str(path),
-        model_path=str(file_of_model),
-    )
-
-
-def passive_of(robot_joints: tuple[str, ...], passive: list[str], given: list[str], loops: int, path: str) -> None:
-    """Refuse passive joints that there are not, or that nothing moves."""
-    for name in passive:
-        if name not in robot_joints:
-            known = ", ".join(robot_joints)
-            raise RobotFileError(f"{path}: [robot] passive names joint '{name}'; the joints are {known}")
-        if name in given:
-            raise RobotFileError(
-                f"{path}: joint '{name}' is both passive and position_controlled; expected one of them"
-            )
-    if bool(passive) != bool(loops):
-        raise RobotFileError(
-            f"{path}: [robot] passive and [[robot.loops]] belong together; expected the joints without a motor that "
-            "the loops move, and the frames that are held together"
-        )
-
-
-def _couplings(table: RobotTable, joints: Sequence[str], path: str) -> dict[str, dict[str, float]]:
-    """Return the couplings by name, or say what is wrong with one."""
-    measured = [name for name in joints if name not in table.position_controlled]
-    found: dict[str, dict[str, float]] = {}
-    for coupling in table.couplings:
-        name = coupling.name or "+".join(coupling.joints)
-        where = f"{path}: [[robot.couplings]] '{name}'"
-        if unknown := [joint for joint in coupling.joints if joint not in measured]:
-            raise RobotFileError(
-                f"{where} names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(measured)}"
-                f"{did_you_mean(unknown[0], measured)}"
-            )
-        if len(coupling.joints) < 2 or not all(coupling.joints.values()):
-            raise RobotFileError(f"{where} needs two joints or more, each with a coefficient that is not 0")
-        if name in found or name in joints:
-            raise RobotFileError(f"{where} has the name of another coupling or joint; give it a 'name' of its own")
-        found[name] = coupling.joints
-    return found
+    return Robot(**robot_fields(file, path))

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from stribeck.errors import RobotFileError
 from stribeck.typing import Array
 
-ROOT_JOINT = "root_joint"
 BASE_FRAME = "stribeck_base"
 """Name of a frame that every rooted tree has: the robot's own root link."""
-FLOATING = {"JointModelFreeFlyer"}
+FREE_FLYER = "JointModelFreeFlyer"
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +76,7 @@ class RootedModel:
 
 def is_floating(model: pin.Model) -> bool:
     """Return whether the model's first joint is a free flyer."""
-    return model.njoints > 1 and model.joints[1].shortname() in FLOATING
+    return model.njoints > 1 and str(model.joints[1].shortname()) == FREE_FLYER
 
 
 def joint_axis(model: pin.Model, joint: int) -> Axis:
@@ -134,7 +133,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     rooted = pin.Model()
     rooted.name = model.name
     rooted.gravity = model.gravity
-    new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), ROOT_JOINT) if floating else 0
+    new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint") if floating else 0
     placed = {root_body: (new_root, in_root)}  # old body -> new joint, and the old body's pose in its frame
     columns, axes, armature = [], [], [0.0] * (6 if floating else 0)
     effort = [np.inf] * len(armature)

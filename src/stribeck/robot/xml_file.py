@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -13,11 +13,11 @@ from stribeck.errors import RobotFileError
 from stribeck.files import read_bytes
 
 MOST_ELEMENTS, DEEPEST = 200_000, 200
-"""Of a file [1]; native readers recurse into elements, and no robot comes near these."""
+"""Largest number and depth of a file's elements [1]; native readers recurse into elements."""
 MOST_BODIES, MOST_JOINTS = 1000, 150
-"""Links and joints of a robot [1]; Pinocchio's memory grows with the cube of the joints, of 150 to 0.4 GB."""
+"""Largest number of links and of moving joints [1]; Pinocchio's memory grows with the joints' cube, 0.4 GB for 150."""
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-"""What every reader takes for the same number."""
+"""Texts that every reader takes for the same number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +37,10 @@ class XmlFile:
         """Raise a RobotFileError about an element."""
         raise RobotFileError(f"{self.path}: line {self.lines[element]}: {message}")
 
-    def named(self, parent: Element, tag: str) -> dict[str, Element]:
-        """Return an element's children of a tag by their names, which they must have and share with no other."""
+    def named(self, tag: str) -> dict[str, Element]:
+        """Return the root's children of a tag by their names, which must be present and unique."""
         found: dict[str, Element] = {}
-        for element in parent.findall(tag):
+        for element in self.root.findall(tag):
             name = element.get("name")
             if not name:
                 self.refuse(element, f'a <{tag}> has no name; write <{tag} name="...">')
@@ -75,9 +75,8 @@ def read_xml(path: Path) -> XmlFile:
     RobotFileError
         If it cannot be read, is not well-formed, defines entities, or is larger or deeper than any robot's.
     """
-    if _is_missing(path):
-        raise RobotFileError(f"{path}: no such model file; [robot] model is taken relative to the robot file")
-    content = read_bytes(path, "a URDF or MJCF model", RobotFileError)
+    expected = "a URDF or MJCF model, whose path is relative to the robot file"
+    content = read_bytes(path, expected, RobotFileError)
     builder, lines, depth = TreeBuilder(), dict[Element, int](), 0
     parser = expat.ParserCreate()
 
@@ -107,23 +106,24 @@ def read_xml(path: Path) -> XmlFile:
     parser.buffer_text = True
     try:
         parser.Parse(content, True)
-    except (expat.ExpatError, ValueError, LookupError) as error:  # of an unknown encoding
+    except (expat.ExpatError, ValueError, LookupError) as error:  # LookupError: an unknown encoding
         raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF or MJCF model") from error
     return XmlFile(path, builder.close(), lines)
 
 
-def _is_missing(path: Path) -> bool:
-    try:
-        path.stat()
-    except FileNotFoundError:
-        return True
-    except (OSError, ValueError):  # it may be there, and cannot be read
-        return False
-    return False
+def require_few(files: Sequence[XmlFile]) -> None:
+    """Refuse a model, read from one or several files, with more links or moving joints than a robot has."""
+    for tag, most in (("link", MOST_BODIES), ("body", MOST_BODIES), ("joint", MOST_JOINTS)):
+        found = [(file, element) for file in files for element in _elements(file, tag)]
+        if len(found) > most:
+            file, element = found[most]
+            file.refuse(element, f"is the {most + 1}th of {len(found)} <{tag}>; expected {most} at most")
 
 
-def require_few(xml: XmlFile, elements: Sequence[Element], most: int) -> None:
-    """Refuse a model of more links or moving joints than a robot has."""
-    if len(elements) > most:
-        tag = elements[most].tag
-        xml.refuse(elements[most], f"is the {most + 1}th of {len(elements)} <{tag}>; expected {most} at most")
+def _elements(file: XmlFile, tag: str) -> Iterator[Element]:
+    """Yield links, bodies, or the joints of either that can move."""
+    if tag != "joint":
+        yield from file.root.iter(tag)
+        return
+    for parent in (file.root, *file.root.iter("body")):
+        yield from (joint for joint in parent.findall("joint") if joint.get("type") != "fixed")

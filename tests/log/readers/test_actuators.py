@@ -136,18 +136,18 @@ def test_a_topic_of_commands_is_held_until_the_next(tmp_path):
 
 
 REFUSED = {
-    "kd alone": ('torque_source = "command"\nkd = 1.0\n', "kp is missing"),
+    "kd alone": ('torque_source = "command"\nkd = 1.0\n', "kp has no value for joint 'shoulder'"),
     "kp of some": ('torque_source = "command"\nkp = { elbow = 1.0 }\nkd = 0.0\n', "no value for joint 'shoulder'"),
     "kp of a stranger": ('torque_source = "command"\nkp = { knee = 1.0 }\nkd = 0.0\n', "names joint 'knee'"),
     "kp of a sensor": ("kp = 1.0\nkd = 1.0\n", "for torque_source 'command'"),
     "motor of a stranger": (
         'torque_source = "motor_current"\n[robot.motors.knee]\nratio = 2.0\n',
-        "no joint whose torque is measured",
+        "expected one of the torque-controlled joints",
     ),
     "motor behind the gear": ("[robot.motors.elbow]\nratio = 2.0\n", "'motor_current' or 'motor_side_sensor'"),
     "constant of a sensor": (
         'torque_source = "motor_side_sensor"\n[robot.motors.elbow]\ntorque_constant = 2.0\n',
-        "expected ratio alone",
+        "torque_constant is for torque_source 'motor_current', and",
     ),
 }
 

@@ -1,0 +1,251 @@
+"""Read a robot file (TOML): the model it names, checked against what the file says about joints and frames."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+from pydantic import ValidationError
+
+from stribeck.errors import RobotFileError, did_you_mean
+from stribeck.files import read_text
+from stribeck.robot.model_file import joint_names, load_model, lock_joints
+from stribeck.robot.packages import model_path
+from stribeck.robot.rooting import BASE_FRAME, root_at
+from stribeck.settings import MotorTable, RobotFile, RobotTable, describe, parse_toml
+from stribeck.typing import Array
+
+ARMATURE_ADVICE = {
+    "link_side_sensor": "a torque sensor behind the gear does not feel the rotor; set [robot] armature to 0 for those "
+    "joints if the model's is the rotor's",
+    "motor_side_sensor": "a torque sensor between motor and gear feels what turns behind it, not the rotor; set "
+    "[robot] armature to the gear's own part for those joints if the model's is the rotor's",
+}
+"""Advice about an armature in the model, for torque sources that do not measure the rotor's inertia."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A frame that can stand on the ground: a `surface` holds six degrees of freedom, a `point` three."""
+
+    name: str
+    frame: str
+    kind: Literal["surface", "point"] = "surface"
+
+    @property
+    def size(self) -> int:
+        """Number of constraints."""
+        return 6 if self.kind == "surface" else 3
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Two frames whose origins are held together (`point`), or that are held together completely (`weld`)."""
+
+    frames: tuple[str, str]
+    kind: Literal["point", "weld"] = "point"
+
+    def __str__(self) -> str:
+        return " and ".join(f"'{frame}'" for frame in self.frames)
+
+    @property
+    def size(self) -> int:
+        """Number of constraints."""
+        return 3 if self.kind == "point" else 6
+
+
+def read_robot_file(path: Path) -> RobotFile:
+    """Parse and validate a robot file.
+
+    Raises
+    ------
+    RobotFileError
+        If it is missing, is not TOML, or has a wrong key or value.
+    """
+    text = read_text(path, "a robot file (TOML)", RobotFileError)
+    try:
+        document = parse_toml(text)
+    except ValueError as error:
+        raise RobotFileError(f"{path}: is not TOML: {error}") from error
+    return validated(document, path)
+
+
+def validated(document: dict[str, Any], path: Path) -> RobotFile:
+    """Validate the content of a robot file; the error names the wrong key."""
+    try:
+        return RobotFile.model_validate(document)
+    except ValidationError as error:
+        raise RobotFileError(f"{path}: {describe(error, RobotFile)}") from error
+
+
+def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
+    """Build the fields of the `Robot` that a validated robot file describes; the model is relative to `path`.
+
+    Raises
+    ------
+    RobotFileError
+        If the model cannot be read, or the file names joints or frames that it does not have.
+    """
+    table = file.robot
+    try:
+        file_of_model = model_path(table.model, path.parent)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: [robot] model = {error}") from error
+    model, warnings = load_model(file_of_model, table.base)
+    if table.loops:
+        warnings = [warning for warning in warnings if "equality constraint(s) are left out" not in warning]
+    model = _with_roles(model, table, f"{path}: [robot]")
+    contacts = _contacts(file, model, path)
+    model.gravity.linear = np.array(table.gravity)
+    try:
+        tree = root_at(model)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: {error}") from error
+    if not any(inertia.mass > 0 or np.any(inertia.inertia) for inertia in list(tree.model.inertias)[1:]):
+        raise RobotFileError(
+            f"{file_of_model}: no link that moves has a mass; expected the masses and inertias of the links"
+        )
+    names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
+    joints = [names[k] for k in np.argsort(tree.columns)]  # columns count the joints of the model
+    measured = [name for name in joints if name not in table.position_controlled]
+    if table.torque_source in ARMATURE_ADVICE and np.any(tree.model.armature):
+        warnings.append(
+            f"the dynamics include an armature although torque_source is '{table.torque_source}': "
+            + ARMATURE_ADVICE[table.torque_source]
+        )
+    return {
+        "name": table.name or str(model.name),
+        "tree": tree,
+        "joint_names": tuple(joints),
+        "position_controlled": (*table.position_controlled, *table.passive),
+        "passive": tuple(table.passive),
+        "loops": tuple(Loop(loop.frames, loop.kind) for loop in table.loops),
+        "contacts": contacts,
+        "base_frame": table.base_frame or BASE_FRAME,
+        "gravity": np.array(table.gravity),
+        "torque_source": table.torque_source,
+        "motors": _motors(table, measured, f"{path}: [robot.motors."),
+        "command_gains": _command_gains(table, joints, measured, f"{path}: [robot]"),
+        "couplings": _couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
+        "log_table": file.log,
+        "settings": file.identify,
+        "warnings": tuple(warnings),
+        "path": str(path),
+        "model_path": str(file_of_model),
+    }
+
+
+def _require(names: Iterable[str], known: Sequence[str], where: str, kind: str = "torque-controlled joints") -> None:
+    """Refuse the first joint that is not among the known ones."""
+    for name in names:
+        if name not in known:
+            expected = f"one of the {kind} {', '.join(known)}{did_you_mean(name, known)}"
+            raise RobotFileError(f"{where} names joint '{name}'; expected {expected}")
+
+
+def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
+    """Lock joints, set armatures, and check every joint that `[robot]` names."""
+    _require(table.locked, joint_names(model), f"{where} locked", "joints")
+    model = lock_joints(model, table.locked)
+    left = joint_names(model)
+    for key in ("position_controlled", "armature", "passive"):
+        _require(getattr(table, key), left, f"{where} {key}", "joints")
+    armature = np.array(model.armature)
+    for name, value in table.armature.items():
+        armature[model.joints[model.getJointId(name)].idx_v] = value
+    model.armature = armature
+    if not left:
+        raise RobotFileError(f"{where} locked leaves no joint; expected at least one revolute or prismatic joint")
+    if twice := sorted(set(table.passive) & set(table.position_controlled)):
+        raise RobotFileError(
+            f"{where} joint '{twice[0]}' is both passive and position_controlled; expected one of them"
+        )
+    if bool(table.passive) != bool(table.loops):
+        raise RobotFileError(
+            f"{where} passive and [[robot.loops]] belong together; expected the joints without a motor that the loops "
+            "move, and the frames that are held together"
+        )
+    return model
+
+
+def _contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, Contact]:
+    """Build the contacts by name, and check every frame that the file names."""
+    if file.robot.base == "fixed" and file.contacts:
+        raise RobotFileError(
+            f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
+        )
+    frames = {str(frame.name) for frame in model.frames} - {"universe"}
+    wanted = [(f"[contacts.{name}] frame", contact.frame) for name, contact in file.contacts.items()]
+    wanted += [("[robot] base_frame", file.robot.base_frame)] if file.robot.base_frame else []
+    wanted += [("[[robot.loops]] frames, one of which", frame) for loop in file.robot.loops for frame in loop.frames]
+    for key, frame in wanted:
+        if frame not in frames:
+            raise RobotFileError(
+                f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
+                f"{did_you_mean(frame, frames)}"
+            )
+    by_frame: dict[str, str] = {}
+    for name, contact in file.contacts.items():
+        if (other := by_frame.setdefault(contact.frame, name)) != name:
+            raise RobotFileError(
+                f"{path}: [contacts.{name}] and [contacts.{other}] have the frame '{contact.frame}'; "
+                "expected a frame for each contact"
+            )
+    return {name: Contact(name, contact.frame, contact.kind) for name, contact in file.contacts.items()}
+
+
+def _motors(table: RobotTable, measured: Sequence[str], where: str) -> dict[str, MotorTable]:
+    """Check that each motor table suits its joint and the torque source."""
+    for name, motor in table.motors.items():
+        _require([name], measured, f"{where}{name}]")
+        key = "ratio" if motor.torque_constant is None else "torque_constant"
+        sources = ("motor_current", "motor_side_sensor")[: 1 + (key == "ratio")]
+        if table.torque_source not in sources:
+            raise RobotFileError(
+                f"{where}{name}] {key} is for torque_source {' or '.join(map(repr, sources))}, and it is "
+                f"'{table.torque_source}'; "
+                "remove the key or change the source"
+            )
+    return table.motors
+
+
+def _command_gains(
+    table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str
+) -> tuple[Array, Array] | None:
+    """Return kp and kd in the order of the joints, shape (n,) each; None where the log contains torques."""
+    if table.kp is None and table.kd is None:
+        return None
+    found = []
+    for key, value in (("kp", table.kp), ("kd", table.kd)):
+        by_joint = value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
+        _require(by_joint, measured, f"{where} {key}")
+        if table.torque_source != "command":
+            raise RobotFileError(
+                f"{where} kp and kd are for torque_source 'command', and it is '{table.torque_source}'; remove them or "
+                "change the source"
+            )
+        if missing := [name for name in measured if name not in by_joint]:
+            raise RobotFileError(
+                f"{where} {key} has no value for joint '{missing[0]}'; expected one number, or one for each of "
+                f"{', '.join(measured)} (0.0 for none)"
+            )
+        found.append(np.array([by_joint.get(name, 0.0) for name in joints]))
+    return found[0], found[1]
+
+
+def _couplings(
+    table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str
+) -> dict[str, dict[str, float]]:
+    """Check the couplings, and return their coefficients by name."""
+    found: dict[str, dict[str, float]] = {}
+    for coupling in table.couplings:
+        name = coupling.name or "+".join(coupling.joints)
+        _require(coupling.joints, measured, f"{where} '{name}'")
+        if len(coupling.joints) < 2 or not all(coupling.joints.values()):
+            raise RobotFileError(f"{where} '{name}' needs two joints or more, each with a coefficient that is not 0")
+        if name in found or name in joints:
+            raise RobotFileError(f"{where} '{name}' has the name of another coupling or joint; give it another 'name'")
+        found[name] = coupling.joints
+    return found
