@@ -37,7 +37,7 @@ class RobotFileError(StribeckError):
     --------
     >>> Robot.from_urdf("arm.urdf", position_controlled=["knee"])
     Traceback (most recent call last):
-    stribeck.errors.RobotFileError: arm.urdf: [robot] position_controlled names joint 'knee', which ...
+    stribeck.errors.RobotFileError: arm.urdf: [robot] position_controlled names joint 'knee'; expected ...
     """
 
 
