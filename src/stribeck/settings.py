@@ -119,12 +119,10 @@ class LogTable(Table):
 class FilterSettings(Table):
     """Which zero-phase filter gives velocity and acceleration from positions."""
 
-    kind: Literal["auto", "savitzky-golay", "butterworth", "central", "backward", "log"] = "auto"
+    kind: Literal["auto", "savitzky-golay", "butterworth", "log"] = "auto"
     window: int | None = Field(default=None, ge=3, lt=100_000)  # samples, odd (savitzky-golay)
     order: int = Field(default=4, ge=1, le=12)  # polynomial or Butterworth order
-    weights: Literal["uniform", "hann", "gaussian"] | list[Positive] = "uniform"  # (7.4), symmetric
     cutoff: Cutoff | None = None  # [Hz] (butterworth; savitzky-golay if no window is given)
-    compensate_delay: bool = True  # backward differences only (6.1.2)
 
 
 class SupportSettings(Table):

@@ -12,12 +12,12 @@ from stribeck.dynamics.rooted import joint_inertia
 from stribeck.settings import FilterSettings, SupportSettings
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
-from studies.paper.estimate import Estimate, estimate
+from studies.paper.estimate import Differences, Estimate, estimate
 from studies.paper.swing import JOINTS, SIDE, SUPPORT, swinging
 
 TRIMMED = SupportSettings(trim_start=0.1, trim_end=0.1)
 """Keeps the paper's window of 151 samples off the impacts."""
-UNFILTERED = Settings(filter=FilterSettings(kind="central"), support=TRIMMED, filter_torque=False)
+UNFILTERED = Settings(filter=Differences(scheme="central"), support=TRIMMED, filter_torque=False)
 AS_PAPER = Settings(filter=FilterSettings(kind="savitzky-golay", window=151), support=TRIMMED, filter_torque=False)
 """The acceleration is filtered and the torque is not."""
 

@@ -13,7 +13,7 @@ from stribeck.settings import FilterSettings
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.markdown import markdown_table
-from studies.paper.estimate import EXACT, Estimate, estimate, rms
+from studies.paper.estimate import EXACT, Differences, Estimate, estimate, rms
 from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
@@ -24,9 +24,9 @@ SWINGS, STANDS = "left_foot", "right_foot"
 """Support on which the right leg swings, and stands."""
 SCHEMES = {
     "exact": EXACT,
-    "central": FilterSettings(kind="central"),
-    "backward": FilterSettings(kind="backward", compensate_delay=False),
-    "backward, compensated": FilterSettings(kind="backward", compensate_delay=True),
+    "central": Differences(scheme="central"),
+    "backward": Differences(scheme="backward"),
+    "backward, compensated": Differences(scheme="backward, compensated"),
 }
 DELAYS = (0, 1, 2, 3)
 """Of all other signals against the backward difference [samples]."""

@@ -1,6 +1,7 @@
 """The friction torque of a simulated walk, sample by sample, beside its truth."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,9 @@ from numpy.typing import NDArray
 from stribeck import Settings
 from stribeck.friction_torque.stage import torque_chunks, with_filter
 from stribeck.friction_torque.thinning import join
+from stribeck.motion.averaging import implied_weights
+from stribeck.motion.butterworth import central_kernels
+from stribeck.motion.filters import Filter, finite_filter
 from stribeck.preparation import prepare
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, SupportSettings
@@ -18,6 +22,43 @@ UNTRIMMED = SupportSettings(trim_start=0.0, trim_end=0.0)
 """Of the ideal simulator, whose feet touch down without a blow."""
 EXACT = FilterSettings(kind="log")
 """Velocity and acceleration as an ideal log has them, nothing differentiated."""
+
+
+class Differences(FilterSettings):
+    """Finite differences (6.2), (6.3) over five samples in place of a filter.
+
+    The delay of backward differences is left in, as a real-time system must, or compensated (6.1.2).
+    """
+
+    kind: Literal["auto", "savitzky-golay", "butterworth", "log"] = "savitzky-golay"
+    window: int | None = 5
+    scheme: Literal["central", "backward", "backward, compensated"]
+
+    def filter(self, period: float) -> Filter:
+        """Build the filter of the scheme."""
+        if self.scheme == "central":
+            kernels = central_kernels(period)
+            return finite_filter(self.scheme, kernels, implied_weights(kernels[2], period))
+        kernels = backward_kernels(period, self.scheme.endswith("compensated"))
+        return finite_filter(self.scheme, kernels, kernels[0])
+
+
+def backward_kernels(period: float, compensate_delay: bool) -> Array:
+    """Compute the kernels of position, velocity and acceleration, shape (3, 5), by (6.3) once and twice.
+
+    A backward difference is the velocity of half a period ago, and the backward difference of that is the acceleration
+    of a whole period ago. Uncompensated, both are taken for those of now. Compensated, all signals belong to one sample
+    (6.1.2): the acceleration is shifted by a period, and the velocity is the mean of the two differences that lie half
+    a period before and after.
+    """
+    present = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    if compensate_delay:
+        velocity = np.array([0.0, -0.5, 0.0, 0.5, 0.0]) / period
+        acceleration = np.array([0.0, 1.0, -2.0, 1.0, 0.0]) / period**2
+    else:
+        velocity = np.array([0.0, -1.0, 1.0, 0.0, 0.0]) / period
+        acceleration = np.array([1.0, -2.0, 1.0, 0.0, 0.0]) / period**2
+    return np.array([present, velocity, acceleration])
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +87,10 @@ def estimate(walk: Simulated, settings: Settings) -> Estimate:
     """Return the friction torque of every sample that the settings do not trim, and the truth."""
     prepared = prepare(walk.log, walk.robot, settings)
     settings, _ = with_filter(prepared, walk.robot, settings)
-    samples = join([chunk.samples for chunk in torque_chunks(prepared, walk.robot, settings)])
+    scheme = settings.filter
+    motion_filter = scheme.filter(prepared.sampling.period) if isinstance(scheme, Differences) else None
+    chunks = torque_chunks(prepared, walk.robot, settings, motion_filter=motion_filter)
+    samples = join([chunk.samples for chunk in chunks])
     rows = np.searchsorted(walk.log.time, samples.time - samples.period / 2)
     return Estimate(samples, walk.truth.friction_torque[rows][:, walk.robot.torque_controlled])
 

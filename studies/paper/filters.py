@@ -34,7 +34,7 @@ SUPPORT = SupportSettings(trim_start=0.1, trim_end=0.1)
 
 def run(quick: bool) -> Numbers:
     walk = get_walk("right-knee-contact", quick)
-    equal = savgol_cutoff(WINDOWS[-1], 4, "uniform", RATE)
+    equal = savgol_cutoff(WINDOWS[-1], 4, RATE)
     kinds = {str(window): FilterSettings(kind="savitzky-golay", window=window) for window in WINDOWS}
     kinds["Butterworth"] = _butterworth(equal)
     # the paper's 10 Hz is that of one pass, where both passes together have -6 dB
@@ -126,5 +126,5 @@ def _short(value: float) -> str:
 
 def _name(name: str, equal: float) -> str:
     if name.isdigit():
-        return f"Savitzky-Golay, window {name} ({savgol_cutoff(int(name), 4, 'uniform', RATE):.0f} Hz)"
+        return f"Savitzky-Golay, window {name} ({savgol_cutoff(int(name), 4, RATE):.0f} Hz)"
     return f"{name} ({equal:.0f} Hz)" if name == "Butterworth" else name

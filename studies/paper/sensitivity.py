@@ -12,11 +12,10 @@ from stribeck import Settings
 from stribeck.dynamics.constrained import constrained_sample
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.dynamics.state import State
-from stribeck.settings import FilterSettings
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.markdown import markdown_table, short
-from studies.paper.estimate import EXACT, estimate, rms
+from studies.paper.estimate import EXACT, Differences, estimate, rms
 from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
@@ -29,7 +28,7 @@ SINGULAR = 1e-9
 """Singular values below this share of the largest count as zero."""
 ERRORS = {"acceleration": "δa", "own": "diagonal × δa", "whole": "M_mod δa", "error": "error"}
 """Keys of the numbers, and how the table calls them."""
-BACKWARD = FilterSettings(kind="backward", compensate_delay=False)
+BACKWARD = Differences(scheme="backward")
 
 
 def run(quick: bool) -> Numbers:

@@ -87,7 +87,7 @@ def _cutoff(walk: Simulated) -> dict[str, float]:
     chosen = settings.filter.cutoff
     window = 2 * make_filter(settings.filter, prepared.sampling.period).half_width + 1
     assert chosen is not None
-    return {"cutoff": savgol_cutoff(window, 4, "uniform", prepared.sampling.rate), "window": window}
+    return {"cutoff": savgol_cutoff(window, 4, prepared.sampling.rate), "window": window}
 
 
 def _noisier(spectra: Spectra) -> dict[str, float]:

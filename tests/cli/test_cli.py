@@ -94,7 +94,10 @@ def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.C
 
 def test_json_is_the_result_and_nothing_else(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ("identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out", "--json")
-    assert run(*arguments, "--law", "coulomb-viscous", "--set", "filter.kind=central") == 0
+    assert (
+        run(*arguments, "--law", "coulomb-viscous", "--set", "filter.window=9", "--set", "filter.kind=savitzky-golay")
+        == 0
+    )
     printed = capsys.readouterr().out
     assert printed == (tmp_path / "out/result.json").read_text()
     assert json.loads(printed)["law"] == "coulomb-viscous"

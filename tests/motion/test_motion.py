@@ -9,7 +9,7 @@ from scipy.signal import savgol_coeffs, sosfreqz
 from stribeck.errors import LogError, SettingsError
 from stribeck.motion import choose_cutoff, make_filter, resolve_auto, savgol_cutoff, savgol_kernels, savgol_window
 from stribeck.motion.butterworth import SETTLED, butterworth_sections, filter_derivatives
-from stribeck.motion.convolution import correlate_valid
+from stribeck.motion.savitzky_golay import correlate_valid
 from stribeck.motion.spectrum import average_spectra
 from stribeck.settings import FilterSettings
 
@@ -17,15 +17,7 @@ PERIOD = 0.002
 RATE = 1 / PERIOD
 SAVGOL = FilterSettings(kind="savitzky-golay", window=15, order=4)
 BUTTERWORTH = FilterSettings(kind="butterworth", cutoff=30.0, order=4)
-CENTRAL = FilterSettings(kind="central")
-BACKWARD = FilterSettings(kind="backward")
-REAL_TIME = FilterSettings(kind="backward", compensate_delay=False)
-ZERO_PHASE = [SAVGOL, BUTTERWORTH, CENTRAL, BACKWARD]
-ALL = [*ZERO_PHASE, REAL_TIME]
-
-
-def kind(value: FilterSettings) -> str:
-    return value.kind if value.compensate_delay else "real-time"
+every_filter = pytest.mark.parametrize("choice", [SAVGOL, BUTTERWORTH], ids=lambda choice: choice.kind)
 
 
 def walk(samples: int = 2000, joints: int = 3, seed: int = 0) -> np.ndarray:
@@ -43,14 +35,14 @@ windows = st.integers(2, 40).flatmap(
 
 
 class TestSavitzkyGolay:
-    @given(windows, st.sampled_from(["uniform", "hann", "gaussian"]))
+    @given(windows)
     @settings(deadline=None, max_examples=40)
-    def test_reproduces_polynomials_and_their_derivatives(self, shape, weights):
+    def test_kernels_reproduce_polynomials_and_their_derivatives(self, shape):
         window, order = shape
         rng = np.random.default_rng(window)
         polynomial = np.polynomial.Polynomial(rng.standard_normal(order + 1), domain=[0, 0.5])
         time = np.arange(250) * PERIOD
-        kernels = savgol_kernels(window, order, weights, PERIOD)
+        kernels = savgol_kernels(window, order, PERIOD)
         filtered = correlate_valid(polynomial(time)[:, None], kernels, (0, 1, 2))
         middle = time[window // 2 : len(time) - window // 2]
         for d, result in enumerate(filtered):
@@ -58,77 +50,48 @@ class TestSavitzkyGolay:
             rounding = 1e-15 * np.abs(kernels[d]).sum() * scale(polynomial(time))
             expected = polynomial.deriv(d)(middle) if d else polynomial(middle)
             np.testing.assert_allclose(result[:, 0], expected, rtol=1e-9, atol=1e-9 * scale(expected) + rounding)
+            np.testing.assert_array_equal(kernels[d], (-1) ** d * kernels[d][::-1])
 
     @pytest.mark.parametrize("window", [3, 5, 9, 31, 101])
     @pytest.mark.parametrize("order", [2, 3, 4])
-    def test_uniform_weights_are_scipys_coefficients(self, window, order):
+    def test_kernels_are_scipys_coefficients(self, window, order):
         order = min(order, window - 1)  # for higher orders and long windows it is scipy that runs out of digits
-        kernels = savgol_kernels(window, order, "uniform", PERIOD)
+        kernels = savgol_kernels(window, order, PERIOD)
         for d in range(3):
             expected = savgol_coeffs(window, order, deriv=d, delta=PERIOD, use="dot")
             np.testing.assert_allclose(kernels[d], expected, rtol=0, atol=1e-9 * scale(expected))
 
-    @pytest.mark.parametrize("weights", ["hann", "gaussian", [1.0, 2.0, 3.0, 5.0, 3.0, 2.0, 1.0]])
-    def test_weighted_kernels_solve_the_weighted_least_squares_problem(self, weights):
-        window, order = 7, 3
-        kernels = savgol_kernels(window, order, weights, 1.0)
-        data = np.random.default_rng(1).standard_normal(window)
-        w = {
-            "hann": np.sin(np.pi * np.arange(1, 8) / 8) ** 2,
-            "gaussian": np.exp(-0.5 * (np.arange(-3, 4) / 1.75) ** 2),
-        }.get(weights if isinstance(weights, str) else "", np.array([1.0, 2, 3, 5, 3, 2, 1]))
-        fit = np.polynomial.polynomial.polyfit(np.arange(-3, 4), data, order, w=np.sqrt(w))
-        np.testing.assert_allclose(kernels @ data, [fit[0], fit[1], 2 * fit[2]], rtol=1e-9)
-
-    @given(windows, st.sampled_from(["uniform", "hann", "gaussian"]))
-    @settings(deadline=None, max_examples=40)
-    def test_moments_of_the_taps(self, shape, weights):
-        window, order = shape
-        position, velocity, acceleration = savgol_kernels(window, order, weights, 1.0)
-        n = np.arange(window) - window // 2
-        assert position.sum() == pytest.approx(1.0, abs=1e-9)
-        assert (velocity @ n, acceleration @ n**2 / 2) == pytest.approx((1.0, 1.0), rel=1e-9)
-        np.testing.assert_array_equal(position, position[::-1])
-        np.testing.assert_array_equal(velocity, -velocity[::-1])
-        np.testing.assert_array_equal(acceleration, acceleration[::-1])
-
-    def test_even_orders_smooth_like_the_next_odd_one(self):
-        even, odd = savgol_kernels(21, 4, "uniform", 1.0), savgol_kernels(21, 5, "uniform", 1.0)
-        np.testing.assert_allclose(even[[0, 2]], odd[[0, 2]], atol=1e-12)
-        np.testing.assert_allclose(even[1], savgol_kernels(21, 3, "uniform", 1.0)[1], atol=1e-12)
-
     def test_polynomial_through_all_samples_does_not_smooth(self):
-        np.testing.assert_allclose(savgol_kernels(5, 4, "uniform", 1.0)[0], [0, 0, 1, 0, 0], atol=1e-12)
-        assert savgol_cutoff(5, 4, "uniform", RATE) == RATE / 2
+        np.testing.assert_allclose(savgol_kernels(5, 4, 1.0)[0], [0, 0, 1, 0, 0], atol=1e-12)
+        assert savgol_cutoff(5, 4, RATE) == RATE / 2
 
-    @pytest.mark.parametrize("weights", ["uniform", "hann", "gaussian"])
     @pytest.mark.parametrize("order", [2, 3, 4, 6])
-    def test_cutoff_is_where_half_the_power_of_a_sine_is_left(self, order, weights):
-        cutoff = savgol_cutoff(41, order, weights, RATE)
+    def test_cutoff_is_where_half_the_power_of_a_sine_is_left(self, order):
+        cutoff = savgol_cutoff(41, order, RATE)
         time = np.arange(41) - 20
-        gain = savgol_kernels(41, order, weights, PERIOD)[0] @ np.cos(2 * np.pi * cutoff * PERIOD * time)
+        gain = savgol_kernels(41, order, PERIOD)[0] @ np.cos(2 * np.pi * cutoff * PERIOD * time)
         assert gain**2 == pytest.approx(0.5, rel=1e-9)
 
-    @given(st.integers(3, 200), st.integers(2, 5), st.sampled_from(["uniform", "hann", "gaussian"]))
+    @given(st.integers(3, 200), st.integers(2, 5))
     @settings(deadline=None, max_examples=30)
-    def test_window_and_cutoff_are_inverse(self, half_width, order, weights):
+    def test_window_and_cutoff_are_inverse(self, half_width, order):
         window = 2 * half_width + 1
-        cutoff = savgol_cutoff(window, order, weights, RATE)
+        cutoff = savgol_cutoff(window, order, RATE)
         if cutoff < RATE / 2:
-            assert savgol_window(cutoff, order, weights, RATE) == window
-            assert savgol_window(cutoff * 1.0001, order, weights, RATE) <= window
+            assert savgol_window(cutoff, order, RATE) == window
+            assert savgol_window(cutoff * 1.0001, order, RATE) <= window
 
     def test_large_windows_keep_their_digits(self):
         time = np.arange(3000) * 1e-3
         polynomial = np.polynomial.Polynomial([1000.0, 1.0, -0.5, 0.3, -0.05])  # a continuous joint after many turns
-        kernels = savgol_kernels(401, 4, "uniform", 1e-3)
+        kernels = savgol_kernels(401, 4, 1e-3)
         _, velocity, acceleration = correlate_valid(polynomial(time)[:, None], kernels, (0, 1, 2))
         middle = time[200:-200]
         np.testing.assert_allclose(velocity[:, 0], polynomial.deriv(1)(middle), rtol=0, atol=1e-12)
         np.testing.assert_allclose(acceleration[:, 0], polynomial.deriv(2)(middle), rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("choice", ALL, ids=kind)
+@every_filter
 class TestEveryFilter:
     def test_shapes_and_time_axis(self, choice):
         motion_filter = make_filter(choice, PERIOD)
@@ -182,7 +145,7 @@ class TestEveryFilter:
                 np.testing.assert_allclose(alone[d][:, 0], together[d][:, joint], atol=1e-9 * scale(together[d]))
 
 
-@pytest.mark.parametrize("choice", ZERO_PHASE, ids=kind)
+@every_filter
 def test_time_reversal_turns_the_velocity_alone(choice):
     motion_filter = make_filter(choice, PERIOD)
     position, velocity, acceleration = motion_filter.apply(walk())
@@ -192,7 +155,7 @@ def test_time_reversal_turns_the_velocity_alone(choice):
         np.testing.assert_allclose(reverse[::-1], forward, atol=10 * tolerance * scale(walk()) / PERIOD**d)
 
 
-@pytest.mark.parametrize("choice", ZERO_PHASE, ids=kind)
+@every_filter
 def test_a_slow_sine_comes_out_in_phase(choice):
     motion_filter = make_filter(choice, PERIOD)
     omega, time = 2 * np.pi * 1.0, np.arange(3000) * PERIOD
@@ -201,22 +164,6 @@ def test_a_slow_sine_comes_out_in_phase(choice):
     np.testing.assert_allclose(position[:, 0], np.sin(omega * middle), atol=1e-4)
     np.testing.assert_allclose(velocity[:, 0], omega * np.cos(omega * middle), atol=1e-4 * omega)
     np.testing.assert_allclose(acceleration[:, 0], -(omega**2) * np.sin(omega * middle), atol=1e-4 * omega**2)
-
-
-def test_uncompensated_backward_differences_lag_by_half_a_period_and_a_whole_one():
-    time = np.arange(500) * PERIOD
-    _, velocity, acceleration = make_filter(REAL_TIME, PERIOD).apply((time**3)[:, None])
-    now = time[2:-2]
-    np.testing.assert_allclose(velocity[:, 0], 3 * (now - PERIOD / 2) ** 2 + PERIOD**2 / 4, atol=1e-12)
-    np.testing.assert_allclose(acceleration[:, 0], 6 * (now - PERIOD), atol=1e-9)
-
-
-def test_compensated_backward_differences_are_the_uncompensated_ones_moved_to_one_time():
-    late = make_filter(REAL_TIME, PERIOD).apply(walk())
-    in_time = make_filter(BACKWARD, PERIOD).apply(walk())
-    np.testing.assert_array_equal(in_time[0], late[0])
-    np.testing.assert_allclose(in_time[1][:-1], 0.5 * (late[1][:-1] + late[1][1:]), atol=1e-10)
-    np.testing.assert_allclose(in_time[2][:-1], late[2][1:], atol=1e-7)
 
 
 class TestButterworth:
@@ -261,30 +208,19 @@ class TestButterworth:
         ({"kind": "savitzky-golay"}, "needs a window"),
         ({"kind": "savitzky-golay", "window": 7, "cutoff": 20.0}, "give only one of them"),
         ({"kind": "savitzky-golay", "cutoff": 250.0}, "cutoff is 250 Hz; it must be below half the log's rate of 500"),
-        ({"kind": "savitzky-golay", "weights": [1.0, 2.0, 3.0]}, "not the same read backwards"),
-        ({"kind": "savitzky-golay", "window": 7, "weights": [1.0, 2.0, 1.0]}, "has 3 numbers; the window of 7"),
-        ({"kind": "savitzky-golay", "cutoff": 9.0, "weights": [1.0, 1.0, 1.0]}, "leave out cutoff"),
         ({"kind": "butterworth"}, "needs a cutoff"),
         ({"kind": "butterworth", "cutoff": 300.0}, "cutoff is 300 Hz; it must be below half the log's rate of 500 Hz"),
         ({"kind": "butterworth", "cutoff": 30.0, "window": 9}, "window is 9, which the filter of kind 'butterworth'"),
-        ({"kind": "central", "cutoff": 30.0}, "set kind to 'savitzky-golay' or 'butterworth'"),
+        ({"kind": "log", "cutoff": 30.0}, "set kind to 'savitzky-golay' or 'butterworth'"),
         ({"kind": "auto"}, "must be chosen from a log"),
         ({"kind": "auto", "window": 9}, "window is 9, which the filter of kind 'auto' does not use"),
     ],
 )
 def test_settings_that_do_not_go_together_are_refused(values, sentence):
     with pytest.raises(SettingsError) as caught:
-        make_filter(FilterSettings(**{"order": 2, **values} if "weights" in values else values), PERIOD)
+        make_filter(FilterSettings(**values), PERIOD)
     assert sentence in str(caught.value)
     assert "[identify.filter]" in str(caught.value)
-
-
-def test_weights_given_one_by_one_fix_the_window():
-    motion_filter = make_filter(
-        FilterSettings(kind="savitzky-golay", order=2, weights=[1.0, 2.0, 4.0, 2.0, 1.0]), PERIOD
-    )
-    assert motion_filter.half_width == 2
-    assert "given weights" in motion_filter.name
 
 
 def test_the_logs_own_derivatives_need_no_edges():
@@ -316,7 +252,7 @@ class TestChosenCutoff:
         position, acceleration = self.motion([0.5, 1.3, 2.1])
         choice = choose_cutoff([acceleration], self.rate, [position])
         assert choice.window == 9
-        assert choice.cutoff == pytest.approx(savgol_cutoff(9, 4, "uniform", self.rate))
+        assert choice.cutoff == pytest.approx(savgol_cutoff(9, 4, self.rate))
 
     def test_more_encoder_noise_means_a_longer_window(self):
         position, acceleration = self.motion([0.5, 3.0])

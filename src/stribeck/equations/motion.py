@@ -7,8 +7,7 @@ import numpy as np
 from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
 from stribeck.equations.constants import ACCELERATION_LENGTH, POLYNOMIAL, VELOCITY_LENGTHS, VELOCITY_REFERENCE
 from stribeck.log import RobotLog
-from stribeck.motion.convolution import correlate_valid
-from stribeck.motion.savitzky_golay import savgol_kernels
+from stribeck.motion.savitzky_golay import correlate_valid, savgol_kernels
 from stribeck.robot import Robot
 from stribeck.typing import Array
 
@@ -66,4 +65,4 @@ def differentiator(encoder_noise: float, period: float) -> Differentiator:
 def savgol(length: float, period: float) -> Array:
     """Return the kernels of position, velocity and acceleration of a window [s], shape (3, L)."""
     half = max(POLYNOMIAL // 2 + 1, round((length / period - 1) / 2))
-    return savgol_kernels(2 * half + 1, POLYNOMIAL, "uniform", period)
+    return savgol_kernels(2 * half + 1, POLYNOMIAL, period)

@@ -17,7 +17,7 @@ from stribeck.friction_torque.log_observer import LogObserver
 from stribeck.friction_torque.stream import Chunk, friction_torque, support_name
 from stribeck.friction_torque.table import friction_table
 from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
-from stribeck.motion import make_filter, resolve_auto
+from stribeck.motion import Filter, make_filter, resolve_auto
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.samples import Samples
@@ -158,11 +158,12 @@ def torque_chunks(
     settings: Settings,
     phases: tuple[SupportPhase, ...] | None = None,
     stride: int = 1,
+    motion_filter: Filter | None = None,
 ) -> Iterator[Chunk]:
     """Yield the friction torque of a log, or of some of its phases or of one of `stride` rows; see `friction_torque`.
 
-    The filter of the settings is any but "auto". With an observer's bandwidth, which is a number then, the friction
-    torque is that of the observer, for which every row is worked out.
+    The filter of the settings is not "auto"; `motion_filter` takes its place. With an observer's bandwidth, which is
+    a number then, the friction torque is that of the observer, for which every row is worked out.
     """
     bandwidth = settings.observer_bandwidth
     assert bandwidth != "auto"
@@ -171,7 +172,7 @@ def torque_chunks(
         prepared.log,
         prepared.sampling.segments,
         prepared.support.phases if phases is None else phases,
-        make_filter(settings.filter, prepared.sampling.period),
+        motion_filter or make_filter(settings.filter, prepared.sampling.period),
         prepared.sampling.period,
         settings,
         1 if bandwidth else stride,

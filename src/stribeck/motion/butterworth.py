@@ -4,12 +4,14 @@ import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.errors import SettingsError
-from stribeck.motion import differences
-from stribeck.motion.convolution import correlate_valid
+from stribeck.motion.savitzky_golay import correlate_valid
 from stribeck.typing import Array
 
 SETTLED = 1e-6
 """Share of the impulse response that may be left beyond the dropped edges."""
+
+HALF_WIDTH = 2
+"""Samples that the central differences need on each side."""
 
 
 def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
@@ -43,14 +45,25 @@ def settling_length(sections: Array) -> int:
     return int(np.argmax(left <= SETTLED * left[0]))
 
 
+def central_kernels(period: float) -> Array:
+    """Compute the kernels of position, velocity and acceleration, shape (3, 5), by (6.2) once and twice.
+
+    Exact up to second-degree polynomials for the velocity and third-degree ones for the acceleration; no delay.
+    """
+    present = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    velocity = np.array([0.0, -1.0, 0.0, 1.0, 0.0]) / (2 * period)
+    acceleration = np.array([1.0, 0.0, -2.0, 0.0, 1.0]) / (2 * period) ** 2
+    return np.array([present, velocity, acceleration])
+
+
 def filter_derivatives(
     signal: Array, orders: tuple[int, ...], sections: Array, period: float, half_width: int
 ) -> tuple[Array, ...]:
     """Return the filtered derivatives of a signal of shape (T, n), each of shape (T - 2 half_width, n)."""
     if len(signal) <= 2 * half_width:
         return tuple(np.empty((0, signal.shape[1])) for _ in orders)
-    kernels = differences.central_kernels(period)[list(orders)]
-    edge = half_width - differences.HALF_WIDTH
+    kernels = central_kernels(period)[list(orders)]
+    edge = half_width - HALF_WIDTH
     return tuple(
         np.asarray(_zero_phase(sections, raw)[edge : len(raw) - edge])
         for raw in correlate_valid(signal, kernels, orders)

@@ -41,7 +41,7 @@ class CutoffChoice:
     cutoff
         -3 dB frequency of the position kernel [Hz].
     window
-        Of the Savitzky-Golay filter of order 4 with uniform weights that has this cutoff [samples].
+        Of the Savitzky-Golay filter of order 4 that has this cutoff [samples].
     reason
         One sentence with numbers, for the user.
     """
@@ -99,7 +99,7 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
 
 
 def _choice(window: int, rate: float, reason: str) -> CutoffChoice:
-    cutoff = savgol_cutoff(window, ORDER, "uniform", rate)
+    cutoff = savgol_cutoff(window, ORDER, rate)
     sentence = f"cutoff {cutoff:.3g} Hz, a window of {window} samples: {reason}"
     return CutoffChoice(cutoff=cutoff, window=window, reason=sentence)
 
@@ -166,7 +166,7 @@ def _upper_band(frequency: Array, rate: float) -> NDArray[np.bool_]:
 
 def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
     """Return the gain of the acceleration kernel against the true second derivative, shape (F,)."""
-    kernel = savgol_kernels(window, ORDER, "uniform", 1 / rate)[2]
+    kernel = savgol_kernels(window, ORDER, 1 / rate)[2]
     half_width = window // 2
     phase = 2 * np.pi * frequency[:, None] / rate * np.arange(1, half_width + 1)
     # The taps sum to zero, so cos - 1 gives the same sum without cancellation at low frequencies.
@@ -177,8 +177,8 @@ def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
 def _candidate_windows(rate: float, samples: int) -> list[int]:
     """Return odd windows in order of length, from the highest cutoff allowed to the lowest."""
     highest = HIGHEST_CUTOFF * rate / 2
-    shortest = savgol_window(highest, ORDER, "uniform", rate)
-    longest = savgol_window(min(LOWEST_CUTOFF, highest), ORDER, "uniform", rate)
+    shortest = savgol_window(highest, ORDER, rate)
+    longest = savgol_window(min(LOWEST_CUTOFF, highest), ORDER, rate)
     longest = max(shortest, min(longest, samples // 4))
     half_widths = np.geomspace(shortest // 2, longest // 2, CANDIDATES).round().astype(int)
     return [int(2 * half_width + 1) for half_width in np.unique(half_widths)]

@@ -7,20 +7,17 @@ from functools import partial
 import numpy as np
 
 from stribeck.errors import SettingsError
-from stribeck.motion import butterworth, differences
+from stribeck.motion import butterworth
 from stribeck.motion.averaging import implied_weights
-from stribeck.motion.convolution import correlate_valid
 from stribeck.motion.cutoff import CutoffChoice
-from stribeck.motion.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
+from stribeck.motion.savitzky_golay import correlate_valid, savgol_cutoff, savgol_kernels, savgol_window
 from stribeck.settings import FilterSettings
 from stribeck.typing import Array
 
 TAKES = {
-    "auto": {"order", "weights"},
-    "savitzky-golay": {"window", "order", "weights", "cutoff"},
+    "auto": {"order"},
+    "savitzky-golay": {"window", "order", "cutoff"},
     "butterworth": {"order", "cutoff"},
-    "central": set[str](),
-    "backward": {"compensate_delay"},
     "log": set[str](),
 }
 """The settings that each kind of filter uses."""
@@ -106,14 +103,6 @@ def make_filter(settings: FilterSettings, period: float) -> Filter:
         return _savitzky_golay(settings, period)
     if settings.kind == "butterworth":
         return _butterworth(settings, period)
-    if settings.kind == "central":
-        kernels = differences.central_kernels(period)
-        return _finite("central differences", kernels, implied_weights(kernels[2], period))
-    if settings.kind == "backward":
-        delay = "compensated" if settings.compensate_delay else "left in"
-        kernels = differences.backward_kernels(period, settings.compensate_delay)
-        # One second difference, nothing is averaged; and a delay that is left in is not for the torque to share.
-        return _finite(f"backward differences, delay {delay}", kernels, kernels[0])
     if settings.kind == "log":
         name = "none: the log's own velocity and acceleration"
         return Filter(name=name, half_width=0, run=_pass_through, weights=np.ones(1))
@@ -123,7 +112,7 @@ def make_filter(settings: FilterSettings, period: float) -> Filter:
 def sharper_filter(settings: FilterSettings, period: float) -> Filter:
     """Return the filter over half the window, which shows what happens within it; the same where none can be halved."""
     whole = make_filter(settings, period)
-    if settings.kind != "savitzky-golay" or isinstance(settings.weights, list):
+    if settings.kind != "savitzky-golay":
         return whole
     shortest = settings.order + 1 + settings.order % 2
     half = max(whole.half_width // 2 * 2 + 1, shortest)
@@ -153,43 +142,38 @@ def _refuse_unused(settings: FilterSettings) -> None:
 
 
 def _savitzky_golay(settings: FilterSettings, period: float) -> Filter:
-    rate = 1 / period
-    if settings.window is not None and settings.cutoff is not None:
+    window = settings.window
+    if window is not None and settings.cutoff is not None:
         raise SettingsError(
-            f"[identify.filter] window is {settings.window} and cutoff is {settings.cutoff:g} Hz; give only one of them"
+            f"[identify.filter] window is {window} and cutoff is {settings.cutoff:g} Hz; give only one of them"
         )
     if settings.cutoff is not None:
-        window = savgol_window(settings.cutoff, settings.order, settings.weights, rate)
-    elif settings.window is not None:
-        window = settings.window
-    elif isinstance(settings.weights, list):
-        window = len(settings.weights)
-    else:
+        window = savgol_window(settings.cutoff, settings.order, 1 / period)
+    if window is None:
         raise SettingsError(
             "[identify.filter] kind is 'savitzky-golay', which needs a window [samples] or a cutoff [Hz]"
         )
-    kernels = savgol_kernels(window, settings.order, settings.weights, period)
-    cutoff = savgol_cutoff(window, settings.order, settings.weights, rate)
-    weights = "given" if isinstance(settings.weights, list) else settings.weights
-    name = f"Savitzky-Golay, window {window}, order {settings.order}, {weights} weights, -3 dB at {cutoff:.3g} Hz"
-    return _finite(name, kernels, implied_weights(kernels[2], period))
+    kernels = savgol_kernels(window, settings.order, period)
+    cutoff = savgol_cutoff(window, settings.order, 1 / period)
+    name = f"Savitzky-Golay, window {window}, order {settings.order}, -3 dB at {cutoff:.3g} Hz"
+    return finite_filter(name, kernels, implied_weights(kernels[2], period))
 
 
 def _butterworth(settings: FilterSettings, period: float) -> Filter:
     if settings.cutoff is None:
         raise SettingsError("[identify.filter] kind is 'butterworth', which needs a cutoff [Hz]")
     sections = butterworth.butterworth_sections(settings.cutoff, settings.order, 1 / period)
-    half_width = butterworth.settling_length(sections) + differences.HALF_WIDTH
+    half_width = butterworth.settling_length(sections) + butterworth.HALF_WIDTH
     run = partial(butterworth.filter_derivatives, sections=sections, period=period, half_width=half_width)
     name = f"Butterworth, order {settings.order}, forward and backward, -3 dB at {settings.cutoff:.3g} Hz"
     return Filter(name=name, half_width=half_width, run=run, weights=None)
 
 
-def _finite(name: str, kernels: Array, weights: Array) -> Filter:
-    """Return the filter of three kernels, of position, velocity and acceleration, shape (3, L)."""
+def finite_filter(name: str, kernels: Array, weights: Array) -> Filter:
+    """Build the filter of three kernels, of position, velocity and acceleration, shape (3, L)."""
 
     def run(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
-        return correlate_valid(signal, np.ascontiguousarray(kernels[list(orders)]), orders)
+        return correlate_valid(signal, kernels[list(orders)], orders)
 
     return Filter(name=name, half_width=kernels.shape[1] // 2, run=run, weights=weights)
 
