@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from stribeck.contact import SupportPhases, find_support_phases
-from stribeck.contact.hysteresis import switch
+from stribeck.contact.phases import switch
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.log import RobotLog
 from stribeck.robot import Contact

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stribeck.audit.evidence import Evidence
-from stribeck.contact.hysteresis import switch
-from stribeck.contact.upright import up_in_base
+from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
 from stribeck.finding import Finding
 from stribeck.typing import Array

@@ -16,8 +16,15 @@ from numpy.typing import NDArray
 
 from stribeck.contact.forces import foot_loads, force_channel, standing_from_forces
 from stribeck.contact.kinematics import standing_from_kinematics
-from stribeck.contact.phases import Source, SupportPhase, SupportPhases, fixed_phases, phases_of_segment
-from stribeck.contact.upright import FALLEN, row_of_fall
+from stribeck.contact.phases import (
+    FALLEN,
+    Source,
+    SupportPhase,
+    SupportPhases,
+    fixed_phases,
+    phases_of_segment,
+    row_of_fall,
+)
 from stribeck.errors import LogError, RobotFileError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot

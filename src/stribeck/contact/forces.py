@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.contact.hysteresis import switch
-from stribeck.contact.upright import up_in_base
+from stribeck.contact.phases import switch, up_in_base
 from stribeck.errors import LogError, SettingsError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
@@ -13,8 +12,6 @@ from stribeck.typing import Array
 
 TOLERANCE = 0.25
 """How far the load of the feet may be from the robot's weight before it is remarked upon."""
-LOADED = 0.3
-"""The feet carry the robot when their load is more than this share of its 95th percentile."""
 UNITS = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}
 """Load over weight -> the unit that a force must have been in, and what it must be multiplied by."""
 
@@ -88,7 +85,7 @@ def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
 def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
     """Compare the load of all feet with the weight; return notes, or refuse a wrong sign or unit."""
     size = np.abs(total)
-    carried = total[size > LOADED * np.percentile(size, 95)]
+    carried = total[size > 0.3 * np.percentile(size, 95)]  # [1]; below, the feet do not carry the robot
     share = float(np.median(carried)) / weight if len(carried) else 0.0
     unit = next((found for ratio, found in UNITS.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
     name, channel = log.path or "log", force_channel(log)

@@ -8,24 +8,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from stribeck.contact.hysteresis import switch
-from stribeck.contact.upright import up_in_base
+from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.typing import Array
 
-LIFT = 0.25
-"""A foot is in the air above this share of the highest lift, between the bounds of `LIFT_BOUNDS`."""
-LIFT_BOUNDS = (0.005, 0.02)
-"""[m]: below, height is no more than play, tilt and uneven ground; above, a low step would be missed."""
-MOVING = 0.1
-"""A foot moves above this share of the median speed of feet in the air; half of it ends the move."""
 SLOWEST = 0.02
-"""[m/s]: slower feet stand, whatever the others do."""
-SMOOTHING = 0.02
-"""Time over which foot speeds are averaged [s]."""
+"""Speed of a foot [m/s] below which it stands, whatever the others do."""
 
 
 def standing_from_kinematics(
@@ -55,12 +46,13 @@ def standing_from_kinematics(
     for (start, stop), foot_places in placed.items():
         height[start:stop] = foot_places.heights()
     rows = np.concatenate([np.r_[segment] for segment in segments])
-    lift = float(np.clip(LIFT * height[rows].max(), *LIFT_BOUNDS))
+    # a quarter of the highest lift [m]: below 5 mm are play, tilt and uneven ground; above 20 mm, low steps are missed
+    lift = float(np.clip(0.25 * height[rows].max(), 0.005, 0.02))
     for (start, stop), foot_places in placed.items():
         airborne[start:stop] = switch(height[start:stop], lift, lift / 2)
         speed[start:stop] = foot_places.speeds_against(~airborne[start:stop])
     in_air = speed[rows][airborne[rows]]
-    threshold = max(SLOWEST, MOVING * float(np.median(in_air))) if len(in_air) else SLOWEST
+    threshold = max(SLOWEST, 0.1 * float(np.median(in_air))) if len(in_air) else SLOWEST
     for segment in segments:
         standing[segment] = ~_swings(airborne[segment], switch(speed[segment], threshold, threshold / 2))
     note = (
@@ -95,7 +87,7 @@ class _FootPlaces:
         speeds, seen_from = np.zeros(ground.shape), np.zeros(ground.shape)
         if len(self.time) < 2:
             return speeds
-        width = max(1, round(SMOOTHING / float(np.median(np.diff(self.time)))))
+        width = max(1, round(0.02 / float(np.median(np.diff(self.time)))))  # speeds are averaged over 20 ms
         for foot, other in permutations(range(ground.shape[1]), 2):
             offset = np.einsum("tij,tj->ti", self.levels[other], self.points[:, foot] - self.points[:, other])
             velocity = uniform_filter1d(np.gradient(offset, self.time, axis=0), width, axis=0, mode="nearest")

@@ -7,8 +7,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.dynamics.root_motion import gravity_in_root_link
+from stribeck.dynamics.state import root_quaternions
+from stribeck.errors import LogError
+from stribeck.log import RobotLog
+from stribeck.log.storage import BLOCK_ROWS
+from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
 from stribeck.typing import Array
+
+FALLEN = np.deg2rad(60.0)
+"""Tilt of a base that has fallen [rad]."""
 
 Kind = Literal["fixed", "single", "double", "multiple", "flight", "touching"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]
@@ -56,18 +65,9 @@ class SupportPhases:
 def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
     """Return the phases of a fixed base: one a segment, nothing trimmed."""
     return tuple(
-        SupportPhase(
-            start=s.start,
-            stop=s.stop,
-            feet=("base",),
-            kind="fixed",
-            first=s.start,
-            last=s.stop,
-            steady_first=s.start,
-            steady_last=s.stop,
-        )
-        for s in segments
-        if s.stop > s.start
+        SupportPhase(start=a, stop=b, feet=("base",), kind="fixed", first=a, last=b, steady_first=a, steady_last=b)
+        for a, b in ((segment.start, segment.stop) for segment in segments)
+        if b > a
     )
 
 
@@ -101,28 +101,33 @@ def phases_of_segment(
     changes = np.flatnonzero(np.any(rows[1:] != rows[:-1], axis=1)) + 1 + segment.start
     edges = [segment.start, *(int(row) for row in changes), segment.stop]
     period = float(np.median(np.diff(time[segment]))) if len(rows) > 1 else 0.0
+
+    def trimmed(start: int, stop: int, after: float, before: float) -> tuple[int, int]:
+        """Leave out so many seconds at the ends; half a period decides what is equal."""
+        first = int(np.searchsorted(time, time[start] + after - period / 2)) if start > segment.start else start
+        last = int(np.searchsorted(time, time[stop - 1] - before + period / 2)) if stop < segment.stop else stop
+        return first, last
+
+    both = settings.trim_start + settings.trim_end
     phases = []
     for start, stop in pairwise(edges):
         row = rows[start - segment.start]
         standing_feet = tuple(foot for foot, stands in zip(feet, row[:-1], strict=True) if stands)
-        swinging = len(standing_feet) < len(feet)
-        both = settings.trim_start + settings.trim_end
         first, last = start, stop
-        steady_first = _row_after(time, start, both, period) if start > segment.start else start
-        steady_last = _row_before(time, stop, both, period) if stop < segment.stop else stop
-        if swinging:
-            first = _row_after(time, start, settings.trim_start, period) if start > segment.start else start
-            last = _row_before(time, stop, settings.trim_end, period) if stop < segment.stop else stop
+        if len(standing_feet) < len(feet):
+            first, last = trimmed(start, stop, settings.trim_start, settings.trim_end)
+        steady_first, steady_last = trimmed(start, stop, both, both)
         if last <= first or (stop - start) * period < settings.min_duration or row[-1]:
             first = last = start
         if steady_last <= steady_first or last == first:
             steady_first = steady_last = first
+        kinds: tuple[Kind, ...] = ("flight", "single", "double", "multiple")
         phases.append(
             SupportPhase(
                 start=start,
                 stop=stop,
                 feet=standing_feet,
-                kind="touching" if row[-1] else _kind(standing_feet),
+                kind="touching" if row[-1] else kinds[min(len(standing_feet), 3)],
                 first=first,
                 last=last,
                 steady_first=steady_first,
@@ -132,16 +137,59 @@ def phases_of_segment(
     return phases
 
 
-def _row_after(time: Array, start: int, trim: float, period: float) -> int:
-    """Return the first row that is `trim` or more after row `start`; half a period decides what is equal."""
-    return int(np.searchsorted(time, time[start] + trim - period / 2))
+def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:
+    """Apply a threshold with hysteresis: on above `on`, off below `off`, in between as before.
+
+    Parameters
+    ----------
+    signal
+        Shape (T, k); each column is a switch of its own. A first value in between counts for the nearer threshold.
+    on, off
+        `off` is not above `on`.
+    """
+    decided = (signal > on) | (signal < off)
+    decided[:1] = True
+    latest = np.maximum.accumulate(np.where(decided, np.arange(len(signal))[:, None], 0), axis=0)
+    return np.asarray(np.take_along_axis(signal, latest, axis=0) > (on + off) / 2)
 
 
-def _row_before(time: Array, stop: int, trim: float, period: float) -> int:
-    """Return the end of the rows that are `trim` or more before the end of the last row of the phase."""
-    return int(np.searchsorted(time, time[stop - 1] - trim + period / 2))
+def up_in_base(log: RobotLog, robot: Robot) -> Array:
+    """Compute the upward direction in the root link's coordinates, shape (T, 3); a base without IMU counts as level."""
+    up = -robot.gravity / np.linalg.norm(robot.gravity)
+    if log.base_orientation is None:
+        return np.broadcast_to(up, (len(log.time), 3))
+    return gravity_in_root_link(root_quaternions(robot, log.position, log.base_orientation), up)
 
 
-def _kind(feet: tuple[str, ...]) -> Kind:
-    kinds: tuple[Kind, ...] = ("flight", "single", "double", "multiple")
-    return kinds[min(len(feet), 3)]
+def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int | None:
+    """Find the first row within the segments at which the base has fallen over, None if it never does.
+
+    Upright is the root link's z axis. A root link whose z axis does not point up when the robot stands would look
+    fallen from the start, and is refused.
+
+    Raises
+    ------
+    LogError
+        If the base is tilted that far from the start.
+    """
+    if log.base_orientation is None:
+        return None
+    starts = [(start, rows.stop) for rows in segments for start in range(rows.start, rows.stop, BLOCK_ROWS)]
+    for place, (start, stop) in enumerate(starts):
+        block = slice(start, min(start + BLOCK_ROWS, stop))
+        tilt = np.arccos(np.clip(up_in_base(log.take(block), robot)[:, 2], -1.0, 1.0))
+        fallen = np.flatnonzero(tilt > FALLEN)
+        if len(fallen) == 0:
+            continue
+        if place or fallen[0]:
+            return int(start + fallen[0])
+        if robot.gravity[2] > 0:
+            raise LogError(
+                f"{log.path or 'log'}: [robot] gravity points up, {robot.gravity.tolist()} m/s^2, and the robot "
+                "stands on its head; expected gravity of the world, z down, as a rule [0, 0, -9.81]"
+            )
+        raise LogError(
+            f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f} deg at the start, "
+            'so that the robot lies; if it stands, set [log] base_orientation = {order = "wxyz"} or [robot] base_frame'
+        )
+    return None
