@@ -85,8 +85,10 @@
   };
   const STEPS = Array.from({ length: 99 }, (_, k) => Number([1, 2, 5][k % 3] + "e" + (Math.floor(k / 3) - 16)));
   const decades = (_, splits) => {
-    const found = splits.map((value) => (Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6 ? value : null));
-    return found.filter((value) => value != null).length > 1 ? found : splits;
+    const leading = (digits) => splits.map((value) => (digits.includes(Number(value.toExponential(9)[0])) &&
+      Math.abs(value / 10 ** Math.floor(Math.log10(value) + 1e-9) % 1) < 1e-6 ? value : null));
+    const found = leading([1]);
+    return found.filter((value) => value != null).length > 1 ? found : leading([1, 2, 5]);
   };
   const symmetric = (plot, k, low, high) => {
     const half = (high - low) / 2, power = 10 ** Math.floor(Math.log10(half));
@@ -97,7 +99,7 @@
 
   /* Series and data of lines, each with an x of its own */
   const series = (line) => {
-    const colour = shade(line.colour, line.opacity), hidden = { width: 0, points: { show: false } };
+    const colour = shade(line.colour, line.opacity), hidden = { width: 0, points: { show: false }, pxAlign: 0 };
     const curve = {
       label: line.name, stroke: colour, width: line.width ?? 2, dash: line.dash, points: { show: false }, pxAlign: 0,
       ...(line.points && { paths: () => null, points: { show: true, size: line.points, fill: colour, width: 0 } }),
