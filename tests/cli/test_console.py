@@ -7,7 +7,7 @@ from tests.report.conftest import build_result
 
 from stribeck.cli import console
 from stribeck.result import CurvePoint, Result, TorqueR2
-from stribeck.result.advice import advice
+from stribeck.result.tables import advice
 
 LONG = "left_arm_shoulder_abduction_joint"
 

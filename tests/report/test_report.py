@@ -17,8 +17,8 @@ from stribeck.report import write_report
 from stribeck.report.curves import common_scales, friction_curve
 from stribeck.report.overview import heading
 from stribeck.result import Corrections, CurvePoint, JointResult, Result, TorqueR2, Validation
-from stribeck.result.advice import advice
 from stribeck.result.joint import verdict_place
+from stribeck.result.tables import advice
 from stribeck_simulation.pictures.section import walk_section
 
 VOID = {"meta", "link", "br", "wbr", "img", "hr"}

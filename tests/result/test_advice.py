@@ -6,8 +6,7 @@ import pytest
 
 from stribeck.identification.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validation
-from stribeck.result.advice import advice
-from stribeck.result.tables import point_text, rounded
+from stribeck.result.tables import advice, point_text, rounded
 
 
 def point(velocity: float, value: float, half: float) -> CurvePoint:

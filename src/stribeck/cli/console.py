@@ -99,8 +99,7 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
-    from stribeck.result.advice import advice
-    from stribeck.result.tables import point_text
+    from stribeck.result.tables import advice, point_text
 
     units = {joint.curve[0].unit for joint in result.all_friction.values() if joint.curve} or {"N m"}
     speeds = {"slow": 0, "middle": 1, "top speed": 2} if all_speeds else {"middle speed": 1}

@@ -14,7 +14,7 @@ from stribeck.report.curves import curve_charts, friction_curve
 from stribeck.report.page import Section, render
 from stribeck.report.text import brief, number
 from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
-from stribeck.result.advice import advice
+from stribeck.result.tables import advice
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
 """In the order in which joints are sorted."""

@@ -1,12 +1,6 @@
 """What was found, and how it is kept, compared and traced back."""
 
-from stribeck.result.corrections import BODY_COORDINATES as BODY_COORDINATES
-from stribeck.result.corrections import BodyCorrection as BodyCorrection
-from stribeck.result.corrections import Corrections as Corrections
-from stribeck.result.coupling import CouplingResult as CouplingResult
-from stribeck.result.evidence import Evidence as Evidence
-from stribeck.result.held_out import HeldOutError as HeldOutError
-from stribeck.result.held_out import HeldOutLog as HeldOutLog
+from stribeck.result.joint import CouplingResult as CouplingResult
 from stribeck.result.joint import CurvePoint as CurvePoint
 from stribeck.result.joint import JointResult as JointResult
 from stribeck.result.joint import ParameterEstimate as ParameterEstimate
@@ -19,6 +13,12 @@ from stribeck.result.joint import at_load as at_load
 from stribeck.result.joint import law_slopes as law_slopes
 from stribeck.result.joint import law_values as law_values
 from stribeck.result.joint import velocity_grid as velocity_grid
+from stribeck.result.parts import BODY_COORDINATES as BODY_COORDINATES
+from stribeck.result.parts import BodyCorrection as BodyCorrection
+from stribeck.result.parts import Corrections as Corrections
+from stribeck.result.parts import Evidence as Evidence
+from stribeck.result.parts import HeldOutError as HeldOutError
+from stribeck.result.parts import HeldOutLog as HeldOutLog
 from stribeck.result.result import SCHEMA as SCHEMA
 from stribeck.result.result import LogSummary as LogSummary
 from stribeck.result.result import Result as Result

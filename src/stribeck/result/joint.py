@@ -271,6 +271,16 @@ class JointResult:
         return float(np.median(ratios)) if ratios else 0.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class CouplingResult(JointResult):
+    """What the log says about friction R that acts on a sum of joint speeds.
+
+    `joints` has the coefficients: with v_c = sum_j b_j v_j, it acts on joint j as b_j R(v_c).
+    """
+
+    joints: dict[str, float]
+
+
 def velocity_grid(low: float, high: float, points: int = 31) -> Array:
     """Return velocities between two, dense around zero, where a friction law turns: about 3 `points` of them."""
     reach = max(abs(low), abs(high), 1e-300)  # smaller numbers have no thousandth

@@ -14,11 +14,8 @@ from typing_extensions import TypedDict
 from stribeck.errors import SettingsError
 from stribeck.files import read_text
 from stribeck.finding import Finding
-from stribeck.result.corrections import Corrections
-from stribeck.result.coupling import CouplingResult
-from stribeck.result.evidence import Evidence
-from stribeck.result.held_out import HeldOutLog
-from stribeck.result.joint import JointResult
+from stribeck.result.joint import CouplingResult, JointResult
+from stribeck.result.parts import Corrections, Evidence, HeldOutLog
 from stribeck.result.tables import html_table, parameter_rows, verdict_counts
 from stribeck.settings import describe
 
@@ -126,7 +123,8 @@ class Result:
             import pandas
         except ImportError as error:
             raise SettingsError("to_dataframe: pandas is not installed; expected it: pip install pandas") from error
-        return pandas.DataFrame(parameter_rows(self))
+        columns = ("joint", "parameter", "value", "standard_error", "low", "high", "unit", "verdict")
+        return pandas.DataFrame(parameter_rows(self), columns=[*columns, "joint_verdict", "reason"])
 
     def plot(self) -> Figure:
         """Draw the friction curve of every joint with its 95 % band, and return the Matplotlib figure.
@@ -141,20 +139,11 @@ class Result:
 
     def to_json(self) -> str:
         """Return the text of result.json."""
-        document = {
-            "schema": self.schema,
-            "stribeck": self.stribeck,
-            "robot": self.robot,
-            "log": asdict(self.log),
-            "law": self.law,
-            "method": self.method,
-            "joints": {name: _joint_to_plain(joint) for name, joint in self.joints.items()},
-            **({"couplings": {k: _joint_to_plain(v) for k, v in self.couplings.items()}} if self.couplings else {}),
-            **({"corrections": asdict(self.corrections)} if self.corrections else {}),
-            **({"held_out": [asdict(log) for log in self.held_out]} if self.held_out else {}),
-            "warnings": self.warnings,
-            **({"findings": [asdict(finding) for finding in self.findings]} if self.findings else {}),
-        }
+        plain = asdict(replace(self, evidence=None))
+        for kind in ("joints", "couplings"):
+            plain[kind] = {name: _joint_to_plain(joint) for name, joint in plain[kind].items()}
+        optional = ("couplings", "corrections", "held_out", "findings")
+        document = {key: plain[key] for key in _Document.__annotations__ if plain[key] or key not in optional}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
@@ -203,26 +192,10 @@ class _Document(TypedDict):
     findings: NotRequired[list[Finding]]
 
 
-OF_SOME = (
-    "terms",
-    "mean_load",
-    "load_deviation",
-    "mean_direction",
-    "ripple_per_turn",
-    "mean_temperature",
-    "presliding_travel",
-    "position_range",
-    "correlation",
-    "torque_r2",
-)
-"""Fields of a joint that only some laws or methods have."""
-
-
-def _joint_to_plain(joint: JointResult) -> dict[str, Any]:
-    """Return a joint as plain data; what only some laws or methods have is left out of others."""
-    plain = asdict(joint)
-    del plain["law"]  # the result's
+def _joint_to_plain(plain: dict[str, Any]) -> dict[str, Any]:
+    """Remove the law, which is the result's, and what only some laws or methods have from a joint without it."""
+    always = ("residual_rms", "validation", "positive_power_fraction")
     for parameter in plain["parameters"].values():
         if parameter["variance_shares"] is None:
             del parameter["variance_shares"]
-    return {key: value for key, value in plain.items() if value is not None or key not in OF_SOME}
+    return {key: value for key, value in plain.items() if key != "law" and (value is not None or key in always)}

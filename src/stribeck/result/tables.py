@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from html import escape
 from typing import TYPE_CHECKING
@@ -11,23 +12,19 @@ if TYPE_CHECKING:
     from stribeck.result import CurvePoint, JointResult, Result
 
 
-def parameter_rows(result: Result) -> dict[str, list[object]]:
-    """Return the columns of `Result.to_dataframe`: a row for each parameter, and one for a joint without any."""
-    columns: dict[str, list[object]] = {key: [] for key in ("joint", "parameter")}
-    numbers = ("value", "standard_error", "low", "high")
-    columns |= {key: [] for key in (*numbers, "unit", "verdict", "joint_verdict", "reason")}
+def parameter_rows(result: Result) -> list[dict[str, object]]:
+    """Return the rows of `Result.to_dataframe`: one for each parameter, and one for a joint without any."""
+    rows: list[dict[str, object]] = []
     for name, joint in result.all_friction.items():
+        ends = {"joint_verdict": joint.verdict, "reason": joint.reason}
         for parameter, found in joint.parameters.items():
-            own = (found.value, found.standard_error, *found.interval_95, found.unit, found.verdict)
-            _append(columns, (name, parameter, *own, joint.verdict, joint.reason))
+            low, high = found.interval_95
+            numbers = {"value": found.value, "standard_error": found.standard_error, "low": low, "high": high}
+            own = {"joint": name, "parameter": parameter, **numbers, "unit": found.unit, "verdict": found.verdict}
+            rows.append(own | ends)
         if not joint.parameters:
-            _append(columns, (name, None, *[float("nan")] * len(numbers), None, None, joint.verdict, joint.reason))
-    return columns
-
-
-def _append(columns: dict[str, list[object]], row: tuple[object, ...]) -> None:
-    for column, value in zip(columns.values(), row, strict=True):
-        column.append(value)
+            rows.append({"joint": name, "parameter": None, "unit": None, "verdict": None, **ends})
+    return rows
 
 
 def verdict_counts(result: Result) -> str:
@@ -104,3 +101,33 @@ def _cell(joint: JointResult, parameter: str) -> str:
         return ""
     unit = "" if found.unit == "1" else f" {found.unit}"
     return escape(f"{found.value:.4g} ± {found.standard_error:.2g}{unit}") + " (weak)" * (found.verdict == "weak")
+
+
+def advice(joint: JointResult) -> str:
+    """Return what to do about a joint, e.g. "log more motion near 5.7 rad/s"."""
+    if joint.verdict == "not excited":
+        remedy = re.search(r"\b(?:move|let) it? ?.*$|\blet it .*$", joint.reason)  # with which the reason ends
+        return remedy[0] if remedy else "move it faster and longer, in both directions"
+    if joint.verdict == "no friction":
+        return "nothing: its friction is below what the log resolves"
+    if joint.verdict == "identified":
+        loose = [name for name, found in joint.parameters.items() if found.verdict != "identified"]
+        return "use its curve" if loose else "use it"
+    return _of_weak(joint)
+
+
+def _of_weak(joint: JointResult) -> str:
+    validation = joint.validation
+    if not joint.curve:
+        return "move it faster and longer"
+    if not any(point.interval_95[0] > 0 for point in joint.curve):
+        return "check its torque; log it longer"
+    if validation is not None and validation.rms >= validation.rms_zero_friction:
+        return "check the model, signs and delays"
+    point = max(joint.curve, key=_relative_width)
+    unit = "rad/s" if point.unit == "N m" else "m/s"
+    return f"log more motion near {point.velocity:.2g} {unit}"
+
+
+def _relative_width(point: CurvePoint) -> float:
+    return point.half_width / point.value if point.value > 0 else float("inf")

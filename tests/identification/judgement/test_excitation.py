@@ -12,7 +12,7 @@ from stribeck.friction import get_law
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.identification.judgement.excitation import count_reversals, excitation, velocity_noise
 from stribeck.result import JointResult
-from stribeck.result.advice import advice
+from stribeck.result.tables import advice
 from stribeck.settings import Settings
 
 

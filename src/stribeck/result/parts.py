@@ -1,9 +1,12 @@
-"""What was found beside friction: inertias of bodies, gains and zeros of sensors."""
+"""What a result holds beside its joints: corrections of the model, held-out logs, and what the report draws."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
 
 from pydantic import Field
+
+from stribeck.samples import Samples
+from stribeck.typing import TorqueSource
 
 Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
@@ -52,3 +55,67 @@ class Corrections:
     torque_delay: tuple[float, float] | None = None
     base_delay: tuple[float, float] | None = None
     correlations: list[tuple[str, str, float]] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOutError:
+    """The torque error of a joint: torque less inverse dynamics, rotor and friction, as they were found.
+
+    Attributes
+    ----------
+    rms, rms_zero_friction
+        Of it, and of the same without friction [N m], [N].
+    torque_r2
+        1 - sum e^2 / sum (tau - mean tau)^2.
+    samples
+        That they are over.
+    """
+
+    rms: float
+    rms_zero_friction: float
+    torque_r2: float
+    samples: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOutLog:
+    """A log that no fit has seen; its errors by joint, those whose friction was found and that move in it."""
+
+    path: str
+    sha256: str
+    duration: float
+    joints: dict[str, HeldOutError]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """What the report draws beside the numbers; not part of result.json.
+
+    Attributes
+    ----------
+    samples
+        The friction torque samples that were kept; the torque of a fitted rotor inertia is taken out of them.
+    phases
+        Contact modes over time: (start [s], end [s], name, whether it was used), in log order.
+    close_up
+        A few seconds at the full rate, treated like `samples`.
+    provenance
+        Versions, settings and choices, as label and text.
+    notes
+        How the log was prepared, a sentence each.
+    prismatic
+        Joints that slide: their units are m, N and N s/m.
+    correction
+        Samples of free and swinging limbs by model and log as they were given, and as they were corrected.
+    torque_source
+        Where the robot's torques come from, which decides what the friction is of.
+    """
+
+    samples: Samples
+    phases: list[tuple[float, float, str, bool]]
+    close_up: Samples | None
+    provenance: list[tuple[str, str]]
+    notes: list[str] = field(default_factory=list)
+    prismatic: frozenset[str] = frozenset()
+    correction: tuple[Samples, Samples] | None = None
+    torque_source: TorqueSource = "link_side_sensor"
