@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
@@ -38,6 +38,9 @@ app = typer.Typer(
 Logs = Annotated[
     list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag; rosbag2, LeRobot.")
 ]
+LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="The log.")]
+ResultFile = Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")]
+PageOption = Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")]
 RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone, and JSON if asked for.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]
@@ -47,24 +50,19 @@ SetOption = Annotated[
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
 METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
 FORMATS = (
-    "mjcf",
-    "urdf",
-    "sdf",
-    "drake",
-    "c",
-    "python",
-    "yaml",
-    "table",
-    "isaaclab",
-    "physx",
-    "newton",
-    "genesis",
-    "pinocchio",
+    *("mjcf", "urdf", "sdf", "drake", "c", "python", "yaml", "table"),
+    *("isaaclab", "physx", "newton", "genesis", "pinocchio"),
 )
 ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
 FromOption = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use each LOG from here on.")]
 ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use each LOG up to here.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
+LawOption = Annotated[
+    str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.", autocompletion=lambda: LAW_NAMES)
+]
+MethodOption = Annotated[
+    str | None, typer.Option(help=f"How to fit: {', '.join(METHOD_NAMES)}.", autocompletion=lambda: METHOD_NAMES)
+]
 PLAN, TRAJECTORY = "plan.json", ("trajectory.csv", "trajectory.mcap")
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
@@ -92,14 +90,8 @@ def identify(
     logs: Logs,
     robot: RobotOption,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
-    law: Annotated[
-        str | None,
-        typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.", autocompletion=lambda: LAW_NAMES),
-    ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(help=f"How to fit: {', '.join(METHOD_NAMES)}.", autocompletion=lambda: METHOD_NAMES),
-    ] = None,
+    law: LawOption = None,
+    method: MethodOption = None,
     settings: SetOption = [],  # noqa: B006
     validate: Annotated[
         list[Path], typer.Option("--validate", metavar="LOG", help="A log that no fit sees, to test the fit on.")
@@ -125,11 +117,7 @@ def identify(
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
-    if json:
-        typer.echo(result.to_json(), nl=False)
-    elif not quiet:
-        console.print_result(result)
-        console.print_paths([output / name for name in (RESULT, REPORT, TABLE)])
+    _show(result, console.print_result, [output / name for name in (RESULT, REPORT, TABLE)], json=json, quiet=quiet)
 
 
 @app.command()
@@ -159,9 +147,9 @@ def init(
 
 @app.command()
 def inspect(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    log: LogFile,
     robot: RobotOption,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
+    output: PageOption = None,
     settings: SetOption = [],  # noqa: B006
     start: FromOption = None,
     stop: ToOption = None,
@@ -181,16 +169,12 @@ def inspect(
         found = inspect_log(_part(log, machine, start, stop), machine, with_settings(machine.settings, {}, settings))
     if output is not None:
         write_inspection(found, output)
-    if json:
-        typer.echo(found.to_json(), nl=False)
-    elif not quiet:
-        console.print_inspection(found)
-        console.print_paths([output] if output else [])
+    _show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
 
 
 @app.command()
 def convert(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    log: LogFile,
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .npz or .parquet.")],
     robot: Annotated[
         Path | None, typer.Option("--robot", "-r", help="Whose joints, in whose order, units and signs.")
@@ -218,7 +202,7 @@ def convert(
 
 @app.command()
 def export(
-    result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
+    result: ResultFile,
     robot: RobotOption,
     to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.", autocompletion=lambda: FORMATS)],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write; with --samples the folder.")],
@@ -238,8 +222,7 @@ def export(
     from stribeck.robot import Robot
 
     found = read_result(_result_file(result))
-    machine = Robot.from_file(robot)
-    asked = None if joints is None else [name.strip() for name in joints.split(",")]
+    machine, asked = Robot.from_file(robot), _names(joints)
     if ranges and (samples is not None or strict or friction is not None):
         raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
     if samples is not None:
@@ -258,7 +241,14 @@ def export(
             lines = export_ranges(found, machine, output, to, joints=asked, include_weak=include_weak)
         else:
             lines = write_model(
-                found, machine, output, to, joints=asked, include_weak=include_weak, strict=strict, friction=friction
+                found,
+                machine,
+                output,
+                to,
+                joints=asked,
+                include_weak=include_weak,
+                strict=strict,
+                friction=friction,
             )
     if not quiet:
         typer.echo("\n".join(lines))
@@ -267,7 +257,7 @@ def export(
 
 @app.command()
 def plan(
-    result: Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")],
+    result: ResultFile,
     robot: RobotOption,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder for plan.json and a trajectory.")
@@ -290,9 +280,8 @@ def plan(
 
     file = _result_file(result)
     outputs = [output / name for name in (PLAN, *TRAJECTORY)] if output else []
-    machine = Robot.from_file(robot)
+    machine, asked = Robot.from_file(robot), _names(joints)
     check_outputs(outputs, [file, *_files_of(robot)], overwrite)
-    asked = None if joints is None else [name.strip() for name in joints.split(",")]
     with progress_bar(quiet) as progress:
         found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
     if output is not None:
@@ -301,16 +290,12 @@ def plan(
             if found.trajectory:
                 write_csv(found.trajectory, staging / TRAJECTORY[0])
                 write_message(found.trajectory, staging / TRAJECTORY[1])
-    if json:
-        typer.echo(found.to_json(), nl=False)
-    elif not quiet:
-        console.print_plan(found)
-        console.print_paths(outputs if found.trajectory else outputs[:1])
+    _show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
 
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log.")],
+    log: LogFile,
     robot: RobotOption,
     model: Annotated[Path, typer.Option("--model", "-m", help="A URDF or MJCF with the robot's joints.")],
     output: Annotated[
@@ -345,11 +330,7 @@ def replay(
         with staged_folder(output) as staging:
             (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")
             write_replay(found, staging / REPLAY_PAGE)
-    if json:
-        typer.echo(found.to_json(), nl=False)
-    elif not quiet:
-        console.print_replay(found)
-        console.print_paths(outputs)
+    _show(found, console.print_replay, outputs, json=json, quiet=quiet)
 
 
 @app.command()
@@ -359,7 +340,7 @@ def compare(
         typer.Argument(metavar="RESULT", help="Two result.json of a robot, older first; of one, its left and right."),
     ],
     names: Annotated[str | None, typer.Option(help="What to call the two results, a,b; by their logs if none.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")] = None,
+    output: PageOption = None,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
@@ -372,7 +353,7 @@ def compare(
 
     files = [_result_file(path) for path in results]
     check_outputs([output] if output else [], files, overwrite)
-    labels = None if names is None else [name.strip() for name in names.split(",")]
+    labels = _names(names)
     if len(files) > 2:
         raise SettingsError(f"compare: {len(files)} results are given; expected two, or one for its left and right")
     if labels and len(files) == 1:
@@ -385,11 +366,7 @@ def compare(
         found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
     if output is not None:
         write_comparison(found, output)
-    if json:
-        typer.echo(found.to_json(), nl=False)
-    elif not quiet:
-        console.print_comparison(found)
-        console.print_paths([output] if output else [])
+    _show(found, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
 
 
 @app.command()
@@ -446,6 +423,20 @@ def demo(
     if not quiet:
         console.print_truth(result, example.parameters)
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+
+
+def _show(found: Any, show: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
+    """Print what was found as JSON, or as tables with the files that were written."""
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    elif not quiet:
+        show(found)
+        console.print_paths(paths)
+
+
+def _names(text: str | None) -> list[str] | None:
+    """Return the names of a list `a,b,c`."""
+    return None if text is None else [name.strip() for name in text.split(",")]
 
 
 def _require_simulation() -> None:
@@ -511,10 +502,9 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
                 raise SettingsError(f"--set {assignment}: '{table}' is not a table of settings")
         place[last] = value
     try:
-        chosen = Settings.model_validate(document)
+        return Settings.model_validate(document)
     except ValidationError as error:
         raise SettingsError(f"settings: {describe(error, Settings)}") from error
-    return chosen
 
 
 def _files_of(robot: Path) -> list[Path]:

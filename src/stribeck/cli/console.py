@@ -20,11 +20,8 @@ if TYPE_CHECKING:
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
-HELD_OUT = "RMS held out\n[N m]"
 WIDE = 110
 """Columns from which a line has friction at all speeds, not at the middle one alone."""
-MOST_WIDTH = 1.0
-"""Half of an interval over the value [1] from which on friction counts as unknown."""
 PLAIN_WIDTH = 160
 """Columns of a table that does not go to a terminal."""
 
@@ -32,6 +29,13 @@ PLAIN_WIDTH = 160
 def _console() -> Console:
     console = Console(highlight=False, emoji=False)
     return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
+
+
+def _say(lines: Iterable[str]) -> None:
+    """Print lines as they are."""
+    console = _console()
+    for line in lines:
+        console.print(line, markup=False)
 
 
 def print_error(message: str) -> None:
@@ -59,13 +63,12 @@ def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Seq
     return table
 
 
-def _show(table: Table, names: Iterable[str]) -> Console:
+def _show(table: Table, names: Iterable[str]) -> None:
     """Print a table whose first column has joints, their names in one line unless they take half of the width."""
     console, longest = _console(), max(map(cell_len, names), default=0)
     if longest <= console.width // 2:
         table.columns[0].no_wrap, table.columns[0].min_width = True, longest
     console.print(table)
-    return console
 
 
 def print_result(result: Result) -> None:
@@ -73,29 +76,23 @@ def print_result(result: Result) -> None:
     from stribeck.friction import AUTO
     from stribeck.result.joint import verdict_place
 
-    console = _show(_lines_of_joints(result, all_speeds=_console().width >= WIDE), result.all_friction)
+    _show(_lines_of_joints(result, all_speeds=_console().width >= WIDE), result.all_friction)
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
         bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
-        place = verdict_place("no friction")
-        console.print(f"no friction that the log resolves: {bounds} ({place})", markup=False)
+        _say([f"no friction that the log resolves: {bounds} ({verdict_place('no friction')})"])
     if result.law != AUTO:
         _show(_columns_of_parameters(result), result.all_friction)
     for log in result.held_out:
-        columns = ["RMS\nwith friction", "RMS\nwithout", "R²"]
-        place = f"{log.path or 'log'}, {number(log.duration)} s that no fit has seen:"
-        console.print(place, markup=False, soft_wrap=True)
-        table = _table("what is left of the torques", ["joint"], columns)
+        print(f"{log.path or 'log'}, {number(log.duration)} s that no fit has seen:")
+        table = _table("what is left of the torques", ["joint"], ["RMS\nwith friction", "RMS\nwithout", "R²"])
         for joint, error in log.joints.items():
-            numbers = number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}"
-            table.add_row(Text(joint), *numbers)
+            table.add_row(Text(joint), number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}")
         _show(table, log.joints)
-    console.print(result.log.usage, markup=False)
-    for joint, found in result.all_friction.items():
-        if found.verdict in ("weak", "not excited"):
-            console.print(f"{joint}: {found.verdict}: {found.reason} ({verdict_place(found.verdict)})", markup=False)
-    for warning in result.warning_lines:
-        console.print(f"warning: {warning}", markup=False)
+    poor = {name: joint for name, joint in result.all_friction.items() if joint.verdict in ("weak", "not excited")}
+    _say([result.log.usage])
+    _say(f"{name}: {joint.verdict}: {joint.reason} ({verdict_place(joint.verdict)})" for name, joint in poor.items())
+    _say(f"warning: {warning}" for warning in result.warning_lines)
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
@@ -119,17 +116,16 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
 
 
 def _columns_of_parameters(result: Result) -> Table:
-    names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
-    units = {
-        name: sorted({j.parameters[name].unit for j in result.all_friction.values() if name in j.parameters})
-        for name in names
-    }
-    headings = [f"{name}\n[{', '.join(units[name])}]" for name in names]
-    table = _table("parameters, 95 % intervals; ? is weak", ["joint"], [*headings, HELD_OUT])
-    for joint, found in result.all_friction.items():
-        cells = [_with_error(found.parameters[name]) if name in found.parameters else "" for name in names]
+    units: dict[str, set[str]] = {}
+    for joint in result.all_friction.values():
+        for parameter, estimate in joint.parameters.items():
+            units.setdefault(parameter, set()).add(estimate.unit)
+    headings = [f"{parameter}\n[{', '.join(sorted(own))}]" for parameter, own in units.items()]
+    table = _table("parameters, 95 % intervals; ? is weak", ["joint"], [*headings, "RMS held out\n[N m]"])
+    for name, found in result.all_friction.items():
+        cells = [_with_error(found.parameters[key]) if key in found.parameters else "" for key in units]
         if found.parameters:
-            table.add_row(Text(joint), *cells, number(found.validation.rms) if found.validation else "")
+            table.add_row(Text(name), *cells, number(found.validation.rms) if found.validation else "")
     return table
 
 
@@ -164,13 +160,12 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
                 f"[{STYLES[value.verdict]}]{value.verdict}[/]",
                 end_section=k == len(compared) - 1,
             )
-    console = _show(table, result.joints)
-    console.print(f"{parameters} parameters: {identified} identified, {covered} covered by their 95 % interval")
+    _show(table, result.joints)
+    _say([f"{parameters} parameters: {identified} identified, {covered} covered by their 95 % interval"])
 
 
 def print_inspection(found: Inspection) -> None:
     """Print what a log holds: a few lines, then a line a joint, then what to act on."""
-    console = _console()
     lines = [
         f"{found.path}: {found.samples} samples, {found.duration:.2f} s at {found.rate:.6g} Hz, "
         f"jitter {1e3 * found.jitter:.3g} ms",
@@ -180,8 +175,7 @@ def print_inspection(found: Inspection) -> None:
         f"contact modes from {found.support_source}: {_support_shares(found)}",
         f"motion: {found.filter}",
     ]
-    for line in lines:
-        console.print(line, markup=False)
+    _say(lines)
     numbers = ("position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model", "torque delay [ms]")
     table = _table(f"{found.robot}: joints", ["joint"], numbers, ["sign"])
     for name, joint in found.joints.items():
@@ -194,10 +188,8 @@ def print_inspection(found: Inspection) -> None:
             f"[red]{joint.sign}[/]" if joint.sign == "opposite" else joint.sign,
         )
     _show(table, found.joints)
-    for finding in found.audit:
-        console.print(f"finding: {finding.line}", markup=False)
-    for text in found.notes:
-        console.print(f"note: {text}", markup=False)
+    _say(f"finding: {finding.line}" for finding in found.audit)
+    _say(f"note: {text}" for text in found.notes)
 
 
 def _support_shares(found: Inspection) -> str:
@@ -224,9 +216,8 @@ def print_comparison(found: Comparison) -> None:
             _percent(row),
             ("yes" if row.agrees else "[red]no[/]") + ", significant" * row.significant + " (weak)" * row.weak,
         )
-    console = _show(table, [row.joint for row in found.rows])
-    for joint, reason in found.missing.items():
-        console.print(f"{joint}: {reason}", markup=False)
+    _show(table, [row.joint for row in found.rows])
+    _say(f"{joint}: {reason}" for joint, reason in found.missing.items())
 
 
 def _percent(row: Difference) -> str:
@@ -254,20 +245,17 @@ def print_plan(found: Plan) -> None:
                 "" if one.needed is None else f"{one.needed:.0f}",
                 end_section=k == len(joint.candidates) - 1,
             )
-    console = _show(table, found.joints)
-    for name, joint in found.joints.items():
-        console.print(f"{name}: {joint.verdict}: {joint.advice}", markup=False)
+    _show(table, found.joints)
+    _say(f"{name}: {joint.verdict}: {joint.advice}" for name, joint in found.joints.items())
     if found.trajectory:
         said = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
-        console.print(f"a log of the trajectory, {found.trajectory.duration:.0f} s, promises: {said}", markup=False)
         used = ", ".join(f"{share:.0%} of the {name} limits" for name, share in found.trajectory.used.items() if share)
-        console.print(f"it uses {used}", markup=False)
-    for note in found.notes:
-        console.print(f"note: {note}", markup=False)
+        _say([f"a log of the trajectory, {found.trajectory.duration:.0f} s, promises: {said}", f"it uses {used}"])
+    _say(f"note: {note}" for note in found.notes)
 
 
 def _within(width: float) -> str:
-    return f"± {100 * width:.2g} %" if width < MOST_WIDTH else "unknown"
+    return f"± {100 * width:.2g} %" if width < 1 else "unknown"  # half of an interval over the value
 
 
 def print_replay(found: Replay) -> None:
@@ -287,9 +275,8 @@ def print_replay(found: Replay) -> None:
     horizons = range(len(found.horizons))
     rollouts.add_row("median", *(_relative(model.median_relative(k) for k in horizons) for model in found.models))
     _show(torque, found.joints)
-    console = _show(rollouts, found.joints)
-    for note in found.notes:
-        console.print(f"note: {note}", markup=False)
+    _show(rollouts, found.joints)
+    _say(f"note: {note}" for note in found.notes)
 
 
 def _relative(values: Iterable[float | None]) -> str:
