@@ -13,7 +13,7 @@ from tests.arm import URDF, write_arm
 from tests.cli.test_cli import refused, run
 from tests.export.found import FRICTION, found_in, joint_result
 from tests.export.test_export import read_again, robot_of
-from tests.identification.whole_log.test_whole_log import TRUTH
+from tests.identification.whole_log.logs import TRUTH
 
 from stribeck import Robot, export
 from stribeck.errors import NothingIdentifiedError

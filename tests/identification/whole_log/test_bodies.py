@@ -18,12 +18,6 @@ def some_parameters(count: int = 4) -> Array:
     return np.stack([pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)).toDynamicParameters() for size in sizes])
 
 
-def test_nothing_is_corrected_at_first() -> None:
-    parameters = some_parameters()
-    changes = bodies_of(parameters, Priors()).corrections(np.zeros((4, 10)))
-    np.testing.assert_allclose(changes, 0, atol=1e-14)
-
-
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.floats(-20, 20), min_size=40, max_size=40))
 def test_every_coordinate_is_a_body_that_can_exist(coordinates: list[float]) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.identification.whole_log.logs import PLAIN
 
 from stribeck import Robot, identify, write_report
 from stribeck.export.summary import summary
@@ -17,7 +18,6 @@ from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
-OWN = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
 SHARED = {"viscous": 0.5, "coulomb": 2.0}
 ROTOR = 0.03
 LAW = get_law("coulomb-viscous")
@@ -33,7 +33,7 @@ def arm() -> Robot:
 @pytest.fixture(scope="module")
 def log(arm: Robot) -> RobotLog:
     """The last two joints share a motor, with a rotor."""
-    exact, _ = exact_log(arm, LAW, dict.fromkeys(arm.joint_names, OWN), duration=20.0, seed=1)
+    exact, _ = exact_log(arm, LAW, dict.fromkeys(arm.joint_names, PLAIN), duration=20.0, seed=1)
     assert exact.velocity is not None
     assert exact.acceleration is not None
     coefficients = arm.coefficients(arm.joint_names, ["motor"])[:, 0]
@@ -53,7 +53,7 @@ def found(arm: Robot, log: RobotLog, law: str) -> Result:
 def test_the_friction_of_a_coupling_is_told_from_that_of_its_joints(arm: Robot, log: RobotLog, law: str) -> None:
     result = found(arm, log, law)
     for name in arm.joint_names:
-        for parameter, truth in OWN.items():
+        for parameter, truth in PLAIN.items():
             assert result.joints[name].parameters[parameter].value == pytest.approx(truth, abs=0.03)
     motor = result.couplings["motor"]
     assert motor.verdict == "identified"
@@ -94,9 +94,3 @@ def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log:
     motor = result.couplings["motor"]
     assert (motor.verdict, motor.parameters) == ("not excited", {})
     assert motor.reason
-
-
-def test_the_curve_fit_says_that_it_leaves_couplings_out(arm: Robot, log: RobotLog) -> None:
-    result = identify(log, arm, Settings(law="coulomb-viscous", method="curve-fit"))
-    assert not result.couplings
-    assert any(text.startswith("the friction of couplings is taken") for text in result.warnings)

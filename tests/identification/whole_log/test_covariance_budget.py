@@ -4,17 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.identification.whole_log.test_whole_log import TRUTH
 
 from stribeck import Robot, identify
-from stribeck.friction import get_law
 from stribeck.identification.whole_log.model.layout import ModelLayout
 from stribeck.identification.whole_log.solver.solve import Solution
 from stribeck.identification.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
+from stribeck.log import RobotLog
 from stribeck.result import Result, read_result
 from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 LAYOUT = ModelLayout(joints=2, per_joint=2, zeros=3)
@@ -51,13 +48,11 @@ def test_terms_add_up_and_only_one_of_two_reasons_widens(solution: Solution) -> 
     assert np.diag(terms["common gain"]) == pytest.approx([0.01, 0.0])
 
 
-def test_shares_are_in_the_result(tmp_path: Path) -> None:
-    robot = Robot.from_file(MODELS / "arm.toml")
-    exact, _ = exact_log(robot, get_law("stribeck"), dict.fromkeys(robot.joint_names, TRUTH), duration=20.0, seed=1)
-    log = with_noise(exact, position=5e-5, torque=0.2, seed=2)
+def test_shares_are_in_the_result(arm: Robot, exact_arm_log: RobotLog, tmp_path: Path) -> None:
+    log = with_noise(exact_arm_log, position=5e-5, torque=0.2, seed=2)
     model = {}
     for corrections in ("none", "inertia"):
-        result = identify(log, robot, Settings(law="stribeck", corrections=corrections))
+        result = identify(log, arm, Settings(law="stribeck", corrections=corrections))
         shares = [found.variance_shares for joint in result.joints.values() for found in joint.parameters.values()]
         for each in shares:
             assert each is not None
@@ -72,9 +67,3 @@ def _read_again(result: Result, folder: Path) -> Result:
     path = folder / "result.json"
     path.write_text(result.to_json(), encoding="utf-8")
     return read_result(path)
-
-
-def test_the_curve_fit_does_not_know_them() -> None:
-    robot = Robot.from_file(MODELS / "arm.toml")
-    log, _ = exact_log(robot, get_law("stribeck"), dict.fromkeys(robot.joint_names, TRUTH), duration=12.0, seed=1)
-    assert "variance_shares" not in identify(log, robot, method="curve-fit").to_json()

@@ -86,11 +86,6 @@ def test_a_joint_whose_friction_changes_from_fold_to_fold_is_found() -> None:
     assert np.mean(np.abs(off) < 1.96) > 0.8
 
 
-def test_one_fold_has_no_heterogeneity() -> None:
-    parts, curves = parts_of_a_log(np.zeros(ZEROS), 1.0, 0.0, seed=1)
-    assert heterogeneity(parts=[merged(parts)], **named(fitted(parts, curves)))[0] == 1.0
-
-
 def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ() -> None:
     lasting = 2.0 * ERROR * np.sqrt(PARTS)
     before, after = [], []

@@ -1,6 +1,8 @@
-"""One class knows where everything stands in the parameter vector."""
+"""One class knows where everything stands in the parameter vector; every tuned constant has its unit."""
 
 import ast
+import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -37,22 +39,6 @@ def test_parts_follow_one_another_and_fill_the_vector() -> None:
     assert [len(places[part]) for part in (LAYOUT.nearly_right, LAYOUT.model)] == [32, 57]
 
 
-def test_joints_rotors_gaits_and_bodies_have_their_places() -> None:
-    places = np.arange(LAYOUT.size)
-    np.testing.assert_array_equal(places[LAYOUT.joint(1)], range(6, 12))
-    np.testing.assert_array_equal(LAYOUT.each_joint(4, np.array([0, 2])), [4, 16])
-    assert LAYOUT.rotor(0) == places[LAYOUT.part("rotors")][0]
-    np.testing.assert_array_equal(places[LAYOUT.gait(1)], places[LAYOUT.part("random_effects")][5:])
-    masses, centres, moments = LAYOUT.body_groups()
-    np.testing.assert_array_equal(masses, [18, 28])
-    np.testing.assert_array_equal(np.sort(np.concatenate([masses, centres, moments])), places[LAYOUT.part("bodies")])
-
-
-def test_what_is_left_out_leaves_no_gap() -> None:
-    assert LAYOUT.without("gaits", "alternatives").size == LAYOUT.size - 18
-    assert LAYOUT.beside(0, 0).part("bodies").start == 0
-
-
 def test_no_other_file_computes_an_offset() -> None:
     counted = {"size", "gains", "zeros", "tilts", "delays", "wrenches", "rotors", "bodies", "gaits", "believed"}
     for path in Path(layout.__file__).parents[1].rglob("*.py"):
@@ -62,3 +48,12 @@ def test_no_other_file_computes_an_offset() -> None:
             if isinstance(node, ast.Slice):
                 used = {each.attr for each in ast.walk(node) if isinstance(each, ast.Attribute)}
                 assert not used & counted, f"{path.name}:{node.lower and node.lower.lineno}"
+
+
+def test_every_tuned_constant_has_its_unit() -> None:
+    source = Path(layout.__file__).parents[3]
+    for room in ("equations", "identification/whole_log"):
+        lines = ast.parse((source / room / "constants.py").read_text(encoding="utf-8")).body
+        for line, below in pairwise(lines):
+            if isinstance(line, ast.Assign):
+                assert re.search(r"\[[\w /^]+\]", ast.unparse(below)), ast.unparse(line)

@@ -4,25 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.whole_log.logs import PLAIN, arm_log
 
 from stribeck import Robot, identify
 from stribeck.equations import equation_sequence
-from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.result import Result
 from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
-TRUTH = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
 LOGS = 3
 SETTINGS = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
-
-
-@pytest.fixture(scope="module")
-def arm() -> Robot:
-    return Robot.from_file(MODELS / "arm.toml")
 
 
 @pytest.fixture(scope="module")
@@ -32,16 +24,15 @@ def zeros(arm: Robot) -> np.ndarray:
     return zeros - zeros.mean(axis=0)
 
 
-def measured(arm: Robot, zeros: np.ndarray) -> list[RobotLog]:
-    law, truth = get_law("coulomb-viscous"), dict.fromkeys(arm.joint_names, TRUTH)
-    exact = [exact_log(arm, law, truth, duration=8.0, seed=10 + k)[0] for k in range(len(zeros))]
+def measured(zeros: np.ndarray) -> list[RobotLog]:
+    exact = [arm_log(8.0, 10 + k, "coulomb-viscous") for k in range(len(zeros))]
     off = [replace(log, torque=log.torque + own) for log, own in zip(exact, zeros, strict=True)]
     return [with_noise(log, position=5e-5, torque=0.1, seed=k) for k, log in enumerate(off)]
 
 
 @pytest.fixture(scope="module")
 def found(arm: Robot, zeros: np.ndarray) -> Result:
-    return identify(measured(arm, zeros), arm, SETTINGS)
+    return identify(measured(zeros), arm, SETTINGS)
 
 
 def errors(result: Result, name: str) -> np.ndarray:
@@ -52,7 +43,7 @@ def errors(result: Result, name: str) -> np.ndarray:
 def test_friction_is_covered_and_the_reported_offset_is_the_mean_one(found: Result) -> None:
     for joint in found.joints.values():
         assert joint.verdict == "identified"
-        for name, true in TRUTH.items():
+        for name, true in PLAIN.items():
             assert abs(joint.parameters[name].value - true) < 3 * joint.parameters[name].standard_error
 
 
@@ -71,27 +62,8 @@ def test_with_one_offset_for_all_logs_friction_is_known_much_worse(
     arm: Robot, zeros: np.ndarray, found: Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(equation_sequence, "MOST_LOG_OFFSETS", 0)
-    one = identify(measured(arm, zeros), arm, SETTINGS)
+    one = identify(measured(zeros), arm, SETTINGS)
     assert one.corrections is not None
     assert one.corrections.log_offsets == {}
     for name in ("viscous", "coulomb"):
         assert np.all(errors(one, name) > 3 * errors(found, name))
-
-
-def test_where_logs_have_the_same_offsets_friction_is_known_as_well_as_without(
-    arm: Robot, zeros: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    logs = measured(arm, 0 * zeros)
-    own = identify(logs, arm, SETTINGS)
-    monkeypatch.setattr(equation_sequence, "MOST_LOG_OFFSETS", 0)
-    one = identify(logs, arm, SETTINGS)
-    for name in ("viscous", "coulomb"):
-        np.testing.assert_allclose(errors(own, name), errors(one, name), rtol=0.05)
-    assert own.corrections is not None
-    assert not np.any(np.round(list(own.corrections.log_offsets.values()), 9))
-
-
-def test_a_single_log_has_none(arm: Robot, zeros: np.ndarray) -> None:
-    alone = identify(measured(arm, zeros[:1]), arm, SETTINGS)
-    assert alone.corrections is not None
-    assert alone.corrections.log_offsets == {}

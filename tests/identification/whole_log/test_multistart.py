@@ -23,10 +23,3 @@ def test_a_curve_that_lost_its_stribeck_effect_gets_it_back() -> None:
     assert found.cost == pytest.approx(best.cost)
     assert curves.external(found.internal)[4] == pytest.approx(moving()[1][4], rel=0.2, abs=0.01)
     assert found.internal == pytest.approx(best.internal, abs=5e-3)
-
-
-def test_where_nothing_is_better_nothing_moves() -> None:
-    normal_equations, curves = friction(*moving(), noise=NOISE)
-    model = model_corrections(Corrections(), np.zeros(0), Priors())
-    best = solve(normal_equations, curves, model)
-    assert with_other_starts(normal_equations, curves, model, best) is best

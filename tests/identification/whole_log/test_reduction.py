@@ -1,22 +1,17 @@
 """A part of a long log tells the curves nearly, and the rest of it in fewer coefficients says what the whole would."""
 
 import pytest
-from tests.identification.whole_log.test_whole_log import TRUTH
+from tests.identification.whole_log.logs import arm_log
 
 from stribeck import Robot, identify
-from stribeck.friction import get_law
 from stribeck.identification.whole_log import estimate
 from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 
 @pytest.mark.parametrize("law", [pytest.param("stribeck", marks=pytest.mark.long), "auto"])
-def test_the_rest_of_a_log_says_what_the_whole_would(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    arm = Robot.from_file(MODELS / "arm.toml")
-    exact, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=40.0, seed=1)
-    log = with_noise(exact, position=5e-5, torque=0.2, seed=2)
+def test_the_rest_of_a_log_says_what_the_whole_would(law: str, arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = with_noise(arm_log(40.0), position=5e-5, torque=0.2, seed=2)
     whole = identify(log, arm, Settings(law=law))
     rests: list[int] = []
 

@@ -76,12 +76,6 @@ def fitted(equations: list[WeakEquations], root_turns: float = 0.0) -> tuple[Arr
     return components, (solution.internal - VALUES).ravel(), np.sqrt(np.diag(solution.covariance + added))[:9]
 
 
-def test_without_random_effects_hardly_any_variance_is_found() -> None:
-    components, errors, deviations = fitted(steps(0.0))
-    assert np.all(components < 0.003)
-    assert np.sqrt(np.mean((errors / deviations) ** 2)) < 2
-
-
 def test_variances_are_estimated_and_intervals_cover_the_true_value() -> None:
     components, errors, deviations = fitted(steps(0.05))
     assert np.all((components > 0.025) & (components < 0.1))
@@ -89,18 +83,6 @@ def test_variances_are_estimated_and_intervals_cover_the_true_value() -> None:
     _, _, without = fitted(steps(0.0))
     offsets = slice(2, None, 3)
     assert np.all(deviations[offsets] > 5 * without[offsets])
-
-
-def test_a_rocking_foot_is_a_random_effect_of_every_step() -> None:
-    response = np.tile(np.eye(3), (40, 1, 2))
-    step = replace(some_equations(40, False, 0), root_response=response)
-    columns = random_effect_columns(step).reshape(40, 3, COSINES, 6)[:, 1, :, 3:]  # of the second joint, by turns
-    assert np.all(columns[:, :, [0, 2]] == 0)
-    covariance = toeplitz(np.append(autocorrelation(step.lags), np.zeros(39 - step.lags)))
-    progress = step.since / (step.since + step.until)
-    for k in range(COSINES):
-        wave = np.cos(np.pi * k * progress)
-        assert np.sum((wave @ columns[:, :, 1]) ** 2) == pytest.approx(wave @ covariance @ wave, rel=0.2)
 
 
 def test_rocking_widens_the_intervals() -> None:
@@ -174,7 +156,3 @@ def test_a_joint_that_stands_out_keeps_its_value_and_the_others_are_pooled() -> 
     assert shared[4] == pytest.approx(20, rel=1e-3)
     group_prior = partly_pooled(np.delete(own, 4), np.full(29, 0.1**2))
     assert np.std(group_prior) < 0.5 * np.std(np.delete(own, 4))
-
-
-def test_a_joint_alone_is_not_pooled() -> None:
-    assert partly_pooled(np.array([0.3]), np.array([2.0])) == pytest.approx(0.3)

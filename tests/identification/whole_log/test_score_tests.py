@@ -4,31 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.whole_log.logs import arm_log
 
 from stribeck import Robot, identify
 from stribeck.finding import FRICTION
-from stribeck.friction import get_law
 from stribeck.identification.whole_log.tests_of_fit.findings import UNCLEAR, misfit_findings
 from stribeck.identification.whole_log.tests_of_fit.score_tests import Misfit, ScoreTest
 from stribeck.log import RobotLog
 from stribeck.settings import Settings
 from stribeck.typing import Array
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
-TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 SETTINGS = Settings(law="stribeck", corrections="none")
-
-
-@pytest.fixture(scope="module")
-def arm() -> Robot:
-    return Robot.from_file(MODELS / "arm.toml")
-
-
-@pytest.fixture(scope="module")
-def exact(arm: Robot) -> RobotLog:
-    return exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=30.0, seed=1)[0]
 
 
 def velocity(log: RobotLog) -> Array:
@@ -73,7 +60,8 @@ RIPPLES = 18
 
 
 @pytest.mark.parametrize("kind", [load, drift, presliding, play, delay, ripple])
-def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(kind, arm: Robot, exact: RobotLog) -> None:
+def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(kind, arm: Robot) -> None:
+    exact = arm_log(30.0)
     torque = exact.torque.copy()
     torque[:, 1] += kind(exact)[:, 1]
     log = with_noise(replace(exact, torque=torque), position=1e-5, torque=0.05, seed=2)
@@ -86,20 +74,10 @@ def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(kind, a
     assert said in finding.text
 
 
-def test_what_does_not_move_the_friction_curve_is_not_flagged(arm: Robot, exact: RobotLog) -> None:
-    """A ripple of 40 periods a turn is beyond chance by far, and averages out."""
-    torque = exact.torque.copy()
-    torque[:, 1] += 0.2 * np.sin(40 * exact.position[:, 1])
-    result = identify(with_noise(replace(exact, torque=torque), position=1e-5, torque=0.05, seed=3), arm, SETTINGS)
-    low, high = result.joints[arm.joint_names[1]].parameters["coulomb"].interval_95
-    assert low < TRUTH["coulomb"] < high
-    assert result.findings == []
-
-
 @pytest.mark.parametrize("corrections", ["none", "inertia"])
-def test_a_law_of_velocity_is_never_flagged(corrections: str, arm: Robot, exact: RobotLog) -> None:
+def test_a_law_of_velocity_is_never_flagged(corrections: str, arm: Robot) -> None:
     for seed in range(2):
-        log = with_noise(exact, position=5e-5, torque=0.2, seed=seed)
+        log = with_noise(arm_log(30.0), position=5e-5, torque=0.2, seed=seed)
         result = identify(log, arm, SETTINGS.model_copy(update={"corrections": corrections}))
         assert result.findings == []
 
@@ -107,8 +85,9 @@ def test_a_law_of_velocity_is_never_flagged(corrections: str, arm: Robot, exact:
 @pytest.mark.parametrize("bits", [10, 11])
 def test_a_coarse_encoder_is_not_taken_for_another_cause(bits: int, arm: Robot) -> None:
     """It sees reversals late, as if friction built up after them."""
-    log, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=20.0, seed=0)
-    log = with_noise(replace(log, velocity=None, acceleration=None), position=2e-5, torque=0.1, seed=0)
+    log = with_noise(
+        replace(arm_log(20.0, seed=0), velocity=None, acceleration=None), position=2e-5, torque=0.1, seed=0
+    )
     step = 2 * np.pi / 2**bits
     result = identify(replace(log, position=step * np.round(log.position / step)), arm, Settings())
     assert not [finding for finding in result.findings if finding.on_friction]
@@ -116,12 +95,6 @@ def test_a_coarse_encoder_is_not_taken_for_another_cause(bits: int, arm: Robot) 
 
 def scored(kind: str, chi_square: float = 400.0, shift: float = 5.0) -> ScoreTest:
     return ScoreTest(kind=kind, size=0.3, share=0.25, chi_square=chi_square, minus_log10_p=90.0, shift=shift)
-
-
-def test_joints_of_one_kind_share_a_finding() -> None:
-    (finding,) = misfit_findings([Misfit((scored("load"),)), None, Misfit((scored("load"),))], ["a", "b", "c"])
-    assert (finding.check, finding.joints) == ("friction-load", ("a", "c"))
-    assert "a (25 % of its friction), c (25 % of its friction)" in finding.text
 
 
 def test_kinds_that_explain_as_much_are_named_together() -> None:

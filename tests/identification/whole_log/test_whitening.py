@@ -98,14 +98,6 @@ def test_variance_components_are_found_from_residuals() -> None:
     np.testing.assert_allclose(components.encoder_scale, LEVELS.encoder_scale, rtol=0.25)
 
 
-def test_the_contact_variance_scale_is_found() -> None:
-    equations = some_equations(40, False)
-    near = LEVELS.at(equations) / LEVELS.away_from_contacts[LEVELS.which(equations)]
-    np.testing.assert_allclose(near[0], np.repeat([3.0, 4.0], [3, 6]))  # 0.03 s after one
-    np.testing.assert_allclose(near[-1], np.repeat([2.0, 1.5], [3, 6]))  # 0.03 s before the next
-    np.testing.assert_allclose(near[25], 1.0)
-
-
 @pytest.mark.parametrize("lags", [1, 4, 9])
 def test_the_autocorrelation_has_a_positive_spectrum(lags: int) -> None:
     frequency = np.linspace(0, np.pi, 501)

@@ -1,65 +1,31 @@
 """The whole log gives friction back, of every leg in every support, and what is wrong with the model beside it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.signal import lfilter
-from tests.arm import arm_log, write_arm
+from tests.identification.whole_log.logs import PLAIN, TRUTH, arm_log, walk, with_wrong_bodies
 
 from stribeck import Robot, identify
-from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.constants import FIRST_MODEL_STD
-from stribeck.identification.whole_log.model.model_corrections import model_corrections
 from stribeck.identification.whole_log.solver.pilot_fit import pilot_places
 from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.preparation import prepare
-from stribeck.result import read_result
-from stribeck.settings import Priors, Settings
-from stribeck.weak_equations import Corrections
+from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.sensors.measure import with_noise
 
-TRUTH = {
-    "viscous": 0.3,
-    "coulomb": 1.2,
-    "stribeck_gain": 0.3,
-    "stribeck_velocity": 0.15,
-    "offset": 0.2,
-    "slope": 50.0,
-}
 WHOLE_LOG = Settings(law="stribeck", corrections="none")
-
-
-@pytest.fixture(scope="module")
-def arm() -> Robot:
-    return Robot.from_file(MODELS / "arm.toml")
-
-
-@pytest.fixture(scope="module")
-def exact_arm_log(arm: Robot) -> RobotLog:
-    log, _ = exact_log(arm, get_law("stribeck"), dict.fromkeys(arm.joint_names, TRUTH), duration=20.0, seed=1)
-    return log
 
 
 def whole_log(log: RobotLog, robot: Robot, settings: Settings) -> WholeLog:
     return identify_whole_log([prepare(log, robot, settings)], robot, get_law(settings.law), settings)
-
-
-def with_wrong_bodies(robot: Robot) -> Robot:
-    """The same robot, believed to be heavier, its centres elsewhere, its moments smaller."""
-    model = pin.Model(robot.tree.model)
-    for joint in range(1, model.njoints):
-        body = model.inertias[joint]
-        shift = np.array([0.005, -0.004, 0.003])
-        model.inertias[joint] = pin.Inertia(1.05 * body.mass, body.lever + shift, 0.85 * body.inertia)
-    return replace(robot, tree=replace(robot.tree, model=model))
 
 
 def test_an_exact_log_gives_the_truth(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -84,8 +50,7 @@ def test_a_noisy_log_gives_it_within_its_intervals(arm: Robot, exact_arm_log: Ro
 
 def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
     law = get_law("coulomb-viscous")
-    truth = {"viscous": 0.3, "coulomb": 1.2, "offset": 0.2}
-    exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=16.0, seed=3)
+    exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, PLAIN), duration=16.0, seed=3)
     held = exact.velocity is not None and np.abs(exact.velocity) < 0.02
     stiction = replace(
         exact, torque=exact.torque - held * known.friction_torque
@@ -96,28 +61,18 @@ def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
 
 
-def test_every_leg_of_a_humanoid_counts_while_it_stands_and_while_it_swings() -> None:
-    robot = Robot.from_file(MODELS / "robot.toml")
-    names = [name for name in robot.joint_names if name not in robot.position_controlled]
-    exact, _ = exact_log(
-        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=10.0, posture=POSTURES["biped"], seed=2
-    )
-    log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
-    for name, joint in identify(log, robot, WHOLE_LOG).joints.items():
-        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
+@pytest.mark.parametrize(("name", "duration"), [("biped", 10.0), ("quadruped", 12.0)])
+def test_every_leg_counts_while_it_stands_and_while_it_swings(name: str, duration: float) -> None:
+    """On one foot and on two, on three point feet and on four."""
+    robot, log = walk(name, duration)
+    for joint, found in identify(log, robot, WHOLE_LOG).joints.items():
+        assert found.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), joint
 
 
-def test_every_standing_leg_is_in_the_pilot_fit() -> None:
-    robot = Robot.from_file(MODELS / "robot.toml")
-    names = [name for name in robot.joint_names if name not in robot.position_controlled]
-    exact, _ = exact_log(  # 15 steps: every other one stands on the same foot
-        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=17.0, posture=POSTURES["biped"], seed=2
-    )
-    log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
-    found = whole_log(log, robot, WHOLE_LOG)
-    first = np.full_like(found.fit.components.model, FIRST_MODEL_STD)
-    legs = robot.standing(tuple(robot.contacts))[found.columns]
-    assert np.all((found.fit.components.model != first)[:, legs])
+def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() -> None:
+    robot, log = walk("quadruped", 12.0)
+    with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
+        identify(log, robot, Settings(law="stribeck", corrections="calibration"))
 
 
 def test_segments_of_every_contact_mode_are_in_the_pilot_fit() -> None:
@@ -131,13 +86,8 @@ def test_segments_of_every_contact_mode_are_in_the_pilot_fit() -> None:
 
 
 def test_corrections_are_determined_by_swinging_limbs() -> None:
-    robot = Robot.from_file(MODELS / "robot.toml")
-    names = [name for name in robot.joint_names if name not in robot.position_controlled]
-    exact, _ = exact_log(
-        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=8.0, posture=POSTURES["biped"], seed=2
-    )
-    settings = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
-    evidence = identify(with_noise(exact, position=1e-5, torque=0.05, seed=3), robot, settings).evidence
+    robot, log = walk("biped", 8.0)
+    evidence = identify(log, robot, Settings(law="coulomb-viscous", corrections="inertia")).evidence
     assert evidence is not None
     assert evidence.correction is not None
     before, after = evidence.correction
@@ -148,23 +98,6 @@ def test_corrections_are_determined_by_swinging_limbs() -> None:
     for support, name in enumerate(after.support_names):
         standing = robot.standing((name,))[robot.torque_controlled] if name in robot.contacts else legs
         assert not after.usable[after.support == support][:, standing].any()
-
-
-def test_a_quadruped_on_three_point_feet_and_on_four() -> None:
-    robot = Robot.from_file(MODELS / "quadruped.toml")
-    truth = dict.fromkeys(robot.joint_names, TRUTH)
-    exact, _ = exact_log(robot, get_law("stribeck"), truth, duration=12.0, posture=POSTURES["quadruped"], seed=2)
-    log = with_noise(exact, position=1e-5, torque=0.05, seed=3)
-    for name, joint in identify(log, robot, WHOLE_LOG).joints.items():
-        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), name
-
-
-def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() -> None:
-    robot = Robot.from_file(MODELS / "quadruped.toml")
-    truth = dict.fromkeys(robot.joint_names, TRUTH)
-    log, _ = exact_log(robot, get_law("stribeck"), truth, duration=4.0, posture=POSTURES["quadruped"], seed=2)
-    with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
-        identify(log, robot, Settings(law="stribeck", corrections="calibration"))
 
 
 def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -186,19 +119,6 @@ def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log:
         xx, _, yy, _, _, zz = body.inertia[1]
         assert body.mass[1] > 0
         assert max(xx, yy, zz) < xx + yy + zz - max(xx, yy, zz)  # triangle inequality
-
-
-def test_priors_say_how_far_models_may_be_off(arm: Robot, exact_arm_log: RobotLog) -> None:
-    log, wrong = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4), with_wrong_bodies(arm)
-    changes = {}
-    for name, share in {"usual": 1.0, "trusted": 1e-3}.items():
-        bodies = {"mass": 0.05 * share, "centre_of_mass": 7.5e-3 * share, "moments": 0.12 * share}
-        settings = Settings(law="stribeck", corrections="inertia", priors=Priors(**bodies))
-        corrections = identify(log, wrong, settings).corrections
-        assert corrections is not None
-        changes[name] = max(abs(body.mass[1] / body.mass[0] - 1) for body in corrections.bodies.values())
-    assert changes["usual"] > 0.01
-    assert changes["trusted"] < 1e-3
 
 
 def test_a_motor_that_logs_no_torque_does_no_harm_to_the_others(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -296,27 +216,13 @@ def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_a
 
 
 def test_a_late_base_orientation_is_found() -> None:
-    robot = Robot.from_file(MODELS / "robot.toml")
-    names = [name for name in robot.joint_names if name not in robot.position_controlled]
-    exact, _ = exact_log(
-        robot, get_law("stribeck"), dict.fromkeys(names, TRUTH), duration=8.0, posture=POSTURES["biped"], seed=2
-    )
-    assert exact.base_orientation is not None
-    log = replace(
-        with_noise(exact, position=1e-5, torque=0.05, seed=3),
-        base_orientation=np.roll(exact.base_orientation, 10, axis=0),
-    )
+    robot, log = walk("biped", 8.0)
+    log = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0))
     found = whole_log(log.take(slice(50, None)), robot, Settings(law="stribeck", corrections="calibration"))
     assert found.corrections.base_delay is not None
     delay, error = found.corrections.base_delay
     assert error < 2e-3
     assert delay == pytest.approx(0.01, abs=3 * error)
-
-
-def test_gains_of_limbs_that_carry_little_do_not_move_those_of_the_legs() -> None:
-    model = model_corrections(Corrections(gains=4), np.array([40.0, 1.2, 15.0, 0.2]), Priors())
-    np.testing.assert_array_equal(model.loaded, [0, 2])
-    np.testing.assert_array_equal(model.scales > 0, [True, False, True, False])
 
 
 def test_rotor_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -378,28 +284,6 @@ def test_jitter_of_the_clock_is_not_taken_for_torque(arm: Robot, exact_arm_log: 
         assert body.mass[1] == pytest.approx(body.mass[0], abs=3 * body.mass_error), name
 
 
-def test_prismatic_joints_and_the_command_line(tmp_path: Path) -> None:
-    from typer.testing import CliRunner
-
-    from stribeck.cli.app import app
-    from stribeck.log.writers import write_log
-
-    robot_file = write_arm(tmp_path)
-    log = with_noise(arm_log(Robot.from_file(robot_file), duration=12.0), position=1e-5, torque=0.05)
-    write_log(log, tmp_path / "log.npz")
-    arguments = ["identify", str(tmp_path / "log.npz"), "-r", str(robot_file), "-o", str(tmp_path / "out")]
-    ran = CliRunner().invoke(app, [*arguments, "--method", "whole-log"])
-    assert ran.exit_code == 0, ran.output
-    result = read_result(tmp_path / "out/result.json")
-    assert result.method == "whole-log"
-    assert result.corrections is not None
-    assert set(result.corrections.bodies) == {"shoulder", "elbow", "slide"}
-    assert result.joints["slide"].parameters["coulomb"].unit == "N"
-    for joint in result.joints.values():
-        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04)
-    assert "Corrections of the model" in (tmp_path / "out/report.html").read_text()
-
-
 def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Errors and standard errors of viscous friction, Coulomb friction and offset, shape (joints, 3) each."""
     law, names = get_law("coulomb-viscous"), ("viscous", "coulomb", "offset")
@@ -411,10 +295,7 @@ def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_intervals_are_wider_where_steps_differ(arm: Robot) -> None:
-    law = get_law("coulomb-viscous")
-    truth = {name: TRUTH[name] for name in ("viscous", "coulomb", "offset")}
-    exact, _ = exact_log(arm, law, dict.fromkeys(arm.joint_names, truth), duration=60.0, seed=5)
-    noisy = with_noise(exact, position=1e-5, torque=0.1, seed=6)
+    noisy = with_noise(arm_log(60.0, seed=5, law="coulomb-viscous"), position=1e-5, torque=0.1, seed=6)
     error, even = deviations(noisy, arm)
     assert 0.6 < np.sqrt(np.mean((error / even) ** 2)) < 1.6
     prior_std = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
@@ -422,11 +303,6 @@ def test_intervals_are_wider_where_steps_differ(arm: Robot) -> None:
     error, wider = deviations(uneven, arm)  # parts of the log disagree, which its intervals know
     assert np.mean(np.abs(error / wider) < 2) > 0.8
     assert np.median((wider / even)[:, 2]) > 3
-
-
-def test_settings_that_it_does_not_use_are_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
-    with pytest.raises(SettingsError, match="loss is 'huber', which the method 'whole-log' does not use"):
-        identify(exact_arm_log, arm, WHOLE_LOG.model_copy(update={"loss": "huber"}))
 
 
 def test_a_log_without_motion_is_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
