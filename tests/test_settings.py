@@ -22,6 +22,7 @@ from stribeck.settings import (
     RobotTable,
     Settings,
     SupportSettings,
+    flat,
 )
 
 QUICK = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -186,6 +187,16 @@ def test_an_assignment_is_what_comes_out_and_changes_nothing_else(data: st.DataO
 def test_numbers_are_finite_and_are_numbers(value: object) -> None:
     with pytest.raises(ValueError, match="block"):
         Settings.model_validate({"block": value})
+
+
+@pytest.mark.parametrize("key", [key for key, value in flat(Settings()).items() if type(value) in (int, float)])
+@pytest.mark.parametrize("value", [-(10**18), 10**18, 1e300])
+def test_every_number_has_a_range(key: str, value: float) -> None:
+    with pytest.raises(
+        SettingsError, match=rf"'{key}' is .*(; expected a number from \S+ to \S+|valid integer)"
+    ) as refused:
+        with_settings(Settings(), {}, [f"{key}={value!r}"])
+    check_sentence(str(refused.value))
 
 
 def test_text_without_quotes_is_text() -> None:

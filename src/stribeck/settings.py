@@ -3,17 +3,22 @@
 import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches
+from math import inf
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stribeck.typing import TorqueSource
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Cutoff = Annotated[float, Field(ge=0.5, allow_inf_nan=False)]
+Positive = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]  # an offset of time stamps may be that large
+Cutoff = Annotated[float, Field(ge=0.5, le=1e5, allow_inf_nan=False)]
 """[Hz]; no robot moves as slowly as a lower one, and its filter would be seconds long."""
+Prior = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
+"""Standard deviation; squares of smaller or larger ones are lost in rounding."""
+Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [m/s^2]
+Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)]
 PerJoint = Finite | list[Finite] | dict[str, Finite]
 """One value for all joints, a list in the log's joint order, or a value by the log's joint name."""
 
@@ -62,7 +67,11 @@ class RobotTable(Table):
     motors: dict[str, MotorTable] = {}
     kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
     kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
-    gravity: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, -9.81)  # world or fixed base
+    gravity: Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)] = (
+        0.0,
+        0.0,
+        -9.81,
+    )  # world or fixed base
 
 
 class ContactTable(Table):
@@ -120,7 +129,7 @@ class FilterSettings(Table):
     """Which zero-phase filter gives velocity and acceleration from positions."""
 
     kind: Literal["auto", "savitzky-golay", "butterworth", "log"] = "auto"
-    window: int | None = Field(default=None, ge=3, lt=100_000)  # samples, odd (savitzky-golay)
+    window: int | None = Field(default=None, ge=3, le=99_999)  # samples, odd (savitzky-golay)
     order: int = Field(default=4, ge=1, le=12)  # polynomial or Butterworth order
     cutoff: Cutoff | None = None  # [Hz] (butterworth; savitzky-golay if no window is given)
 
@@ -143,23 +152,23 @@ class Priors(Table):
     The defaults are assumptions, of the size of the errors that the accuracy study gives its models and sensors.
     """
 
-    mass: Positive = 0.05  # [1] of a body's mass: drawings lack cables, screws and paint
-    centre_of_mass: Positive = 7.5e-3  # [m] along each axis
-    moments: Positive = 0.12  # [1] principal second moments; uniform errors of 20 % have this standard deviation
-    torque_gain: Positive = 0.01  # [1] of a joint's torque sensor, calibrated once
-    encoder_zero: Positive = 2e-3  # [rad] of an encoder that was zeroed against a stop or a jig, 0.1 degrees
-    imu_tilt: Positive = 5e-3  # [rad] of an IMU screwed to its place, 0.3 degrees
-    torque_delay: Positive = 1e-3  # [s] of the torques against the encoders: a cycle of a 1 kHz bus
-    base_delay: Positive = 2e-3  # [s] of the base orientation against the encoders: IMUs filter
-    wrench_force: Positive = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
-    wrench_moment: Positive = 2.0  # [N m] the same of moments
-    wrench_gain: Positive = 0.02  # [1] of foot wrench sensors
-    rotor: Positive = 1.0  # [kg m^2] where the model has none; wider than any joint's, as nothing is known
-    rotor_share: Positive = 0.2  # [1] of a rotor inertia that the model has: data sheets and gears are that wrong
-    log_offset: Positive = 0.1  # [1] of offsets in one log against those in all, over torques that move the joints
-    friction: Positive = 100.0  # [1] sizes of friction over the joint's torque: as good as no prior
-    scale: Positive = 1.0  # [1] logarithms of Stribeck velocity and slope around their starts: a factor of three
-    pure_number: Positive = 1.0  # [1] parameters without a unit, such as the Stribeck gain
+    mass: Prior = 0.05  # [1] of a body's mass: drawings lack cables, screws and paint
+    centre_of_mass: Prior = 7.5e-3  # [m] along each axis
+    moments: Prior = 0.12  # [1] principal second moments; uniform errors of 20 % have this standard deviation
+    torque_gain: Prior = 0.01  # [1] of a joint's torque sensor, calibrated once
+    encoder_zero: Prior = 2e-3  # [rad] of an encoder that was zeroed against a stop or a jig, 0.1 degrees
+    imu_tilt: Prior = 5e-3  # [rad] of an IMU screwed to its place, 0.3 degrees
+    torque_delay: Prior = 1e-3  # [s] of the torques against the encoders: a cycle of a 1 kHz bus
+    base_delay: Prior = 2e-3  # [s] of the base orientation against the encoders: IMUs filter
+    wrench_force: Prior = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
+    wrench_moment: Prior = 2.0  # [N m] the same of moments
+    wrench_gain: Prior = 0.02  # [1] of foot wrench sensors
+    rotor: Prior = 1.0  # [kg m^2] where the model has none; wider than any joint's, as nothing is known
+    rotor_share: Prior = 0.2  # [1] of a rotor inertia that the model has: data sheets and gears are that wrong
+    log_offset: Prior = 0.1  # [1] of offsets in one log against those in all, over torques that move the joints
+    friction: Prior = 100.0  # [1] sizes of friction over the joint's torque: as good as no prior
+    scale: Prior = 1.0  # [1] logarithms of Stribeck velocity and slope around their starts: a factor of three
+    pure_number: Prior = 1.0  # [1] parameters without a unit, such as the Stribeck gain
 
 
 class Settings(Table):
@@ -194,9 +203,9 @@ class Settings(Table):
     observer_bandwidth: Literal["auto"] | Cutoff | None = (
         None  # [Hz] (observer, which fills in "auto": the log's cutoff)
     )
-    rest: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share of top speed; slower is at rest, for laws that jump there
+    rest: Annotated[float, Field(ge=0, le=0.99)] = 0.005  # share of top speed, slower is at rest: for laws with a jump
     block: Positive = 1.0  # [s], length of a block where no step limits it
-    holdout: int = Field(default=5, ge=2)  # every n-th block is for validation alone
+    holdout: int = Field(default=5, ge=2, le=1_000_000)  # every n-th block is for validation alone
 
 
 def flat(table: Table, prefix: str = "") -> dict[str, object]:
@@ -229,6 +238,8 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
         return f"unknown key '{key}'" + (_nearest([str(part) for part in first["loc"]], table) if table else "")
     if first["type"] == "missing":
         return f"key '{key}' is missing"
+    if first["type"].startswith(("greater_than", "less_than", "finite_number")) and table:
+        return f"key '{key}' is {_shown(first['input'])}; expected {_range(list(first['loc']), table)}"
     if not key:  # of the document as a whole
         return message.removeprefix("Value error, ")
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
@@ -245,6 +256,24 @@ def _nearest(loc: list[str], table: type[BaseModel]) -> str:
         return f"; did you mean '{'.'.join([*tables, *near])}'?"
     elsewhere = [key for key in _dotted(table) if key.rpartition(".")[2] == last]
     return f"; did you mean '{elsewhere[0]}'?" if elsewhere else f"; expected one of {', '.join(beside.model_fields)}"
+
+
+def _range(loc: list[object], table: type[BaseModel]) -> str:
+    """Return the range of the number that a location leads to."""
+    inner: type[BaseModel] | None = table
+    notes: list[Any] = []
+    for part in loc:
+        if inner is not None and part in inner.model_fields:
+            field = inner.model_fields[part]
+            notes, inner = [*field.metadata, field.annotation], _table_of(inner, part)
+    bounds: dict[str, float] = {}
+    while notes:
+        note = notes.pop()
+        notes += [*get_args(note), *getattr(note, "metadata", ())]
+        for name in ("ge", "gt", "le", "lt"):
+            if getattr(note, name, None) is not None:
+                bounds[name[0]] = getattr(note, name)
+    return f"a number from {bounds.get('g', -inf):g} to {bounds.get('l', inf):g}"
 
 
 def _table_of(table: type[BaseModel], key: str) -> type[BaseModel] | None:

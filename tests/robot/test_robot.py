@@ -169,7 +169,10 @@ WRONG_TABLES = {
         "torque_source = 'guess'",
         "'motor_side_sensor', 'motor_current' or 'command'",
     ),
-    "negative rotor": ("armature = { elbow = -1.0 }", "key 'robot.armature.elbow' is -1.0.*greater than or equal to 0"),
+    "negative rotor": (
+        "armature = { elbow = -1.0 }",
+        "elbow' is -1.0; expected a number from 0 to 1e\\+09",
+    ),
     "not a number": ("armature = { elbow = nan }", "key 'robot.armature.elbow' is nan"),
     "unknown law key": ("[identify]\nlow = 'x'", "unknown key 'identify.low'"),
     "position-controlled": (
