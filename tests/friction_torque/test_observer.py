@@ -254,7 +254,7 @@ def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: 
 
 def test_measured_wrenches_are_not_for_an_observer(arm: Robot, log: RobotLog) -> None:
     with pytest.raises(
-        SettingsError, match="standing_legs is 'measured', and a momentum observer takes no foot wrenches"
+        SettingsError, match="standing_legs is 'measured', and the method 'observer' does not use wrenches"
     ):
         identify(log, arm, Settings(method="observer", filter=EXACT, standing_legs="measured"))
 

@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import refused
 from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks, walk
@@ -19,13 +18,9 @@ from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError, SettingsError
 from stribeck.friction import get_law
 from stribeck.friction_torque.stage import torque_chunks
-from stribeck.identification.curve_fit.fit import fit_joint
-from stribeck.identification.curve_fit.problem import FitProblem
-from stribeck.identification.curve_fit.recursion import MEMORY, predict_in_turn
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.result import Result
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 
 LAW, TRUTH = get_law("coulomb-viscous"), {"viscous": 0.4, "coulomb": 1.0, "offset": 0.3}
@@ -165,26 +160,3 @@ def test_what_it_measures_is_not_for_settings_to_say(key: str) -> None:
     log, _ = moved("walk", 8.0)
     with pytest.raises(SettingsError, match=f"{key} is .*'ground-reaction' does not use"):
         identify(log, robot(), MEASURED.model_copy(update={key: value}))
-
-
-def problem(level: Array, block: NDArray[np.int64]) -> FitProblem:
-    """Return friction that is so many times the law's, alike in blocks of whole periods."""
-    velocity = np.sin(2 * np.pi / 50 * (np.arange(len(block)) + 0.5))
-    torque = level * LAW.torque(velocity, np.array([0.4, 1.0, 0.3]))
-    return FitProblem(
-        law=LAW, parameters=LAW.parameters, velocity=velocity, friction_torque=torque, acceleration=None, block=block
-    )
-
-
-def test_predictions_follow_what_was_learnt_and_forget() -> None:
-    blocks, each, interval = 40, 500, 0.01
-    block = np.repeat(np.arange(blocks), each)
-    before = problem(np.ones(len(block)), block)
-    learnt = problem(np.where(block < blocks // 2, 1.0, 2.0), block)
-    ratio = predict_in_turn(fit_joint(before), learnt, before, interval) / before.friction_torque
-    by_block = np.array([np.median(ratio[block == k]) for k in range(blocks)])
-    assert np.isnan(by_block[0])
-    np.testing.assert_allclose(by_block[1 : blocks // 2 + 1], 1.0, atol=1e-6)
-    old, new = blocks // 2 * each * interval, np.arange(blocks // 2) * each * interval
-    left = np.exp(-new / MEMORY) * (1 - np.exp(-old / MEMORY)) / (1 - np.exp(-(new + old) / MEMORY))
-    np.testing.assert_allclose(by_block[blocks // 2 :], 2 - left, atol=1e-6)

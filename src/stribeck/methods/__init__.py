@@ -6,11 +6,10 @@ from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.methods.contract import Fitted as Fitted
 from stribeck.methods.contract import Method as Method
-from stribeck.methods.curve_fit import CURVE_FIT
+from stribeck.methods.curve_fit import CURVE_FIT, OBSERVER
 from stribeck.methods.direct import DIRECT
 from stribeck.methods.ground_reaction import GROUND_REACTION
 from stribeck.methods.held_out import held_out_log as held_out_log
-from stribeck.methods.observer import OBSERVER
 from stribeck.methods.whole_log import WHOLE_LOG
 from stribeck.robot import Robot
 from stribeck.settings import Settings, flat
@@ -42,6 +41,11 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
         raise SettingsError(
             f"law '{name}' needs method '{' or '.join(able)}', found '{method.name}'; "
             f"set --method {able[0]}, or name a law"
+        )
+    if settings.standing_legs == "measured" and not method.wrenches:
+        raise SettingsError(
+            f"[identify] standing_legs is 'measured', and the method '{method.name}' does not use wrenches on feet; "
+            "expected true or false, or --method ground-reaction"
         )
     for key, value in flat(settings).items():
         if key not in method.uses and value != usual[key]:

@@ -14,20 +14,26 @@ To add a method:
 5. Let it recover a known truth in tests/methods/test_methods.py, and describe it in docs/.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.contact import SupportPhases
+from stribeck.errors import LogError
 from stribeck.finding import Finding
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.stage import FrictionSamples
+from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
+from stribeck.friction_torque.thinning import join_logs
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.weakness import USUAL, Criteria
 from stribeck.log import RobotLog
-from stribeck.methods.unseen import Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
+from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings, SupportSettings
 
 SHARED = frozenset(
@@ -36,6 +42,57 @@ SHARED = frozenset(
     | {f"support.{key}" for key in SupportSettings.model_fields}
 )
 """Settings of what all methods share: support phases, the friction torque that is shown, and the verdicts on it."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Unseen:
+    """A fit, and the parts of the logs that it has not seen, from which the R^2 of the torque is taken.
+
+    Attributes
+    ----------
+    fits
+        Fits by joint; only their values are used.
+    usable
+        Samples of the friction torque in these parts, shape (N, n), for a method that holds samples out.
+    robot, logs
+        Robot and logs without the errors that the fit has found, the logs cut to these parts, for a method that holds
+        parts of logs out.
+    """
+
+    fits: Mapping[str, JointFit]
+    usable: NDArray[np.bool_] | None = None
+    robot: Robot | None = None
+    logs: Sequence[PreparedLog] = ()
+
+    def samples(self, friction: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot) -> list[Samples]:
+        """Return samples of these parts by robot and logs as given and, where the fit corrects them, as it does.
+
+        Both pass the filter of the friction torque; those of standing legs are not usable. None if there are none.
+        """
+        settings = friction.settings.model_copy(update={"standing_legs": False})
+        if self.usable is not None:
+            return [replace(friction.samples, usable=friction.samples.usable & self.usable)]
+        given = [replace(part, support=cut.support) for part, cut in zip(prepared, self.logs, strict=True)]
+        versions = [(given, robot)]
+        if self.robot is not None and self.robot is not robot:
+            versions.append((list(self.logs), self.robot))
+        try:
+            return [
+                join_logs([thinned_samples(log, len(logs), machine, settings) for log in logs if log.support.phases])
+                for logs, machine in versions
+            ]
+        except LogError:  # no part is longer than what the filter takes
+            return []
+
+
+def cut(support: SupportPhases, parts: Iterable[slice]) -> SupportPhases:
+    """Return the support phases with what of them lies in some parts of the log."""
+    found = [
+        replace(phase, first=max(phase.first, part.start), last=min(phase.last, part.stop))
+        for part in parts
+        for phase in support.phases
+    ]
+    return replace(support, phases=tuple(phase for phase in found if phase.first < phase.last))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -133,6 +190,8 @@ class Method:
         What it does.
     loops
         Whether it takes the forces of closed chains out; others refuse robots that have some.
+    wrenches
+        Whether it can use measured wrenches on feet; others refuse `standing_legs = "measured"`.
     """
 
     name: str
@@ -141,3 +200,4 @@ class Method:
     defaults: Callable[[Robot], Mapping[str, str]]
     find: Find
     loops: bool = False
+    wrenches: bool = True

@@ -1,4 +1,8 @@
-"""Curve fit: the law through each joint's friction torque over its velocity, (6.4)."""
+"""Curve fit: the law through each joint's friction torque versus velocity, (6.4); and the same for a momentum observer.
+
+The observer needs no accelerations. With an `observer_bandwidth` the friction torque is that of the observer, and
+velocity and law pass the same low-pass (`friction_torque.log_observer`): all lag alike, and no parameter is biased.
+"""
 
 from collections import ChainMap
 from collections.abc import Sequence
@@ -8,8 +12,7 @@ from stribeck.finding import Finding
 from stribeck.friction import LAWS, LAWS_WITH_STATE, FrictionLaw, LawWithState
 from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.identification.curve_fit.validation import held_out, validate
-from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
-from stribeck.methods.unseen import Unseen
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -25,15 +28,26 @@ def find(
 ) -> Fitted:
     """Fit the law to every joint that moves enough; every n-th block is held out.
 
-    A law with state is averaged as the filter averages the friction torque, whatever the settings say: what comes after
-    a reversal is as short as the filter's window.
+    A law with state is averaged as the filter averages the friction torque, whatever the settings: what follows a
+    reversal is as short as the filter's window.
     """
     with_state = isinstance(law, LawWithState)
     if with_state:
-        settings = _averaged(law, settings)
+        if settings.filter.kind == "butterworth":
+            raise SettingsError(
+                "[identify.filter] kind is 'butterworth', which has no window to average the law "
+                f"'{law.name}' over; set it to 'auto' or 'savitzky-golay'"
+            )
+        settings = settings.model_copy(update={"averaged_law": True})
     samples = friction_torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
+    couplings = Finding(
+        check="couplings-left-out",
+        text=f"the friction of couplings is taken for that of their joints: {', '.join(robot.couplings)}",
+        cure="use the method whole-log, which tells them apart",
+        joints=tuple(dict.fromkeys(joint for own in robot.couplings.values() for joint in own)),
+    )
     return Fitted(
         fits=fits,
         validations=validate(fits, samples, law, settings),
@@ -41,26 +55,7 @@ def find(
         robot=robot,
         logs=prepared,
         settings=settings if with_state else None,
-        findings=[couplings_left_out(robot)] if robot.couplings else [],
-    )
-
-
-def _averaged(law: FrictionLaw, settings: Settings) -> Settings:
-    if settings.filter.kind == "butterworth":
-        raise SettingsError(
-            f"[identify.filter] kind is 'butterworth', which has no window to average the law '{law.name}' over; "
-            "set it to 'auto' or 'savitzky-golay'"
-        )
-    return settings.model_copy(update={"averaged_law": True})
-
-
-def couplings_left_out(robot: Robot) -> Finding:
-    """Return that a fit joint by joint takes the friction of couplings for that of joints."""
-    return Finding(
-        check="couplings-left-out",
-        text=f"the friction of couplings is taken for that of their joints: {', '.join(robot.couplings)}",
-        cure="use the method whole-log, which tells them apart",
-        joints=tuple(dict.fromkeys(joint for own in robot.couplings.values() for joint in own)),
+        findings=[couplings] if robot.couplings else [],
     )
 
 
@@ -71,4 +66,14 @@ CURVE_FIT = Method(
     defaults=lambda _: {"law": "stribeck"},
     find=find,
     loops=True,
+)
+
+OBSERVER = Method(
+    name="observer",
+    uses=(SHARED - {"filter_torque", "double_support"}) | {"observer_bandwidth", "loss", "holdout"},
+    laws=LAWS,
+    defaults=lambda _: {"law": "stribeck", "observer_bandwidth": "auto"},
+    find=find,
+    loops=True,
+    wrenches=False,
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from stribeck.equations.build import find_corrections
 from stribeck.equations.couplings import acting
-from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
+from stribeck.errors import LogError, NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.friction_torque.thinning import join_logs
@@ -19,11 +19,10 @@ from stribeck.identification.direct.rows import DirectRows
 from stribeck.identification.joint_fit import PRIOR_FACTOR, parameter_units
 from stribeck.identification.judgement.own_friction import own_friction
 from stribeck.identification.whole_log.model.bodies import bodies_of
-from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_robot
 from stribeck.methods.direct_rows import ROOT_ROWS, Block, RowMaker
 from stribeck.methods.moving import joints_that_move
-from stribeck.methods.unseen import Unseen, cut
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Validation
 from stribeck.robot import Robot
@@ -47,11 +46,6 @@ def find(
     progress: Progress,
 ) -> Fitted:
     """Fit friction and bodies to all blocks but every n-th, which is held out."""
-    if settings.standing_legs == "measured":
-        raise SettingsError(
-            "[identify] standing_legs is 'measured', and the method 'direct' does not use wrenches on feet; "
-            "expected true or false, or --method ground-reaction"
-        )
     progress("building the regressor", 0.0)
     maker, names, top_speed = _row_maker(prepared, robot, law, settings)
     training, held_out = _split(maker.blocks(prepared), settings.holdout)
@@ -198,4 +192,5 @@ DIRECT = Method(
     laws=("coulomb-viscous", "asymmetric"),
     defaults=lambda _: {"law": "coulomb-viscous"},
     find=find,
+    wrenches=False,
 )

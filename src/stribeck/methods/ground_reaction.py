@@ -1,11 +1,10 @@
-"""Friction from ground reactions: standing legs by measured wrenches, swinging ones by a model that follows them.
+"""Friction from ground reactions: standing legs by measured wrenches, and a check of swinging legs against them.
 
 After Hashlamon and Erbatur 2016; docs/ground-reaction.md has the equations.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,16 +14,12 @@ from stribeck.friction import LAWS, FrictionLaw
 from stribeck.friction_torque.foot_wrenches import require_wrenches
 from stribeck.friction_torque.stream import swinging_joints
 from stribeck.friction_torque.thinning import MOST_KEPT
-from stribeck.identification.curve_fit.fit import fit_law
 from stribeck.identification.curve_fit.problem import FitProblem, joint_problem
-from stribeck.identification.curve_fit.recursion import predict_in_turn
-from stribeck.identification.curve_fit.validation import held_out, validate
 from stribeck.identification.joint_fit import JointFit
 from stribeck.identification.judgement.curve import ROUNDING
 from stribeck.log.storage import allocate
+from stribeck.methods import curve_fit
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
-from stribeck.methods.curve_fit import couplings_left_out
-from stribeck.methods.unseen import Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import joint_torque_of_wrench
@@ -32,12 +27,8 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.typing import Array
 
-DIFFERENT = 0.5
-"""Share of its friction [1] by which a swinging joint may differ from what is predicted: half of it is no noise."""
-SURE = 2.0
-"""Standard errors [1] beyond which it is told."""
-FEWEST_SWINGS = 3
-"""Swings or seconds of them [1] that say next to nothing of standard errors."""
+DIFFERENT, SURE = 0.5, 2.0
+"""Share of its friction [1] by which swinging may differ from standing, and standard errors [1] beyond that."""
 
 
 def find(
@@ -48,7 +39,7 @@ def find(
     friction_torque: FrictionTorque,
     progress: Progress,
 ) -> Fitted:
-    """Fit the law to every joint that moves enough, standing legs' samples by the wrenches; see how it suits swings."""
+    """Run the curve fit on friction torques from the wrenches, and compare swinging with standing legs."""
     if robot.base == "fixed":
         raise SettingsError(
             "method 'ground-reaction' finds the friction of legs that stand, and [robot] base is 'fixed'; "
@@ -57,43 +48,16 @@ def find(
     for part in prepared:
         require_wrenches(part.log, robot)
     logs, notes, unknown = zip(*(_zeroed(part, robot) for part in prepared), strict=True)
-    samples = friction_torque(logs, robot, settings).samples
-    progress("fitting", 0.0)
-    fits = fit_law(samples, law, settings)
-    swings = _predicted(fits, samples, robot, law, settings)
-    return Fitted(
-        fits=fits,
-        validations=validate(fits, samples, law, settings),
-        unseen=Unseen(fits=fits, usable=held_out(fits, samples, law, settings)),
-        robot=robot,
-        logs=logs,
-        findings=[
-            *([couplings_left_out(robot)] if robot.couplings else []),
-            *_without_zero(dict.fromkeys(foot for of_log in unknown for foot in of_log), logs[0].log.position, robot),
-            *_differing(swings),
-        ],
-        notes=[*(note for of_log in notes for note in of_log), *_said(swings)],
+    fitted = curve_fit.find(logs, robot, law, settings, friction_torque, progress)
+    swings = _swings(fitted.fits, friction_torque(logs, robot, settings).samples, robot, law, settings)
+    without_zero = dict.fromkeys(foot for of_log in unknown for foot in of_log)
+    shown = ", ".join(f"{joint} {text}" for joint, (text, _) in swings.items())
+    note = f"friction of swinging legs relative to that of the same legs standing: {shown}"
+    return replace(
+        fitted,
+        findings=[*fitted.findings, *_without_zero(without_zero, logs[0].log.position, robot), *_differing(swings)],
+        notes=[*(note for of_log in notes for note in of_log), *([note] if swings else [])],
     )
-
-
-class _Swing(NamedTuple):
-    """A joint while its leg swings: its friction torque, of which `size` is the rms [N m], over the predicted one.
-
-    It is that times `factor` [1], plus `shift` [N m], with these standard errors.
-    """
-
-    factor: float
-    shift: float
-    factor_error: float
-    shift_error: float
-    size: float
-
-    @property
-    def differs(self) -> bool:
-        """Whether by more than `DIFFERENT`, for sure."""
-        by = abs(self.factor - 1), abs(self.shift) / self.size
-        errors = self.factor_error, self.shift_error / self.size
-        return any(each - SURE * error > DIFFERENT for each, error in zip(by, errors, strict=True))
 
 
 def _zeroed(part: PreparedLog, robot: Robot) -> tuple[PreparedLog, list[str], list[str]]:
@@ -127,52 +91,48 @@ def _zeroed(part: PreparedLog, robot: Robot) -> tuple[PreparedLog, list[str], li
     return replace(part, log=replace(log, foot_wrench=less)), notes, unknown
 
 
-def _predicted(
+def _swings(
     fits: Mapping[str, JointFit], samples: Samples, robot: Robot, law: FrictionLaw, settings: Settings
-) -> dict[str, _Swing]:
-    """Return how the friction of swinging legs is predicted from the steps before, by joint."""
+) -> dict[str, tuple[str, bool]]:
+    """Compare the friction of swinging legs with that of the same legs standing, by joint; see `_compared`."""
     feet = [tuple(name.split("+")) for name in samples.support_names]
     swings = np.array([swinging_joints(robot, each)[robot.torque_controlled] for each in feet])[samples.support]
-    standing, swung = (replace(samples, usable=samples.usable & rows) for rows in (~swings, swings))
-    interval, found = samples.period * samples.stride, {}
+    parts = [replace(samples, usable=samples.usable & rows) for rows in (swings, ~swings)]
+    found = {}
     for joint, fit in fits.items():
-        asked, learnt = (joint_problem(part, joint, law, settings) for part in (swung, standing))
-        if not all(len(part.velocity) and _rms(part.friction_torque) > ROUNDING for part in (asked, learnt)):
-            continue
-        predicted = predict_in_turn(fit, learnt, asked, interval)
-        known = np.isfinite(predicted)
-        if len(np.unique(asked.block[known])) > FEWEST_SWINGS:
-            found[joint] = _compared(asked.take(known), predicted[known])
+        swung, stood = (joint_problem(part, joint, law, settings) for part in parts)
+        moves = all(len(part.velocity) and _rms(part.friction_torque) > ROUNDING for part in (swung, stood))
+        if moves and len(np.unique(swung.block)) > 3:  # fewer give no useful standard error
+            found[joint] = _compared(fit, swung, stood)
     return found
 
 
-def _compared(swung: FitProblem, predicted: Array) -> _Swing:
-    """Regress friction on what is predicted of it; standard errors are from how swings differ."""
-    columns = np.column_stack([predicted, np.ones_like(predicted)])
-    inverse = np.linalg.pinv(columns.T @ columns)
-    found = inverse @ columns.T @ swung.friction_torque
-    left = columns * (swung.friction_torque - columns @ found)[:, None]
+def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str, bool]:
+    """Describe the friction while swinging as gain and offset of that while standing; whether it differs beyond doubt.
+
+    Gain and offset of the fitted law, Phi = (R_fit(v), 1), are learnt from standing samples, theta = A^-1 b with
+    A = A_0 + Phi^T Phi, b = A_0 (1, 0) + Phi^T R and A_0 the information of one block whose samples all err alike.
+    Swinging friction is regressed on the prediction; standard errors come from how swings differ.
+    """
+    standing, swinging = (
+        np.column_stack([part.predict(fit.values), np.ones(len(part.velocity))]) for part in (stood, swung)
+    )
+    of_a_block = len(standing) / len(np.unique(stood.block)) * fit.rms**2
+    square = _rms(stood.friction_torque) ** 2
+    prior = np.diag([1.0, 1.0 / square]) * max(of_a_block, 1e-12 * square)  # an exact fit has an inverse, too
+    learnt = np.linalg.solve(prior + standing.T @ standing, prior[0] + standing.T @ stood.friction_torque)
+    predicted = np.column_stack([swinging @ learnt, np.ones(len(swinging))])
+    inverse = np.linalg.pinv(predicted.T @ predicted)
+    factor, shift = inverse @ predicted.T @ swung.friction_torque
+    left = predicted * (swung.friction_torque - predicted @ [factor, shift])[:, None]
     starts = np.flatnonzero(np.diff(swung.block, prepend=-1))
     errors = np.sqrt(np.sum((np.add.reduceat(left, starts) @ inverse) ** 2, axis=0))
-    return _Swing(
-        factor=float(found[0]),
-        shift=float(found[1]),
-        factor_error=float(errors[0]),
-        shift_error=float(errors[1]),
-        size=_rms(swung.friction_torque),
-    )
+    off = (np.abs([factor - 1, shift]) - SURE * errors) / [1.0, _rms(swung.friction_torque)]
+    return f"{factor:.2f} times {shift:+.2g} N m", bool((off > DIFFERENT).any())
 
 
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _said(swings: Mapping[str, _Swing]) -> list[str]:
-    """Return a note on how swinging legs were predicted."""
-    if not swings:
-        return []
-    shown = ", ".join(f"{joint} {each.factor:.2f} times {each.shift:+.2g} N m" for joint, each in swings.items())
-    return [f"friction of swinging legs against what the steps before, on the same leg, predict: {shown}"]
 
 
 def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[Finding]:
@@ -193,16 +153,16 @@ def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[
     ]
 
 
-def _differing(swings: Mapping[str, _Swing]) -> list[Finding]:
-    """Return which joints have another friction where their leg swings."""
-    joints = {joint: each for joint, each in swings.items() if each.differs}
+def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
+    """Report joints with another friction while their leg swings."""
+    joints = {joint: f"{joint} {text}" for joint, (text, differs) in swings.items() if differs}
     if not joints:
         return []
-    shown = ", ".join(f"{joint} {each.factor:.2f} times {each.shift:+.2g} N m" for joint, each in joints.items())
     return [
         Finding(
             check="swing-differs",
-            text=f"swinging legs have another friction than standing ones: {shown} of what the steps before predict",
+            text=f"swinging legs have another friction than standing ones: {', '.join(joints.values())} relative to "
+            "standing",
             cure="check the wrench sensors' gains and frames and the legs' masses, or see by --law auto of the method "
             "whole-log whether friction depends on load",
             joints=tuple(joints),

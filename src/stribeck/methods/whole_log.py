@@ -26,10 +26,9 @@ from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_lo
 from stribeck.identification.whole_log.tests_of_fit.findings import misfit_findings
 from stribeck.identification.whole_log.uncertainty.intervals import joint_fits
 from stribeck.log import RobotLog
-from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.methods.unseen import Unseen, cut
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import BodyCorrection, Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
