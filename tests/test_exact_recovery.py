@@ -62,10 +62,6 @@ def test_every_parameter_of_every_joint_comes_back(
             assert joint.parameters[parameter].value == pytest.approx(truth, rel=tolerance), name
 
 
-def test_the_robot_has_thirty_joints() -> None:
-    assert len(thirty_joint_talos().joint_names) == 30
-
-
 def test_the_predicted_ground_reaction_is_what_the_foot_feels() -> None:
     robot = thirty_joint_talos()
     log, _ = exact_log(robot, get_law("stribeck"), {}, duration=6, posture=POSTURES["talos"])

@@ -12,7 +12,6 @@ from tests.friction_torque.test_friction_torque import EXACT
 from tests.methods.test_ground_reaction import moved, robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.audit import audit
 from stribeck.friction_torque.stage import torque_chunks
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
@@ -74,19 +73,6 @@ def test_a_model_explains_as_much_as_without(folder: Path) -> None:
         assert under_load.torque[joint].rms == pytest.approx(error.rms, rel=1e-6)
         of_rollouts = [one.rms for one in under_load.rollouts[joint] if one]
         assert of_rollouts == pytest.approx([one.rms for one in plain.rollouts[joint] if one], rel=1e-6)
-
-
-@pytest.mark.parametrize("factor", [-1.0, 1e3, 1 / 9.81])
-def test_another_sign_or_unit_is_named(factor: float, folder: Path) -> None:
-    robot, log = arm(folder)
-    log = loaded(log, 20.0)
-    assert log.external_torque is not None
-    off = log.external_torque * np.where(np.arange(3) == 1, factor, 1.0)
-    for external, checks in ((log.external_torque, []), (off, ["external-torque"])):
-        told = audit(prepare(replace(log, external_torque=external), robot, Settings()), robot, Settings())
-        assert [finding.check for finding in told] == checks
-    assert told[0].joints == ("elbow",)
-    assert float(told[0].cure.split("elbow = ")[1].split()[0]) == pytest.approx(1 / factor, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Logs that no fit has seen: what is said of them, and parts of logs."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,8 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
-from stribeck import LogError, Robot, RobotLog, Settings, SettingsError, identify, read_result, write_report
+from stribeck import LogError, Robot, RobotLog, SettingsError, identify, read_result
 from stribeck.log.interpolation import linear
-from stribeck.replay.replay import replay
 from stribeck.settings import FilterSettings
 
 FILTER = FilterSettings(kind="butterworth", cutoff=20.0)
@@ -39,24 +37,6 @@ def test_every_method_explains_a_log_that_it_has_not_seen(method: str, desk: dic
         assert error.rms < 0.1 * error.rms_zero_friction
         assert error.torque_r2 > 0.99
         assert error.samples > 1000
-
-
-def test_the_fit_is_the_same_with_and_without(desk: dict[str, Any]) -> None:
-    log, unseen = desk["logs"]
-    with_one, without = (identify(log, desk["robot"], method="curve-fit", validate=v) for v in ([unseen], []))
-    assert replace(with_one, held_out=[]) == without
-    assert "held_out" not in json.loads(without.to_json())
-
-
-def test_what_is_left_without_friction_is_what_a_replay_says(desk: dict[str, Any]) -> None:
-    log, unseen = desk["logs"]
-    settings = Settings(method="curve-fit", filter=FILTER)
-    (found,) = identify(log, desk["robot"], settings, validate=[unseen]).held_out
-    model = desk["robot"].model_path
-    replayed = replay(unseen, desk["robot"], model, Settings(method="curve-fit", filter=FILTER)).models[0]
-    for name, error in found.joints.items():
-        assert error.rms_zero_friction == pytest.approx(replayed.torque[name].rms, rel=1e-9)
-        assert error.samples == replayed.torque[name].samples
 
 
 def test_errors_of_sensors_that_were_found_are_taken_out(desk: dict[str, Any]) -> None:
@@ -91,11 +71,6 @@ def test_the_command_prints_writes_and_draws_it(
     assert f"{found.joints['elbow'].rms:.3g}" in page
 
 
-def test_a_result_without_held_out_logs_has_no_section(desk: dict[str, Any], tmp_path: Path) -> None:
-    write_report(identify(desk["logs"][0], desk["robot"], method="curve-fit"), tmp_path / "report.html")
-    assert "no fit has seen" not in (tmp_path / "report.html").read_text()
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -122,15 +97,6 @@ def test_a_log_of_another_robot_is_refused(desk: dict[str, Any]) -> None:
     other = replace(desk["logs"][1], joint_names=("hip", "knee", "slide"), path="other.npz")
     with pytest.raises((LogError, SettingsError), match=r"other\.npz"):
         identify(desk["logs"][0], desk["robot"], method="curve-fit", validate=[other.take(slice(0, 10))])
-
-
-def test_inspect_and_replay_take_a_part(desk: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    log, robot = str(desk["paths"][0]), ["--robot", str(desk["file"]), "--json"]
-    assert run("inspect", log, *robot, "--from", "1", "--to", "5") == 0
-    assert json.loads(capsys.readouterr().out)["duration"] == pytest.approx(4.0)
-    part = ["--from", "1", "--to", "5", "--model", desk["robot"].model_path]
-    assert run("replay", log, *robot, *part) == 0
-    assert "from 1 s to 5 s are used" in capsys.readouterr().out
 
 
 def test_parts_of_a_log_are_what_lies_between() -> None:

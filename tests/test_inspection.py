@@ -54,12 +54,6 @@ def test_a_walking_robot_has_no_delay_and_no_finding() -> None:
     assert abs(found.joints["leg_left_4_joint"].delay) < 1e-3
 
 
-def test_a_still_joint_has_no_delay(arm: Robot) -> None:
-    found = inspect_log(arm_log(arm, still="slide"), arm)
-    assert found.joints["slide"].delay is None
-    assert found.joints["slide"].velocity_range == pytest.approx((0, 0), abs=1e-9)
-
-
 def test_ranges_and_sampling_are_the_logs(arm: Robot) -> None:
     log = arm_log(arm)
     keep = np.ones(len(log.time), dtype=bool)

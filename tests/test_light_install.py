@@ -40,16 +40,3 @@ def test_simulation_needs_its_extra(command: list[object], tmp_path: Path) -> No
     assert done.returncode == 2
     assert done.stderr == "stribeck: simulation needs mujoco and daqp: pip install 'stribeck[simulation]'\n"
     assert not list(tmp_path.iterdir())
-
-
-def test_every_public_name_is_there() -> None:
-    assert set(stribeck.__all__) <= set(dir(stribeck))
-    for name in stribeck.__all__:
-        assert getattr(stribeck, name) is not None
-    with pytest.raises(AttributeError, match="no attribute 'walks'"):
-        _ = stribeck.walks
-
-
-def test_a_submodule_does_not_hide_the_function_of_its_name() -> None:
-    program = "import stribeck.export.write, stribeck; assert callable(stribeck.export)"
-    subprocess.run([sys.executable, "-c", program], check=True)

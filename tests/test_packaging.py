@@ -1,7 +1,6 @@
 """What is given away: the wheel, the source archive, the citation and the container hold what they should, no more."""
 
 import importlib.util
-import re
 import shlex
 import tarfile
 import tomllib
@@ -64,17 +63,6 @@ def test_the_source_archive_holds_what_the_wheel_is_built_from(tmp_path: Path) -
     beside = {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "PKG-INFO", ".gitignore"}
     assert names == beside | {f"src/{name}" for name in PACKAGED}
     assert sdist.stat().st_size < SDIST_BYTES
-
-
-@needs_hatchling
-def test_classifiers_are_those_of_the_index_and_agree_with_the_rest() -> None:
-    from trove_classifiers import classifiers
-
-    assert set(PROJECT["classifiers"]) <= classifiers
-    assert not [name for name in PROJECT["classifiers"] if name.startswith("License")]  # `license` says it
-    oldest = PROJECT["requires-python"].removeprefix(">=")
-    versions = [name.rpartition(" ")[2] for name in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", name)]
-    assert min(versions, key=lambda version: int(version.partition(".")[2])) == oldest
 
 
 def test_the_citation_agrees_with_the_package() -> None:

@@ -32,19 +32,6 @@ def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> No
             assert joint.parameters[name].value == pytest.approx(truth, rel=tolerance)
 
 
-def test_prismatic_joints_have_their_own_units(arm: Robot) -> None:
-    joints = identify(arm_log(arm), arm, method="curve-fit").joints
-    assert joints["shoulder"].parameters["coulomb"].unit == "N m"
-    assert joints["slide"].parameters["coulomb"].unit == "N"
-
-
-def test_torques_shifted_in_time_are_worse(arm: Robot) -> None:
-    log = arm_log(arm)
-    late = replace(log, torque=np.roll(log.torque, 5, axis=0)).take(slice(10, None))
-    good, bad = (identify(each, arm, method="curve-fit").joints["elbow"] for each in (log, late))
-    assert bad.residual_rms > 10 * good.residual_rms
-
-
 def test_a_still_joint_gets_no_numbers(arm: Robot) -> None:
     result = identify(arm_log(arm, still="elbow"), arm)
     assert result.joints["elbow"].verdict == "not excited"
@@ -68,12 +55,6 @@ def test_a_segment_that_the_filter_swallows_whole_is_passed_over(arm: Robot) -> 
     whole, cut = (identify(each, arm, settings) for each in (log, log.take(island)))
     assert cut.log.samples_used == whole.log.samples_used - 40 - 50
     assert cut.joints["elbow"].verdict == "identified"
-
-
-def test_the_logs_own_derivatives_lose_no_samples_at_the_ends(arm: Robot) -> None:
-    log = arm_log(arm)
-    result = identify(log, arm, Settings(method="curve-fit", filter=FilterSettings(kind="log")))
-    assert result.log.samples_used == len(log.time)
 
 
 def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
@@ -168,31 +149,6 @@ def test_a_failed_run_leaves_no_table(arm: Robot, tmp_path: Path) -> None:
     with pytest.raises(LogError):
         identify([log, tmp_path / "missing.npz"], arm, table=tmp_path / "f.parquet")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_log_without_the_channels_that_the_settings_ask_for(arm: Robot) -> None:
-    log = replace(arm_log(arm, duration=5), acceleration=None)
-    with pytest.raises(LogError, match="acceleration"):
-        identify(log, arm, Settings(filter=FilterSettings(kind="log")))
-
-
-def test_paths_are_read_and_hashed(arm: Robot, tmp_path: Path) -> None:
-    path = save_npz(arm_log(arm), tmp_path / "log.npz")
-    result = identify(path, arm, method="curve-fit")
-    assert result.log.path == str(path)
-    assert len(result.log.sha256) == 64
-
-
-def test_a_sound_log_is_not_warned_of(arm: Robot) -> None:
-    assert identify(arm_log(arm), arm).warnings == []
-
-
-def test_an_inverted_torque_is_warned_of(arm: Robot) -> None:
-    log = arm_log(arm)
-    torque = log.torque.copy()
-    torque[:, 1] *= -1
-    result = identify(replace(log, torque=torque), arm)
-    assert any("passivity violated" in warning and "elbow" in warning for warning in result.warnings)
 
 
 def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:

@@ -116,22 +116,6 @@ def test_any_robot_file(document: dict[str, object], tmp_path: Path) -> None:
         assert set(robot.position_controlled) <= set(robot.joint_names)
 
 
-@QUICK
-@given(text=st.text(alphabet="[robt]\n=\"'model.urdfa#{},0-9e\\", max_size=80))
-def test_any_text_as_a_robot_file(text: str, tmp_path: Path) -> None:
-    robot_of(text, tmp_path)
-
-
-@QUICK
-@given(content=st.binary(max_size=60))
-def test_any_bytes_as_a_robot_file(content: bytes, tmp_path: Path) -> None:
-    path = tmp_path / "robot.toml"
-    path.write_bytes(content)
-    with pytest.raises(RobotFileError) as refused:
-        Robot.from_file(path)
-    check_sentence(str(refused.value))
-
-
 paths = st.lists(st.sampled_from(KEYS) | st.text(max_size=4), min_size=1, max_size=3).map(".".join)
 assignments = st.builds("{}={}".format, paths, values.map(toml) | st.text(max_size=8)) | st.text(max_size=12)
 

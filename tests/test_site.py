@@ -114,13 +114,6 @@ def test_formulae_are_drawn_by_the_browser_itself(site: Path) -> None:
     assert not re.search(r"\\(?:frac|tau|begin)\b", re.sub(r"<pre>.*?</pre>", "", text, flags=re.DOTALL))
 
 
-def test_each_law_is_shown_in_both_themes(site: Path) -> None:
-    for law in LAWS:
-        text = (site / "laws" / f"{law}.html").read_text()
-        for theme in ("light", "dark"):
-            assert re.search(rf'<img[^>]*class="only-{theme}"[^>]*law-{law}-{theme}\.svg', text)
-
-
 def test_all_public_names_are_in_the_api(pages: dict[Path, Page], site: Path) -> None:
     public = {f"stribeck.{name}" for name in stribeck.__all__ if name != "__version__"}
     assert public <= pages[site / "api/index.html"].anchors

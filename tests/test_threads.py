@@ -1,4 +1,4 @@
-"""Threads that work at once find and draw what each would alone, and leave the process as it was."""
+"""Threads that work at once find what each would alone, and leave the process as it was."""
 
 import warnings
 from concurrent.futures import ThreadPoolExecutor
@@ -10,13 +10,9 @@ import pytest
 import threadpoolctl
 from tests.arm import arm_log, write_arm
 
-from stribeck import Result, Robot, identify, inspect_log, write_report
+from stribeck import Result, Robot, identify
 from stribeck.log import RobotLog
-from stribeck.report.inspection import write_inspection
 from stribeck.threads import one_blas_thread
-
-TIMES = 4
-"""That each thread does its work."""
 
 
 @pytest.fixture(scope="module")
@@ -29,30 +25,6 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, list[RobotLog]
 def process_state() -> tuple[object, ...]:
     threads = [library["num_threads"] for library in threadpoolctl.threadpool_info() if library["user_api"] == "blas"]
     return dict(mpl.rcParams), threads, list(warnings.filters)
-
-
-def test_reports_of_two_threads(arm: tuple[Robot, list[RobotLog], list[Result]], tmp_path: Path) -> None:
-    robot, logs, results = arm
-    alone = []
-    for k, result in enumerate(results):
-        write_report(result, tmp_path / f"alone-{k}.html")
-        write_inspection(inspect_log(logs[k], robot), tmp_path / f"page-{k}.html")
-        alone.append([(tmp_path / f"{name}-{k}.html").read_bytes() for name in ("alone", "page")])
-    before, start = process_state(), Barrier(2)
-
-    def draw(k: int) -> None:
-        start.wait()
-        for turn in range(TIMES):
-            write_report(results[k], tmp_path / f"report-{k}-{turn}.html")
-            write_inspection(inspect_log(logs[k], robot), tmp_path / f"page-{k}-{turn}.html")
-
-    with ThreadPoolExecutor(2) as threads:
-        list(threads.map(draw, range(2)))
-    for k, expected in enumerate(alone):
-        for turn in range(TIMES):
-            drawn = [(tmp_path / f"{name}-{k}-{turn}.html").read_bytes() for name in ("report", "page")]
-            assert drawn == expected, (k, turn)
-    assert process_state() == before
 
 
 @pytest.mark.parametrize("method", ["curve-fit", pytest.param("whole-log", marks=pytest.mark.long)])

@@ -1,14 +1,11 @@
 """What contacts let one see: no contact force is in it, and friction that is put in comes out."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
 from stribeck import Robot
 from stribeck.equations.build import WeakForm, weak_form
 from stribeck.equations.contact_mode import find_contact_mode, null_projection
-from stribeck.equations.segments import cut_segments
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
@@ -54,19 +51,6 @@ def test_the_projected_equations_have_friction_alone(walked: tuple[Robot, RobotL
         expected = np.einsum("kmn,kn->km", equations.weights, form.window.apply(friction))
         # contact forces of hundreds of newtons are gone; what is left is how friction changes under a turning P
         np.testing.assert_allclose(equations.residual, expected, atol=0.02)
-
-
-def test_a_foot_that_has_just_landed_is_no_root() -> None:
-    robot = Robot.from_file(MODELS / "robot.toml")
-    friction = {joint: TRUTH for joint in robot.joint_names if joint not in robot.position_controlled}
-    law, posture = get_law("stribeck"), POSTURES["biped"]
-    log, _ = exact_log(robot, law, friction, duration=8.0, posture=posture, seed=6)
-    ready = prepare(log, robot, Settings(filter=FilterSettings(kind="savitzky-golay", window=31)))
-    sampling = ready.sampling
-    segments = cut_segments(ready.support.phases, sampling.segments, sampling.period, 20, 20, tuple(robot.contacts))
-    pairs = [(before, after) for before, after in pairwise(segments) if len(before.feet) == 1 < len(after.feet)]
-    assert {before.feet[0] for before, _ in pairs} == set(robot.contacts)
-    assert all(after.feet[0] == before.feet[0] for before, after in pairs)
 
 
 def test_no_projected_row_has_a_contact_force_in_it() -> None:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from stribeck.equations.constants import POSITION_FLOOR
 from stribeck.equations.noise import measure_noise
 from stribeck.equations.window import smooth_window
 
@@ -18,11 +17,6 @@ def test_white_noise_is_measured_within_five_percent() -> None:
     found = measure_noise(position, torque, (slice(0, 9_000), slice(9_000, 20_000)))
     np.testing.assert_allclose(found.position, [2e-5, 1e-4], rtol=0.05)
     np.testing.assert_allclose(found.torque, [0.1, 0.3], rtol=0.05)
-
-
-def test_a_perfect_encoder_is_left_its_floor() -> None:
-    found = measure_noise(MOTION, MOTION, (slice(0, len(TIME)),))
-    np.testing.assert_allclose(found.position, POSITION_FLOOR)
 
 
 def test_a_coarse_encoder_has_the_noise_of_its_steps() -> None:

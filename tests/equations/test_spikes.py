@@ -43,7 +43,3 @@ def test_nothing_is_looked_for_across_gaps() -> None:
     signal[3001] += 1.0  # too near to the gap to be judged
     _, count = without_spikes(signal, (slice(0, 3000), slice(3000, 6000)), 0.0, smooth=False)
     assert count == 0
-
-
-def test_a_short_log_has_none() -> None:
-    assert without_spikes(channel()[:7], (slice(0, 7),), 0.0, smooth=False)[1] == 0

@@ -158,8 +158,8 @@ def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture
     column, joint = robot.joint_names.index(name), joints[name]
     prismatic = robot.prismatic[column]
     if guessed := not joint.curve:
-        alike = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
-        joint = guess(joint, [joints[other] for other in alike if joints[other].curve])
+        same = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
+        joint = guess(joint, [joints[other] for other in same if joints[other].curve])
     return PlannedJoint(
         column=column,
         found=joint,
