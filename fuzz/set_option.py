@@ -11,7 +11,7 @@ from stribeck.settings import Settings, flat
 KEYS = list(flat(Settings()))
 CHOICES = (
     *("true", "savitzky-golay", "butterworth", "log", "kinematics", "forces", "imu"),
-    *("flat", "guess", "fit", "soft_l1", "cauchy", "none", "inertia", "calibration", "coulomb-viscous", "stribeck"),
+    *("flat", "fit", "soft_l1", "cauchy", "none", "inertia", "calibration", "coulomb-viscous", "stribeck"),
     *("curve-fit", '["elbow"]', "[1.0, 2.0, 1.0]"),
 )
 """What one setting or another may be."""

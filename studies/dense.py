@@ -1,11 +1,213 @@
-"""The friction torque by the paper's dense equations, which the re-rooted recursion is checked and timed against."""
+"""The dense equations of constrained motion, (5.4) to (5.13) and (6.1), one sample at a time.
+
+They are the reference that the re-rooted recursion is tested and timed against. Positive friction torque resists
+motion, so the paper's `tau_f` is `-R` and (5.13) reads `R = M_mod (a_est - a_msr)`.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
-from stribeck.dynamics.constrained import constrained_sample
+from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
+from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
+
+
+@dataclass(frozen=True, eq=False)
+class ConstrainedSample:
+    """One sample of the constraint equation of motion, in the coordinates of the root link.
+
+    Attributes
+    ----------
+    mobility
+        `M_mod^-1 = S_tc M^-1 N S_tc^T` of (5.12), shape (k, k) for k torque-controlled joints.
+    difference
+        `S_tc (a_est - a_msr)`, shape (k,).
+    multipliers
+        Contact wrenches without friction, foot by foot in its own frame, then position-controlled torques (5.9).
+    constraint_inertia
+        `A = J_c M^-1 J_c^T` of (5.8), shape (m, m).
+    friction_response
+        `J_c M^-1 S_tc^T`, shape (m, k): what a friction torque does to the constraints.
+    """
+
+    mobility: Array
+    difference: Array
+    multipliers: Array
+    constraint_inertia: Array
+    friction_response: Array
+
+
+def constrained_sample(robot: Robot, feet: tuple[str, ...], state: State, torque: Array, k: int) -> ConstrainedSample:
+    """Solve (5.4) to (5.12) at sample k of a floating robot.
+
+    Parameters
+    ----------
+    robot
+        With a floating base.
+    feet
+        Standing contacts.
+    state, torque
+        Motion and joint torque, shape (T, n). Without an orientation the first foot is flat.
+    k
+        Which sample.
+    """
+    columns = robot.tree.columns
+    motion = _equation_of_motion(robot, feet, state, torque, k)
+    inverse = np.asarray(cho_solve(cho_factor(motion.inertia), np.eye(len(motion.inertia))))
+    constraint = motion.constraint
+    constraint_inertia = constraint @ inverse @ constraint.T  # (5.8)
+    multipliers = np.linalg.solve(
+        constraint_inertia, motion.right + constraint @ inverse @ (motion.bias - motion.effort)
+    ).astype(float)  # (5.9)
+    estimate = inverse @ (motion.effort - motion.bias + constraint.T @ multipliers)  # (5.10)
+    projector = np.eye(len(inverse)) - constraint.T @ np.linalg.solve(constraint_inertia, constraint @ inverse)
+    place = np.argsort(columns)[robot.torque_controlled] + 6  # robot order -> rows of the model
+    estimated = np.empty(len(columns))
+    estimated[columns] = estimate[6:]
+    return ConstrainedSample(
+        mobility=(inverse @ projector)[np.ix_(place, place)],
+        difference=(estimated - state.acceleration[k])[robot.torque_controlled],
+        multipliers=multipliers,
+        constraint_inertia=constraint_inertia,
+        friction_response=constraint @ inverse[:, place],
+    )
+
+
+class _Motion(NamedTuple):
+    """`M a + bias = effort + J_c^T lambda` and `J_c a = right`, (5.5), in the order of the model."""
+
+    inertia: Array
+    bias: Array
+    effort: Array
+    constraint: Array
+    right: Array
+
+
+@cache
+def _workspace(tree: RootedModel) -> tuple[pin.Model, pin.Data]:
+    """Return a copy of the model without gravity, which enters in root link coordinates, and its working memory."""
+    model = pin.Model(tree.model)
+    model.gravity.linear = np.zeros(3)
+    return model, model.createData()
+
+
+def _equation_of_motion(robot: Robot, feet: tuple[str, ...], state: State, torque: Array, k: int) -> _Motion:
+    model, data = _workspace(robot.tree)
+    columns = robot.tree.columns
+    configuration = pin.neutral(model)
+    configuration[7:] = state.position[k, columns]
+    jacobian = _contact_jacobian(robot, feet, model, data, configuration)
+    rates = np.concatenate([_base_rates(jacobian, state, k, columns), state.velocity[k, columns]])
+    drift = _contact_drift(robot, feet, model, data, configuration, rates)
+    inertia = pin.crba(model, data, configuration)
+    inertia = np.triu(inertia) + np.triu(inertia, 1).T
+    gravity = _gravity(robot, feet, state, k)
+    controlled = np.flatnonzero(~np.isin(columns, robot.torque_controlled))
+    selection = np.eye(model.nv)[6 + controlled]
+    effort = np.concatenate([np.zeros(6), torque[k, columns]])
+    effort[6 + controlled] = 0
+    return _Motion(
+        inertia=inertia,
+        bias=pin.nonLinearEffects(model, data, configuration, rates) - inertia[:, :3] @ gravity,
+        effort=effort,
+        constraint=np.vstack([jacobian, selection]),  # (5.6), with the given motion instead of rest in its last rows
+        right=np.concatenate([-drift, state.acceleration[k, columns[controlled]]]),
+    )
+
+
+def _base_rates(jacobian: Array, state: State, k: int, columns: NDArray[np.int64]) -> Array:
+    """Return the root link's velocity for feet that do not move; where they let it turn, the orientation says how."""
+    feet_rates = jacobian[:, 6:] @ state.velocity[k, columns]
+    rates = np.linalg.lstsq(jacobian[:, :6], -feet_rates, rcond=None)[0]
+    if state.orientation is not None and np.linalg.matrix_rank(jacobian[:, :6], tol=1e-9) < 6:
+        rates[3:] = state.orientation.angular_velocity[k]
+        rates[:3] = np.linalg.lstsq(jacobian[:, :3], -feet_rates - jacobian[:, 3:6] @ rates[3:], rcond=None)[0]
+    return np.asarray(rates)
+
+
+def _gravity(robot: Robot, feet: tuple[str, ...], state: State, k: int) -> Array:
+    """Return gravity in root link coordinates [m/s^2], shape (3,)."""
+    if state.orientation is not None:
+        return np.asarray(gravity_in_root_link(state.orientation.quaternion[k : k + 1], robot.gravity)[0])
+    rotation, _ = robot.foot_pose(feet[0], state.position[k : k + 1])
+    return np.asarray(rotation[0] @ robot.gravity)
+
+
+def _contact_jacobian(
+    robot: Robot, feet: tuple[str, ...], model: pin.Model, data: pin.Data, configuration: Array
+) -> Array:
+    """Return J of (5.4b), shape (m, 6 + n), each foot's rows in its own frame."""
+    pin.computeJointJacobians(model, data, configuration)
+    pin.updateFramePlacements(model, data)
+    rows = []
+    for foot in feet:
+        contact = robot.contacts[foot]
+        frame = model.getFrameId(contact.frame)
+        rows.append(pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL)[: contact.size])
+    return np.vstack(rows)
+
+
+def _contact_drift(
+    robot: Robot, feet: tuple[str, ...], model: pin.Model, data: pin.Data, configuration: Array, rates: Array
+) -> Array:
+    """Return J' v, shape (m,)."""
+    pin.forwardKinematics(model, data, configuration, rates, np.zeros(model.nv))
+    rows = []
+    for foot in feet:
+        contact = robot.contacts[foot]
+        frame = model.getFrameId(contact.frame)
+        drift = pin.getFrameClassicalAcceleration(model, data, frame, pin.ReferenceFrame.LOCAL).vector
+        rows.append(drift[: contact.size])
+    return np.concatenate(rows)
+
+
+def minimum_norm_friction_torque(
+    robot: Robot,
+    feet: tuple[str, ...],
+    state: State,
+    torque: Array,
+    *,
+    weight: float | Array = 1.0,
+    penalty: float | Array = 1e-8,
+) -> Array:
+    """Return the friction torque that (6.1) picks where the contacts leave it open, as in double support.
+
+        min over R of  1/2 (Da - M_mod^-1 R)^T W (Da - M_mod^-1 R) + 1/2 R^T lambda R
+
+    It is the smallest friction that explains the accelerations, which is a guess, not an estimate (5.3).
+
+    Parameters
+    ----------
+    robot, feet, state, torque
+        As for `constrained_sample`.
+    weight
+        Diagonal of W [(rad/s^2)^-2], a number or one per torque-controlled joint.
+    penalty
+        Diagonal of lambda [(N m)^-2], likewise.
+
+    Returns
+    -------
+    friction_torque
+        Shape (T, n), NaN for position-controlled joints.
+    """
+    friction = np.full(torque.shape, np.nan)
+    count = len(robot.torque_controlled)
+    root_weight = np.sqrt(np.broadcast_to(weight, (count,)))
+    root_penalty = np.diag(np.sqrt(np.broadcast_to(penalty, (count,))))
+    for k in range(len(torque)):  # dense algebra of one sample at a time
+        sample = constrained_sample(robot, feet, state, torque, k)
+        matrix = np.vstack([root_weight[:, None] * sample.mobility, root_penalty])
+        right = np.concatenate([root_weight * sample.difference, np.zeros(count)])
+        friction[k, robot.torque_controlled] = np.linalg.lstsq(matrix, right, rcond=None)[0]
+    return friction
 
 
 def dense_friction_torque(robot: Robot, feet: tuple[str, ...], state: State, torque: Array) -> tuple[Array, Array]:

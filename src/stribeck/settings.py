@@ -194,7 +194,7 @@ class Settings(Table):
     support: SupportSettings = SupportSettings()
     priors: Priors = Priors()  # of friction, model and sensors (whole-log)
     tilt: Literal["auto", "imu", "flat"] = "auto"
-    double_support: Literal["skip", "guess", "fit"] = "skip"
+    double_support: Literal["skip", "fit"] = "skip"
     standing_legs: bool | Literal["measured"] = False  # let them into the fits, by the model or by measured wrenches
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
     fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: where rotors turn, but not curve-fit

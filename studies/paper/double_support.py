@@ -5,14 +5,16 @@ many frictions that explain the same accelerations. Its weights say which one, s
 simulator feet stay as they land; in ours they are turned level within 0.3 s, and so do not stand quite still.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Robot, Settings
-from stribeck.dynamics.constrained import constrained_sample, minimum_norm_friction_torque
 from stribeck.dynamics.state import Orientation, State
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
+from studies.dense import constrained_sample, minimum_norm_friction_torque
 from studies.markdown import markdown_table
 from studies.paper.estimate import EXACT, Estimate, estimate, rms
 from studies.paper.study import Numbers
@@ -27,13 +29,24 @@ STRIDE = 20
 
 
 def run(quick: bool) -> Numbers:
-    guessing = Settings(filter=EXACT, double_support="guess", standing_legs=True)
     walks = {name: get_walk(name, quick) for name in WALKS}
-    found = {name: estimate(walk, guessing) for name, walk in walks.items()}
+    found = {name: _estimate(walk) for name, walk in walks.items()}
     return {
         "phases": {name: _by_phase(each) for name, each in found.items()},
         "weightings": {name: _vary_weights(walk) for name, walk in walks.items()},
     }
+
+
+def _estimate(walk: Simulated) -> Estimate:
+    """Return the friction torque of all samples, by (6.1) for joints of standing legs on two feet."""
+    found = estimate(walk, Settings(filter=EXACT, standing_legs=True))
+    both, robot, log = np.flatnonzero(found.standing_on(BOTH)), walk.robot, walk.log
+    rows = np.searchsorted(log.time, found.samples.time[both] - found.samples.period / 2)
+    guess = minimum_norm_friction_torque(robot, log.foot_names, _state(walk, rows), log.torque[rows])
+    standing = robot.standing(log.foot_names)[robot.torque_controlled]
+    friction = found.samples.friction_torque
+    friction[np.ix_(both, standing)] = guess[:, robot.torque_controlled][:, standing]
+    return replace(found, samples=replace(found.samples, friction_torque=friction))
 
 
 def _by_phase(found: Estimate) -> dict[str, dict[str, float]]:
@@ -72,10 +85,8 @@ def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
     """Return how far (6.1) is off on two feet, and how much acceleration it leaves unexplained, by its weights."""
     log, robot = walk.log, walk.robot
     assert log.contact is not None
-    assert log.velocity is not None
-    assert log.acceleration is not None
     rows = np.flatnonzero(log.contact.all(axis=1))[::STRIDE]
-    state = State(log.position[rows], log.velocity[rows], log.acceleration[rows], _orientation(walk, rows))
+    state = _state(walk, rows)
     feet, torque = log.foot_names, log.torque[rows]
     truth, known = walk.truth.friction_torque[rows], robot.torque_controlled
     knee = robot.joint_names.index(KNEE)
@@ -94,14 +105,17 @@ def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
     return found
 
 
-def _orientation(walk: Simulated, rows: NDArray[np.int64]) -> Orientation:
-    """Return the base's exact orientation, angular velocity and acceleration at some rows of the log."""
-    truth = walk.truth
-    assert walk.log.base_orientation is not None
+def _state(walk: Simulated, rows: NDArray[np.int64]) -> State:
+    """Return the exact motion at some rows of the log."""
+    log, truth = walk.log, walk.truth
+    assert log.velocity is not None
+    assert log.acceleration is not None
+    assert log.base_orientation is not None
     assert truth.base_velocity is not None
     assert truth.base_acceleration is not None
     rates, changes = truth.base_velocity[rows, 3:], truth.base_acceleration[rows, 3:]
-    return Orientation(walk.log.base_orientation[rows], rates, changes)
+    turn = Orientation(log.base_orientation[rows], rates, changes)
+    return State(log.position[rows], log.velocity[rows], log.acceleration[rows], turn)
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.dynamics.constrained import constrained_sample
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.dynamics.state import State
 from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
+from studies.dense import constrained_sample
 from studies.markdown import markdown_table, short
 from studies.paper.estimate import EXACT, Differences, estimate, rms
 from studies.paper.study import Numbers

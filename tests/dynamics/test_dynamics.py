@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from studies.dense import dense_friction_torque
+from studies.dense import constrained_sample, dense_friction_torque, minimum_norm_friction_torque
 from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 
-from stribeck.dynamics.constrained import constrained_sample, minimum_norm_friction_torque
 from stribeck.dynamics.root_motion import base_root, standing_root
 from stribeck.dynamics.rooted import joint_inertia, rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions

@@ -1,4 +1,4 @@
-"""Friction torque of a log by support: known, left open, or guessed and marked so."""
+"""Friction torque of a log by support: known, or left open."""
 
 from dataclasses import replace
 from functools import cache
@@ -78,27 +78,6 @@ def test_fits_use_swinging_limbs_alone_unless_asked() -> None:
         assert np.all(usable[calm][:, stance] == standing_legs)
 
 
-@pytest.mark.parametrize(("double_support", "used"), [("guess", False), ("fit", True)])
-def test_the_guess_of_double_support_is_marked_and_wrong(double_support: str, used: bool) -> None:
-    log, truth = walk("talos")
-    robot = example_robot("talos")
-    short = log.take(slice(0, 1600))
-    (chunk,) = chunks("talos", short, double_support=double_support)
-    double = chunk.samples.support == chunk.samples.support_names.index("left+right")
-    assert np.array_equal(chunk.guessed, double)
-    stance = robot.standing(("left", "right"))[robot.torque_controlled]
-    guess = chunk.samples.friction_torque[double][:, stance]
-    true = truth.friction_torque[chunk.rows[double]][:, robot.torque_controlled][:, stance]
-    assert np.all(np.isfinite(guess))
-    assert np.linalg.norm(guess) < np.linalg.norm(true)  # the smallest one that explains the motion, not the true one
-    assert np.abs(guess - true).max() > 0.05
-    usable = chunk.samples.usable[double]
-    clear = usable[:, ~stance].all(axis=1)  # of touch-down and lift-off
-    assert clear.any()
-    assert not usable[~clear].any()
-    assert np.all(usable[clear][:, stance] == used)
-
-
 @pytest.mark.parametrize("frame", ["base_link", "torso_2_link"])
 def test_the_tilt_comes_from_whatever_frame_the_imu_is_in(frame: str) -> None:
     robot = example_robot("talos")
@@ -156,7 +135,6 @@ def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) 
     rows = np.searchsorted(log.time, table["time"].to_numpy()[left] - 1e-9)
     force = table["ground_reaction.fz"].to_numpy()[left]
     np.testing.assert_allclose(force, log.foot_wrench[rows, log.foot_names.index("left"), 2], rtol=1e-5)
-    assert not table["guessed"].to_numpy().any()
 
 
 @pytest.mark.parametrize("landed", ["left", "right"])

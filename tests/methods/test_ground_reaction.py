@@ -156,7 +156,7 @@ def test_a_fixed_base_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.
 
 @pytest.mark.parametrize("key", ["double_support", "standing_legs"])
 def test_what_it_measures_is_not_for_settings_to_say(key: str) -> None:
-    value = {"double_support": "guess", "standing_legs": True}[key]
+    value = {"double_support": "fit", "standing_legs": True}[key]
     log, _ = moved("walk", 8.0)
     with pytest.raises(SettingsError, match=f"{key} is .*'ground-reaction' does not use"):
         identify(log, robot(), MEASURED.model_copy(update={key: value}))

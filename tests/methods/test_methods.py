@@ -31,7 +31,7 @@ NAMES = tuple(METHODS)
 
 OTHER = {
     "tilt": "flat",
-    "double_support": "guess",
+    "double_support": "fit",
     "standing_legs": True,
     "loss": "huber",
     "fit_armature": True,

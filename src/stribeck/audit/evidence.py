@@ -101,7 +101,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
         If the log lacks a channel that the settings ask for, or the settings do not suit it.
     """
     period = prepared.sampling.period
-    plain = {"averaged_law": False, "filter_torque": False, "double_support": "skip", "standing_legs": True}
+    plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True}
     differentiated = settings.filter.kind == "auto" or (settings.filter.kind == "log" and settings.observer_bandwidth)
     settings = settings.model_copy(update=plain | {"observer_bandwidth": None})
     if differentiated:  # an observer's log may have velocities alone

@@ -41,7 +41,7 @@ def cutoff_from_log(
     """
     motion_filter = make_filter(SHORTEST, period)
     # The torque is kept raw and the velocity differentiated, whatever the log itself holds.
-    raw = {"filter": SHORTEST, "filter_torque": False, "averaged_law": False, "double_support": "skip"}
+    raw = {"filter": SHORTEST, "filter_torque": False, "averaged_law": False}
     settings = settings.model_copy(update=raw | {"standing_legs": settings.standing_legs is True})
     accelerations: list[Array] = []
     positions: list[Array] = []

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
-from stribeck.dynamics.constrained import minimum_norm_friction_torque
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import base_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
@@ -53,14 +52,11 @@ class Chunk:
         The N samples, of the torque-controlled joints.
     wrench
         Ground reaction that the model predicts on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
-    guessed
-        Samples whose standing limbs have the minimum-norm guess of (6.1) instead of an estimate, shape (N,).
     """
 
     rows: NDArray[np.int64]
     samples: Samples
     wrench: Array
-    guessed: NDArray[np.bool_]
 
     def runs(self) -> Iterator[slice]:
         """Yield the samples that follow one another without a break in one contact mode."""
@@ -147,7 +143,7 @@ def friction_torque(
     period
         [s].
     settings
-        `tilt`, `double_support`, `standing_legs`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are
+        `tilt`, `standing_legs`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are
         used.
     stride
         One row of so many is worked out, counted in rows of the log.
@@ -167,7 +163,6 @@ def friction_torque(
     )
     names = tuple(dict.fromkeys("+".join(mode.feet) for mode in modes))
     name_of = np.array([names.index("+".join(mode.feet)) for mode in modes], dtype=np.int64)
-    guesses = [k for k, each in enumerate(modes) if settings.double_support != "skip" and leaves_open(robot, each.feet)]
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     known = robot.torque_controlled
     swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
@@ -194,7 +189,6 @@ def friction_torque(
         yield Chunk(
             rows=rows,
             wrench=found.wrench,
-            guessed=np.isin(mode, guesses),
             samples=Samples(
                 joint_names=tuple(robot.joint_names[c] for c in known),
                 period=period,
@@ -421,11 +415,7 @@ def _one_mode(
         return friction, usable, wrench
     if measured:
         return friction, usable, np.nan
-    standing = robot.standing(mode.feet)
-    friction[:, standing] = np.nan
-    if settings.double_support != "skip":
-        guess = minimum_norm_friction_torque(robot, mode.feet, state, torque)
-        friction[:, standing] = guess[:, standing]
+    friction[:, robot.standing(mode.feet)] = np.nan
     return friction, usable, np.nan
 
 
@@ -453,5 +443,5 @@ def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDAr
     if robot.base == "fixed" or _takes_wrenches(robot, settings):
         return np.ones(len(robot.joint_names), dtype=bool)
     if leaves_open(robot, feet):
-        return ~robot.standing(feet) | (settings.double_support == "fit")
+        return ~robot.standing(feet)
     return ~robot.standing(feet) | bool(settings.standing_legs)

@@ -19,10 +19,9 @@ PRECISION = pa.float32()
 def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
     """Give a function that appends a chunk of the n-th log to the table.
 
-    Columns: `log`, `time` [s], `support`, `block`, `guessed`: the standing limbs have the minimum-norm guess of (6.1).
-    Then per joint `friction_torque.<joint>` [N m], `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the
-    sample. For a floating base `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing
-    foot, in its frame [N], [N m].
+    Columns: `log`, `time` [s], `support`, `block`, then per joint `friction_torque.<joint>` [N m],
+    `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the sample. A floating base has
+    `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing foot, in its frame [N, N m].
     """
     with ThreadPoolExecutor(1) as background:
         writers: list[pq.ParquetWriter] = []
@@ -58,7 +57,6 @@ def _table(log: int, chunk: Chunk) -> pa.Table:
         "time": pa.array(samples.time),
         "support": pa.DictionaryArray.from_arrays(pa.array(samples.support, pa.int32()), names).cast(pa.string()),
         "block": pa.array(samples.block),
-        "guessed": pa.array(chunk.guessed),
     }
     for k, joint in enumerate(samples.joint_names):
         columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(PRECISION)

@@ -64,7 +64,7 @@ def _refuse_loops(settings: Settings) -> None:
             f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected --method "
             f"{able}"
         )
-    refused = {"double_support": ("guess", "fit"), "standing_legs": ("measured",), "corrections": ("calibration",)}
+    refused = {"double_support": ("fit",), "standing_legs": ("measured",), "corrections": ("calibration",)}
     for key in (key for key, values in refused.items() if getattr(settings, key) in values):
         raise SettingsError(
             f"[identify] {key} = '{getattr(settings, key)}' takes a robot for a tree, and [[robot.loops]] close it; "

@@ -37,7 +37,7 @@ from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings, SupportSettings
 
 SHARED = frozenset(
-    {"law", "method", "tilt", "double_support", "standing_legs", "filter_torque", "fit_armature", "rest", "block"}
+    {"law", "method", "tilt", "standing_legs", "filter_torque", "fit_armature", "rest", "block"}
     | {f"filter.{key}" for key in FilterSettings.model_fields}
     | {f"support.{key}" for key in SupportSettings.model_fields}
 )

@@ -70,7 +70,7 @@ CURVE_FIT = Method(
 
 OBSERVER = Method(
     name="observer",
-    uses=(SHARED - {"filter_torque", "double_support"}) | {"observer_bandwidth", "loss", "holdout"},
+    uses=(SHARED - {"filter_torque"}) | {"observer_bandwidth", "loss", "holdout"},
     laws=LAWS,
     defaults=lambda _: {"law": "stribeck", "observer_bandwidth": "auto"},
     find=find,

@@ -63,19 +63,18 @@ def find(
     if not fits:
         raise NothingIdentifiedError("no joint can be identified from this log: none moves in enough blocks of it")
     found = corrected_robot(robot, maker.corrections, fit.change.ravel())
-    guess = "skip" if settings.double_support == "fit" else settings.double_support
     fitted = Fitted(
         fits=fits,
         validations=dict.fromkeys(fits),
         unseen=Unseen(fits=fits, robot=found, logs=_parts(prepared, held_out)),
         robot=found,
         logs=prepared,
-        settings=settings.model_copy(update={"filter_torque": True, "double_support": guess}),
+        settings=settings.model_copy(update={"filter_torque": True}),
         corrections=corrections(fit, columns, maker.corrections.bodies, maker.corrections.inertial_parameters),
         couplings=tuple(robot.couplings),
         notes=[_note(fit)],
     )
-    check = maker.settings.model_copy(update={"double_support": guess, "fit_armature": False})
+    check = maker.settings.model_copy(update={"fit_armature": False})
     return replace(fitted, validations=_validations(fitted, law, check, _parts(prepared, training)))
 
 
@@ -188,7 +187,7 @@ def _note(fit: DirectFit) -> str:
 
 DIRECT = Method(
     name="direct",
-    uses=(SHARED - {"filter_torque"}) | {"regression", "holdout", "priors.mass"},
+    uses=(SHARED - {"filter_torque"}) | {"double_support", "regression", "holdout", "priors.mass"},
     laws=("coulomb-viscous", "asymmetric"),
     defaults=lambda _: {"law": "coulomb-viscous"},
     find=find,

@@ -172,7 +172,7 @@ def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
 
 GROUND_REACTION = Method(
     name="ground-reaction",
-    uses=(SHARED - {"double_support", "standing_legs"}) | {"loss", "averaged_law", "holdout"},
+    uses=(SHARED - {"standing_legs"}) | {"loss", "averaged_law", "holdout"},
     laws=LAWS,
     defaults=lambda _: {"law": "stribeck", "standing_legs": "measured"},
     find=find,

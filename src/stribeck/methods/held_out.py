@@ -16,7 +16,7 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.typing import Array
 
-COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False, "double_support": "skip"}
+COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False}
 """Settings under which all methods are compared, as in `stribeck replay`: one filter, and only limbs that swing."""
 
 

@@ -346,7 +346,6 @@ def find(
     cleaned = [_without_spikes(part) for part in prepared]
     prepared = [part for part, _ in cleaned]
     found = identify_whole_log(prepared, robot, law, settings)
-    guess = "skip" if settings.double_support == "fit" else settings.double_support
     return Fitted(
         fits=found.fits,
         validations=found.validations,
@@ -354,7 +353,7 @@ def find(
         robot=found.robot,
         logs=[replace(part, log=found.corrected(part.log, k)) for k, part in enumerate(prepared)],
         correct=found.corrected,
-        settings=settings.model_copy(update={"standing_legs": True, "double_support": guess}),
+        settings=settings.model_copy(update={"standing_legs": True}),
         criteria=CRITERIA,
         corrections=found.corrections,
         terms=found.terms,
@@ -407,7 +406,9 @@ def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
 
 WHOLE_LOG = Method(
     name="whole-log",
-    uses=(SHARED - {"standing_legs"}) | {"corrections"} | {f"priors.{key}" for key in Priors.model_fields},
+    uses=(SHARED - {"standing_legs"})
+    | {"double_support", "corrections"}
+    | {f"priors.{key}" for key in Priors.model_fields},
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
     defaults=lambda robot: {"law": AUTO, "corrections": usual_corrections(robot)},
     find=find,

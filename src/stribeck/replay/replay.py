@@ -139,8 +139,7 @@ def replay(
         raise RobotFileError(
             f"{robot.path}: replay takes a robot for a tree, and [[robot.loops]] close it; leave them out"
         )
-    common = {"filter_torque": True, "averaged_law": False, "double_support": "skip", "standing_legs": False}
-    common |= {"observer_bandwidth": None}
+    common = {"filter_torque": True, "averaged_law": False, "standing_legs": False, "observer_bandwidth": None}
     asked = settings or robot.settings
     settings = asked.model_copy(update=common)
     other, notes = other_model(robot, Path(model))
