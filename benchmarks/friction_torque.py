@@ -17,13 +17,12 @@ from studies.dense import dense_friction_torque
 
 from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
-from stribeck.contact import find_support_phases
 from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import THREADS, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
-from stribeck.friction_torque.stream import friction_torque
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.log import RobotLog
-from stribeck.motion import make_filter
+from stribeck.preparation import prepare
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.threads import one_blas_thread
@@ -107,10 +106,8 @@ def from_motion(robot: Robot, log: RobotLog) -> None:
 
 def from_positions(robot: Robot, log: RobotLog) -> None:
     """Do what `identify` does: find the support, differentiate, friction torque."""
-    segments = (slice(0, len(log.time)),)
     settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31))
-    phases = find_support_phases(log, robot, segments, settings.support).phases
-    for _ in friction_torque(robot, log, segments, phases, make_filter(settings.filter, 1e-3), 1e-3, settings):
+    for _ in torque_chunks(prepare(log, robot, settings), robot, settings):
         pass
 
 

@@ -12,7 +12,7 @@ from tests.friction_torque.test_friction_torque import EXACT
 from tests.methods.test_ground_reaction import moved, robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.friction_torque.stage import torque_chunks
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.replay.replay import replay

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.friction_torque.stage import torque_chunks, with_filter
+from stribeck.friction_torque.stage import with_filter
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.friction_torque.thinning import join
 from stribeck.motion.averaging import implied_weights
 from stribeck.motion.butterworth import central_kernels

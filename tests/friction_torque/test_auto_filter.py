@@ -26,6 +26,5 @@ def test_joints_about_one_axis_with_nothing_between_them_choose_no_filter(tmp_pa
     (tmp_path / "robot.toml").write_text('[robot]\nmodel = "model.urdf"\nbase = "fixed"\n')
     robot = Robot.from_file(tmp_path / "robot.toml")
     prepared = prepare(arm_log(robot, duration=4.0), robot, robot.settings)
-    arguments = prepared.sampling.segments, prepared.support.phases, prepared.sampling.period, robot.settings
-    choice = cutoff_from_log(robot, prepared.log, *arguments)
+    choice = cutoff_from_log(prepared, robot, robot.settings)
     assert np.isfinite(choice.cutoff)

@@ -14,8 +14,7 @@ from tests.models import POSTURES, STRIBECK, example_robot
 from stribeck import Settings, identify
 from stribeck.errors import LogError
 from stribeck.friction import get_law
-from stribeck.friction_torque.stage import torque_chunks
-from stribeck.friction_torque.stream import Chunk
+from stribeck.friction_torque.stream import Chunk, torque_chunks
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings

@@ -14,7 +14,8 @@ from stribeck.dynamics.momentum import momentum_balance
 from stribeck.dynamics.rooted import RootMotion, joint_inertia
 from stribeck.friction import get_law
 from stribeck.friction_torque import stream
-from stribeck.friction_torque.stage import FrictionTorqueStage, torque_chunks
+from stribeck.friction_torque.stage import FrictionTorqueStage
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.log import RobotLog
 from stribeck.motion.averaging import exponential_nodes
 from stribeck.preparation import prepare, quiet

@@ -17,7 +17,7 @@ from tests.models import MODELS, POSTURES, example_robot, make_robot
 from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError, SettingsError
 from stribeck.friction import get_law
-from stribeck.friction_torque.stage import torque_chunks
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.result import Result

@@ -9,8 +9,7 @@ from tests.simulation.stepping import FRICTION, SUPPORTS, Stepper, simulate, sta
 from stribeck import Settings
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import Stribeck
-from stribeck.friction_torque.stage import torque_chunks
-from stribeck.friction_torque.stream import Chunk
+from stribeck.friction_torque.stream import Chunk, torque_chunks
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.robot import Robot

@@ -11,7 +11,7 @@ from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError, StribeckError
-from stribeck.friction_torque.stage import torque_chunks
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import friction_of, run_scenario

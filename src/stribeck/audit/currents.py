@@ -22,7 +22,7 @@ from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State, root_quaternions
 from stribeck.errors import LogError
 from stribeck.finding import Finding
-from stribeck.friction_torque.stream import ContactMode, contact_root
+from stribeck.friction_torque.contact_modes import ContactMode, contact_root
 from stribeck.preparation import PreparedLog, log_names
 from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.friction_torque.stage import torque_chunks
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog
 from stribeck.robot import Robot

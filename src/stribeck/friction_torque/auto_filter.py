@@ -3,33 +3,23 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.contact import SupportPhase
 from stribeck.dynamics.loops import loop_inertia
 from stribeck.errors import LogError
-from stribeck.friction_torque.stream import Chunk, friction_torque
-from stribeck.log import RobotLog
-from stribeck.motion import CutoffChoice, choose_cutoff, make_filter
+from stribeck.friction_torque.stream import Chunk, torque_chunks
+from stribeck.motion import CutoffChoice, choose_cutoff
+from stribeck.preparation import PreparedLog
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 from stribeck.typing import Array
 
-SHORTEST = FilterSettings(kind="savitzky-golay", window=7)
-"""Filter of the motion that goes into the model's acceleration, which needs velocities but hardly accelerations."""
 MOST_SAMPLES = 30_000
 """Usable samples that the cutoff is chosen from."""
 MASSLESS = 1e-6
 """A joint with less than this share of the largest joint inertia has no acceleration of its own."""
 
 
-def cutoff_from_log(
-    robot: Robot,
-    log: RobotLog,
-    segments: tuple[slice, ...],
-    phases: tuple[SupportPhase, ...],
-    period: float,
-    settings: Settings,
-) -> CutoffChoice:
-    """Choose the cutoff for a log; the arguments are those of `friction_torque`.
+def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> CutoffChoice:
+    """Choose the cutoff for a log.
 
     The model's acceleration is what the measured torque would do without friction (5.12), for the joints that a fit
     uses: `a_est = a_msr + M^-1 R`. The noise of the measured acceleration cancels in it.
@@ -39,28 +29,29 @@ def cutoff_from_log(
     LogError
         If no segment is long enough to have a spectrum.
     """
-    motion_filter = make_filter(SHORTEST, period)
-    # The torque is kept raw and the velocity differentiated, whatever the log itself holds.
-    raw = {"filter": SHORTEST, "filter_torque": False, "averaged_law": False}
+    # The velocity is differentiated, whatever the log itself has, over a window that hardly smooths; the torque is raw.
+    shortest = FilterSettings(kind="savitzky-golay", window=7)
+    raw = {"filter": shortest, "filter_torque": False, "averaged_law": False, "observer_bandwidth": None}
     settings = settings.model_copy(update=raw | {"standing_legs": settings.standing_legs is True})
+    rate = 1 / prepared.sampling.period
     accelerations: list[Array] = []
     positions: list[Array] = []
     used = 0
-    for chunk in friction_torque(robot, log, segments, phases, motion_filter, period, settings):
+    for chunk in torque_chunks(prepared, robot, settings):
         for whole in chunk.runs():
             run = slice(whole.start, min(whole.stop, whole.start + MOST_SAMPLES - used))
-            position = log.position[chunk.rows[run]]
+            position = prepared.log.position[chunk.rows[run]]
             accelerations.append(_model_acceleration(robot, chunk, run, position))
             positions.append(position[:, robot.torque_controlled])
             used += run.stop - run.start
             if used >= MOST_SAMPLES:
-                return choose_cutoff(accelerations, 1 / period, positions)
+                return choose_cutoff(accelerations, rate, positions)
     if not accelerations:
         raise LogError(
             "log: no support phase has rows to choose a filter from, as feet always stand together or contacts change "
             "too often; expected phases on one foot, or [identify.filter] kind = 'savitzky-golay' and a window"
         )
-    return choose_cutoff(accelerations, 1 / period, positions)
+    return choose_cutoff(accelerations, rate, positions)
 
 
 def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array) -> Array:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.state import State
+from stribeck.friction_torque.contact_modes import ContactMode, Explained, contact_root, leaves_open, seen_joints
 from stribeck.friction_torque.observer import decay
-from stribeck.friction_torque.stream import ContactMode, Explained, contact_root, leaves_open, seen_joints
 from stribeck.motion.averaging import exponential_nodes
 from stribeck.robot import Robot
 from stribeck.settings import Settings

@@ -26,7 +26,7 @@ from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.dynamics.state import Orientation, State, root_quaternions
 from stribeck.errors import LogError, SettingsError
-from stribeck.friction_torque.stream import ContactMode, contact_root, leaves_open, next_mode
+from stribeck.friction_torque.contact_modes import ContactMode, contact_root, leaves_open, next_mode
 from stribeck.robot import Robot
 from stribeck.typing import Array
 

@@ -1,6 +1,6 @@
 """The friction torque of logs worked through: every sample to the table, one of some to the fit and the report."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,16 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.contact import SupportPhase
 from stribeck.errors import errors_about
 from stribeck.finding import Finding
 from stribeck.friction_torque.auto_filter import cutoff_from_log
 from stribeck.friction_torque.ground_reaction import GroundReaction
-from stribeck.friction_torque.log_observer import LogObserver
-from stribeck.friction_torque.stream import Chunk, friction_torque, support_name
+from stribeck.friction_torque.stream import Chunk, support_name, torque_chunks
 from stribeck.friction_torque.table import friction_table
 from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
-from stribeck.motion import Filter, make_filter, resolve_auto
+from stribeck.motion import make_filter, resolve_auto
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.samples import Samples
@@ -145,39 +143,10 @@ def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tupl
     """
     if settings.filter.kind != "auto":
         return settings, []
-    log, sampling = prepared.log, prepared.sampling
-    with errors_about(log.path):
-        choice = cutoff_from_log(robot, log, sampling.segments, prepared.support.phases, sampling.period, settings)
+    with errors_about(prepared.log.path):
+        choice = cutoff_from_log(prepared, robot, settings)
     note = f"filter chosen from the spectrum of the model's acceleration: {choice.reason}"
     return settings.model_copy(update={"filter": resolve_auto(settings.filter, choice)}), [note]
-
-
-def torque_chunks(
-    prepared: PreparedLog,
-    robot: Robot,
-    settings: Settings,
-    phases: tuple[SupportPhase, ...] | None = None,
-    stride: int = 1,
-    motion_filter: Filter | None = None,
-) -> Iterator[Chunk]:
-    """Yield the friction torque of a log, or of some of its phases or of one of `stride` rows; see `friction_torque`.
-
-    The filter of the settings is not "auto"; `motion_filter` takes its place. With an observer's bandwidth, which is
-    a number then, the friction torque is that of the observer, for which every row is worked out.
-    """
-    bandwidth = settings.observer_bandwidth
-    assert bandwidth != "auto"
-    return friction_torque(
-        robot,
-        prepared.log,
-        prepared.sampling.segments,
-        prepared.support.phases if phases is None else phases,
-        motion_filter or make_filter(settings.filter, prepared.sampling.period),
-        prepared.sampling.period,
-        settings,
-        1 if bandwidth else stride,
-        LogObserver(prepared.sampling.period, bandwidth) if bandwidth else None,
-    )
 
 
 def thinned_samples(prepared: PreparedLog, count: int, robot: Robot, settings: Settings) -> Samples:

@@ -1,43 +1,36 @@
-"""The friction torque of every joint at every usable sample of a log, chunk by chunk (5.13).
+"""The friction torque of every joint at every usable sample of a log, chunk by chunk."""
 
-    R = tau - inverse_dynamics(q, v, a)
-
-On one standing surface the tree is rooted at that foot and every joint is known. On several, and on point feet, the
-wrenches on the feet are not known one by one: the joints between them are left open, and the limbs that swing are known
-all the same. Where the wrenches are measured, the joints between base and feet follow from them
-(docs/ground-reaction.md).
-"""
-
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.contact import SupportPhase
-from stribeck.dynamics.loops import without_loop_forces
-from stribeck.dynamics.root_motion import base_root, standing_root
-from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
 from stribeck.errors import LogError
-from stribeck.friction_torque.foot_wrenches import effect_on_joints, require_wrenches
+from stribeck.friction_torque.contact_modes import (
+    ContactMode,
+    by_inverse_dynamics,
+    contact_modes,
+    swinging_joints,
+    takes_wrenches,
+)
+from stribeck.friction_torque.foot_wrenches import require_wrenches
+from stribeck.friction_torque.log_observer import LogObserver
 from stribeck.log import RobotLog
 from stribeck.motion import Filter, make_filter
-from stribeck.motion.averaging import Nodes, average_nodes
+from stribeck.motion.averaging import average_nodes
 from stribeck.motion.filters import sharper_filter
+from stribeck.preparation import PreparedLog
 from stribeck.robot import Robot
-from stribeck.robot.rooting import RootedModel
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings
 from stribeck.typing import Array
 
 CHUNK = 16_384
 """Samples worked through at a time: some tens of megabytes for a humanoid."""
-ORIENTATION_FILTER = FilterSettings(kind="savitzky-golay", window=11)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -65,90 +58,36 @@ class Chunk:
             yield slice(start, stop)
 
 
-class Explained(NamedTuple):
-    """What is known of N samples of all joints.
-
-    Attributes
-    ----------
-    friction
-        Friction torque [N m], NaN where it is not known, shape (N, n).
-    usable
-        Which of it a fit may use, shape (N, n).
-    wrench
-        As in `Chunk`.
-    velocity, acceleration, torque
-        That the friction torque belongs to [rad/s], [rad/s^2], [N m], shape (N, n).
-    nodes, jerk, snap
-        As in `Samples`, where the friction torque is an average of its own kind, shape (N, n).
-    """
-
-    friction: Array
-    usable: NDArray[np.bool_]
-    wrench: Array
-    velocity: Array
-    acceleration: Array
-    torque: Array
-    nodes: Nodes | None = None
-    jerk: Array | None = None
-    snap: Array | None = None
-
-
-class Explain(Protocol):
-    """How the friction torque of samples is worked out, in the order of time; an instance works on one log."""
-
-    def __call__(
-        self,
-        robot: Robot,
-        modes: tuple[ContactMode, ...],
-        mode: NDArray[np.int64],
-        time: Array,
-        state: State,
-        torque: Array,
-        settings: Settings,
-    ) -> Explained:
-        """Return what is known of N samples, of which each has the number of its contact mode."""
-        ...
-
-
 def support_name(phase: SupportPhase) -> str:
     """Return the name of a phase's contact mode, e.g. "left_foot+right_foot"."""
     return "+".join(phase.feet) if phase.feet else phase.kind
 
 
-def friction_torque(
+def torque_chunks(
+    prepared: PreparedLog,
     robot: Robot,
-    log: RobotLog,
-    segments: tuple[slice, ...],
-    phases: tuple[SupportPhase, ...],
-    motion_filter: Filter,
-    period: float,
     settings: Settings,
+    phases: tuple[SupportPhase, ...] | None = None,
     stride: int = 1,
-    explain: Explain | None = None,
+    motion_filter: Filter | None = None,
 ) -> Iterator[Chunk]:
     """Yield the friction torque of a log, chunk by chunk.
 
     Parameters
     ----------
+    prepared
+        The log.
     robot
         The robot.
-    log
-        Evenly sampled within each segment.
-    segments
-        Rows that no filter may cross the ends of.
-    phases
-        Support phases; their trimmed rows are used.
-    motion_filter
-        Gives velocity and acceleration.
-    period
-        [s].
     settings
-        `tilt`, `standing_legs`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are
-        used.
+        `tilt`, `standing_legs`, `filter`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are used.
+        The filter is not "auto". With an observer's bandwidth, a number, the friction torque is that of the observer.
+    phases
+        Support phases, whose trimmed rows are used; those of the log if None.
     stride
-        One row of so many is worked out, counted in rows of the log.
-    explain
-        How; by inverse dynamics if None.
+        One row of so many is worked out, counted in rows of the log; an observer works out all.
+    motion_filter
+        Filter in place of that of the settings.
 
     Raises
     ------
@@ -157,20 +96,25 @@ def friction_torque(
     SettingsError
         If the law shall be averaged over the window of a filter that has none.
     """
+    log, period, bandwidth = prepared.log, prepared.sampling.period, settings.observer_bandwidth
+    assert bandwidth != "auto"
+    observer = LogObserver(period, bandwidth) if bandwidth else None
     require_channels(robot, log, settings)
-    modes, mode_of_row, block_of_row, steady = _label_rows(
-        phases, len(log.time), max(1, round(settings.block / period))
-    )
+    phases = prepared.support.phases if phases is None else phases
+    labels = _label_rows(phases, len(log.time), max(1, round(settings.block / period)))
+    modes, mode_of_row, block_of_row, steady = labels
     names = tuple(dict.fromkeys("+".join(mode.feet) for mode in modes))
     name_of = np.array([names.index("+".join(mode.feet)) for mode in modes], dtype=np.int64)
+    motion_filter = motion_filter or make_filter(settings.filter, period)
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     known = robot.torque_controlled
     swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
     sharper = sharper_filter(settings.filter, period) if nodes else None
-    for span in spans(segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
-        kept = np.flatnonzero((mode_of_row[span] >= 0) & (np.arange(span.start, span.stop) % stride == 0))
+    for span in spans(prepared.sampling.segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
+        worked = np.arange(span.start, span.stop) % (1 if observer else stride) == 0
+        kept = np.flatnonzero((mode_of_row[span] >= 0) & worked)
         if len(kept) == 0:
             continue
         wide = slice(span.start - reach, span.stop + reach)
@@ -180,12 +124,12 @@ def friction_torque(
             state, torque = state.take(kept + reach), torque[kept + reach]
         rows = kept + span.start
         mode = mode_of_row[rows]
-        if explain:
-            found = explain(robot, modes, mode, log.time[rows], state, torque, settings)
+        if observer:
+            found = observer(robot, modes, mode, log.time[rows], state, torque, settings)
         else:
             wrenches = _measured_wrenches(robot, log, wide, motion_filter, settings)
             measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
-            found = _by_inverse_dynamics(robot, modes, mode, state, torque, measured, settings)
+            found = by_inverse_dynamics(robot, modes, mode, state, torque, measured, settings)
         yield Chunk(
             rows=rows,
             wrench=found.wrench,
@@ -208,27 +152,6 @@ def friction_torque(
                 torque=found.torque[:, known],
             ),
         )
-
-
-class ContactMode(NamedTuple):
-    """Which feet stand, and which of them has stood longest: that one has come to rest."""
-
-    feet: tuple[str, ...]
-    rested: str
-
-
-def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[ContactMode, ...]:
-    """Return the contact mode of each phase."""
-    modes: list[ContactMode] = []
-    for k, phase in enumerate(phases):
-        modes.append(next_mode(modes[-1] if k and phases[k - 1].stop == phase.start else None, phase.feet))
-    return tuple(modes)
-
-
-def next_mode(before: ContactMode | None, feet: tuple[str, ...]) -> ContactMode:
-    """Return the contact mode of standing feet, after another one."""
-    stayed = [foot for foot in feet if before and foot in before.feet]
-    return ContactMode(feet, before.rested if before and before.rested in stayed else next(iter([*stayed, *feet]), ""))
 
 
 def _label_rows(
@@ -271,7 +194,7 @@ def require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
     LogError
         If it lacks one.
     """
-    if _takes_wrenches(robot, settings):
+    if takes_wrenches(robot, settings):
         require_wrenches(log, robot)
     if settings.tilt == "imu" and log.base_orientation is None:
         raise LogError(
@@ -288,7 +211,7 @@ def require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
 def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, period: float, settings: Settings) -> Filter:
     """Return the filter of the base orientation: the joints', unless the log has joint velocities of its own."""
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
-    return make_filter(ORIENTATION_FILTER, period) if own_motion else motion_filter
+    return make_filter(FilterSettings(kind="savitzky-golay", window=11), period) if own_motion else motion_filter
 
 
 def differentiate(
@@ -321,7 +244,7 @@ def _measured_wrenches(
     robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, settings: Settings
 ) -> dict[str, Array]:
     """Return the wrench on each foot at these rows, shape (N, 6); none where the settings do not ask for them."""
-    if log.foot_wrench is None or not _takes_wrenches(robot, settings):
+    if log.foot_wrench is None or not takes_wrenches(robot, settings):
         return {}
     wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1).__getitem__, rows, motion_filter, settings)
     return dict(zip(log.foot_names, np.split(wrench, len(log.foot_names), axis=1), strict=True))
@@ -347,101 +270,9 @@ def _higher_derivatives(
     return jerk, snap
 
 
-def swinging_joints(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
-    """Return the joints of legs whose feet do not stand, shape (n,); there are none on a fixed base."""
-    legs = robot.standing(tuple(robot.contacts))
-    return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
-
-
-def _takes_wrenches(robot: Robot, settings: Settings) -> bool:
-    return robot.base == "floating" and settings.standing_legs == "measured"
-
-
-def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
-    """Return whether the joints of the standing limbs are not known: not on a fixed base or one standing surface."""
-    return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
-
-
 def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
     return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
 
 
 def _widened(rows: slice, motion_filter: Filter) -> slice:
     return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)
-
-
-def _by_inverse_dynamics(
-    robot: Robot,
-    modes: tuple[ContactMode, ...],
-    mode: NDArray[np.int64],
-    state: State,
-    torque: Array,
-    measured: Mapping[str, Array],
-    settings: Settings,
-) -> Explained:
-    """Return measured torque less inverse dynamics, sample by sample."""
-    friction = np.full(torque.shape, np.nan)
-    usable = np.zeros(torque.shape, dtype=bool)
-    wrench = np.full((len(torque), 6), np.nan)
-    for k in np.unique(mode):
-        rows: slice | NDArray[np.int64] = np.flatnonzero(mode == k)
-        if len(rows) == len(torque):  # type: ignore[arg-type]
-            rows = slice(None)
-        part = state if isinstance(rows, slice) else state.take(rows)
-        wrenches = {foot: of_foot[rows] for foot, of_foot in measured.items()}
-        friction[rows], usable[rows], wrench[rows] = _one_mode(robot, modes[k], part, torque[rows], wrenches, settings)
-    return Explained(friction, usable, wrench, state.velocity, state.acceleration, torque)
-
-
-def _one_mode(
-    robot: Robot,
-    mode: ContactMode,
-    state: State,
-    torque: Array,
-    measured: Mapping[str, Array],
-    settings: Settings,
-) -> tuple[Array, NDArray[np.bool_], Array | float]:
-    """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
-    rooted, root = contact_root(robot, mode, state)
-    wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
-    friction, usable = torque - needed, seen_joints(robot, mode.feet, settings)
-    if robot.base == "fixed":
-        return without_loop_forces(robot, state.position, friction), usable, np.nan
-    if measured:
-        standing_on = {foot: measured[foot] for foot in mode.feet}
-        friction += effect_on_joints(robot, state.position, standing_on, _root_foot(robot, mode), wrench)
-    friction = without_loop_forces(robot, state.position, friction)
-    if not leaves_open(robot, mode.feet):
-        return friction, usable, wrench
-    if measured:
-        return friction, usable, np.nan
-    friction[:, robot.standing(mode.feet)] = np.nan
-    return friction, usable, np.nan
-
-
-def contact_root(robot: Robot, mode: ContactMode, state: State) -> tuple[RootedModel, RootMotion | None]:
-    """Return the tree of a contact mode, rooted at the foot that has stood longest, and how its root moves.
-
-    A robot on point feet keeps its own root; the root of a fixed base does not move, and has None.
-    """
-    if robot.base == "fixed":
-        return robot.tree, None
-    surface = _root_foot(robot, mode)
-    if surface is None:
-        return robot.tree, base_root(robot, mode.feet, state)
-    return robot.rooted_at(surface), standing_root(robot, surface, state)
-
-
-def _root_foot(robot: Robot, mode: ContactMode) -> str | None:
-    """Return the standing surface that has stood longest, None on points alone."""
-    by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
-    return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
-
-
-def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDArray[np.bool_]:
-    """Return the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
-    if robot.base == "fixed" or _takes_wrenches(robot, settings):
-        return np.ones(len(robot.joint_names), dtype=bool)
-    if leaves_open(robot, feet):
-        return ~robot.standing(feet)
-    return ~robot.standing(feet) | bool(settings.standing_legs)

@@ -14,15 +14,8 @@ from stribeck.equations.contact_mode import ContactMode, find_contact_mode
 from stribeck.equations.couplings import acting
 from stribeck.equations.regressors import inertia_regressors
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.stream import (
-    contact_modes,
-    differentiate,
-    orientation_filter,
-    require_channels,
-    seen_joints,
-    spans,
-    swinging_joints,
-)
+from stribeck.friction_torque.contact_modes import contact_modes, seen_joints, swinging_joints
+from stribeck.friction_torque.stream import differentiate, orientation_filter, require_channels, spans
 from stribeck.identification.direct.rows import DirectRows
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog

@@ -11,8 +11,8 @@ import numpy as np
 from stribeck.errors import SettingsError
 from stribeck.finding import Finding
 from stribeck.friction import LAWS, FrictionLaw
+from stribeck.friction_torque.contact_modes import swinging_joints
 from stribeck.friction_torque.foot_wrenches import require_wrenches
-from stribeck.friction_torque.stream import swinging_joints
 from stribeck.friction_torque.thinning import MOST_KEPT
 from stribeck.identification.curve_fit.problem import FitProblem, joint_problem
 from stribeck.identification.joint_fit import JointFit

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck.errors import errors_about
-from stribeck.friction_torque.stage import torque_chunks
+from stribeck.friction_torque.stream import torque_chunks
 from stribeck.friction_torque.thinning import MOST_KEPT
 from stribeck.identification.judgement.torque_error import torque_errors
 from stribeck.methods.contract import Fitted

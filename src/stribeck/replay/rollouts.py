@@ -17,15 +17,14 @@ from numpy.typing import NDArray
 from stribeck.dynamics.rooted import RootMotion, joint_inertia, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.auto_filter import MASSLESS
-from stribeck.friction_torque.stream import (
+from stribeck.friction_torque.contact_modes import (
     ContactMode,
     contact_modes,
     contact_root,
-    differentiate,
-    orientation_filter,
     seen_joints,
     swinging_joints,
 )
+from stribeck.friction_torque.stream import differentiate, orientation_filter
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog
 from stribeck.replay.model_friction import ModelFriction
