@@ -25,7 +25,7 @@ USED = (
         "stribeck.log.readers.matlab",
         "stribeck.log.readers.table",
     ),
-    *("stribeck.log.readers.rosbag", "stribeck_simulation.run", "stribeck.cli.console"),
+    *("stribeck.log.readers.bags", "stribeck_simulation.run", "stribeck.cli.console"),
 )
 
 

@@ -251,10 +251,13 @@ def write_mcap_of_ros1(folder, log):
     return write_messages(folder / "ros1.mcap", messages, "ros1")
 
 
-def write_rosbag2(folder, log, plugin=rosbag2.StoragePlugin.SQLITE3):
+def write_rosbag2(folder, log, plugin=rosbag2.StoragePlugin.SQLITE3, compression=None):
     store = get_typestore(Stores.ROS2_HUMBLE)
     path = folder / f"bag_{plugin.name.lower()}"
-    with rosbag2.Writer(path, version=9, storage_plugin=plugin) as writer:
+    writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
+    if compression:
+        writer.set_compression(compression, rosbag2.CompressionFormat.ZSTD)
+    with writer:
         connections = {}
         for topic, kind, stamp, message in messages_of(log, store):
             if topic not in connections:

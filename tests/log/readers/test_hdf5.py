@@ -73,3 +73,9 @@ def test_a_pipe_is_no_log(suffix, tmp_path):
     os.mkfifo(tmp_path / "bag/bag.db3")
     with pytest.raises(LogError, match=r"bag\.db3: is a pipe"):
         read_log(tmp_path / "bag")
+    (tmp_path / f"link{suffix}").symlink_to(f"log{suffix}")
+    with pytest.raises(LogError, match="is a pipe"):
+        read_log(tmp_path / f"link{suffix}")
+    (tmp_path / "linked").symlink_to("bag")
+    with pytest.raises(LogError, match=r"bag\.db3: is a pipe"):
+        read_log(tmp_path / "linked")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError
 from stribeck.log.readers.aliases import ALIASES
 from stribeck.log.readers.columns import Table, group_of, source_of_columns
-from stribeck.log.readers.join import fast_enough, load_on_one_clock
+from stribeck.log.readers.join import NANO, Stream, fast_enough, load_on_one_clock
 from stribeck.log.readers.mapping import TIME
 from stribeck.log.readers.source import (
     CHANNELS,
@@ -24,7 +24,6 @@ from stribeck.log.readers.source import (
     listed,
 )
 from stribeck.log.readers.table import csv_table, first_line, is_data, parquet_table
-from stribeck.log.readers.topics import NANO, Stream
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 

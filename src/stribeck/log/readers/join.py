@@ -2,10 +2,11 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
@@ -21,10 +22,41 @@ from stribeck.log.readers.source import (
     Source,
     listed,
 )
-from stribeck.log.readers.topics import NANO, Stream
 from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
 from stribeck.typing import Array
+
+NANO = 1_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """N messages of a topic, or rows of a file, that have the same signals.
+
+    Attributes
+    ----------
+    message
+        Type of the messages.
+    kind
+        "joints", "imu", "wrench", "force", "flag" or "slow".
+    labels
+        Joint names of a `joints` stream.
+    stamps
+        [ns], shape (N,).
+    values
+        {channel: shape (N, k)}; k is the number of joints, or of the channel's components.
+    stamped_by
+        "header", "recorder", or "tick", a counter of milliseconds on board that is aligned with the recorder's time.
+    """
+
+    topic: str
+    message: str
+    kind: str
+    labels: tuple[str, ...]
+    stamps: NDArray[np.int64]
+    values: Mapping[str, Array]
+    stamped_by: str = "header"
+
 
 Part = tuple[Stream, int]
 """A stream, and the column of it that holds a joint, a foot or a component."""
@@ -250,7 +282,7 @@ def load_on_one_clock(
 
 
 def _on_clock(
-    stream: Stream, stamps: np.ndarray[tuple[int, ...], np.dtype[np.int64]], zero: int, table: LogTable, *, held: bool
+    stream: Stream, stamps: NDArray[np.int64], zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
     """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done.
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
+from stribeck.log.readers.bags import open_bag
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.frame import table_of_frame
@@ -20,7 +21,6 @@ from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.npz import open_npz
-from stribeck.log.readers.rosbag import open_mcap, open_rosbag
 from stribeck.log.readers.selection import MOTION, Selection, select
 from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.table import open_csv, open_parquet
@@ -40,8 +40,8 @@ FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
     ".mat": open_matlab,
     ".csv": open_csv,
     ".parquet": open_parquet,
-    ".mcap": open_mcap,
-    ".bag": open_rosbag,
+    ".mcap": open_bag,
+    ".bag": open_bag,
 }
 """Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
 
@@ -164,7 +164,7 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
         raise LogError(f"{strange}: is a pipe, a device or a socket; expected a log file, or a rosbag2 folder")
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
-            return open_rosbag
+            return open_bag
         if (path / INFO).is_file():
             return open_lerobot
         if tables := tables_in(path):

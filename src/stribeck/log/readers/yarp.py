@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stribeck.errors import LogError
-from stribeck.log.readers.join import join
+from stribeck.log.readers.join import NANO, Stream, join
 from stribeck.log.readers.messages import refuse_twice
 from stribeck.log.readers.source import VECTOR_CHANNELS, Source
-from stribeck.log.readers.topics import NANO, Stream
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 

@@ -1,0 +1,280 @@
+"""rosbag2 folders (SQLite or MCAP inside), ROS 1 `.bag` and single `.mcap` files, read without ROS."""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+from array import array
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import lz4.frame
+import numpy as np
+import zstandard
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from stribeck.errors import LogError
+from stribeck.log.readers.join import NANO, Stream, join
+from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ
+from stribeck.log.readers.source import Source, foreign
+from stribeck.log.storage import IN_MEMORY_LIMIT, check_size
+from stribeck.settings import LogTable
+
+MILLI = 1_000_000  # [ns]
+Messages = Iterator[tuple[str, str, int, Any]]
+"""Topic, type, recorder's stamp [ns] and content of each message."""
+
+
+def open_bag(path: Path, table: LogTable) -> Source:
+    """Open a bag with joint states, and with IMU, foot wrench and contact messages where it has them.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, or has no joint states.
+    """
+    others: dict[str, None] = {}
+    is_mcap = path.suffix.lower() == ".mcap"
+    with foreign(str(path), "a rosbag2 folder" if path.is_dir() else "MCAP" if is_mcap else "a ROS 1 bag"):
+        read = _of_folder if path.is_dir() else _of_mcap if is_mcap else _of_rosbag
+        streams = collect(read(path, others), str(path))
+    return join(str(path), streams, tuple(others), table, JOINT_TYPES)
+
+
+def _of_folder(path: Path, others: dict[str, None]) -> Messages:
+    """Read the messages of a rosbag2; files or messages that are compressed are unpacked within bounds."""
+    metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
+    files = [file for file in sorted(path.iterdir()) if file.name in metadata and file.suffix != ".yaml"]
+    mode = re.search(r"compression_mode:\s*[\"']?(\w+)", metadata)
+    if mode and mode[1].lower() in ("file", "message"):
+        with TemporaryDirectory(prefix="stribeck-") as name:
+            plain = re.sub(r"compression_mode:.*", 'compression_mode: ""', metadata)
+            Path(name, "metadata.yaml").write_text(plain.replace(".zstd", ""), encoding="utf-8")
+            for file in files:
+                if mode[1].lower() == "file":
+                    _unpack_file(file, Path(name, file.stem))
+                else:
+                    Path(name, file.name).symlink_to(file.resolve())
+            yield from _of_files(Path(name), others, _unpacked if mode[1].lower() == "message" else bytes)
+    else:
+        yield from _of_files(path, others, bytes)
+
+
+def _of_files(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes]) -> Messages:
+    """Read the messages of a rosbag2 whose files are not compressed."""
+    metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
+    files = [file for file in sorted(path.iterdir()) if file.name in metadata]
+    for file in files:
+        if file.suffix == ".db3":
+            _check_database(file)
+    if files and all(file.suffix == ".mcap" for file in files):
+        for file in files:
+            yield from _of_mcap(file, others, unpack)
+    else:
+        yield from _of_rosbag(path, others, unpack)
+
+
+def _unpack_file(packed: Path, target: Path) -> None:
+    """Unpack a file, refused as soon as it takes far more than it should."""
+    size = 0
+    with packed.open("rb") as file, target.open("wb") as out:
+        unpacker = zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT)
+        stream = unpacker.stream_reader(file, read_across_frames=True)
+        while block := stream.read(1 << 20):
+            size += len(block)
+            check_size(str(packed), size)
+            out.write(block)
+
+
+def _unpacked(data: bytes, most: int = IN_MEMORY_LIMIT) -> bytes:
+    """Unpack bytes of Zstandard, but not more than `most`."""
+    with zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT).stream_reader(data) as stream:
+        return bytes(stream.read(most))
+
+
+def _check_database(path: Path) -> None:
+    """Check that an SQLite file is as long as its header says, that its pages fit together, and that it was closed.
+
+    Raises
+    ------
+    ValueError, sqlite3.Error, LogError
+        If not.
+    """
+    for suffix in ("-wal", "-journal"):
+        beside = path.with_name(path.name + suffix)
+        if beside.exists() and beside.stat().st_size:
+            raise LogError(
+                f"{beside}: holds messages that were never merged into the bag, which was not closed; expected a "
+                f"closed bag (with a copy of the folder, sqlite3 {path.name} 'PRAGMA wal_checkpoint' merges them)"
+            )
+    with closing(sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1&mode=ro", uri=True)) as database:
+        pages, page, found = (
+            database.execute(f"PRAGMA {name}").fetchone()[0]
+            for name in ("page_count", "page_size", "integrity_check(1)")
+        )
+    size = path.stat().st_size
+    if pages * page > size:
+        raise ValueError(f"{path.name} ends after {size} of {pages * page} bytes")
+    if found != "ok":
+        raise ValueError(f"{path.name}: {found}")
+
+
+def _of_rosbag(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+    with AnyReader([path], default_typestore=_store()) as reader:
+        connections = [connection for connection in reader.connections if connection.msgtype in READ]
+        others |= dict.fromkeys(sorted({one.topic for one in reader.connections if one.msgtype not in READ}))
+        if not connections:  # to AnyReader, an empty choice means everything
+            return
+        there = reader.typestore.fielddefs
+        if not {one.msgtype for one in connections} <= there.keys():  # some bags define only some types
+            reader.typestore.register({name: kind for name, kind in _store().fielddefs.items() if name not in there})
+        for connection, recorded, data in reader.messages(connections=connections):
+            message = reader.deserialize(unpack(data), connection.msgtype)
+            yield connection.topic, connection.msgtype, recorded, message
+
+
+def _of_mcap(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, tuple[str, str, Callable[[bytes, str], object] | None]] = {}
+    for record in _records(path):
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            schema = schemas.get(record.schema_id)
+            name = schema.name if schema else ""
+            name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 leaves the middle part out
+            decode: Callable[[bytes, str], object] | None = None
+            if schema and name in READ and record.message_encoding in ("cdr", "ros1") and record.id not in channels:
+                store = _store_of(schema, name, record.message_encoding)
+                decode = store.deserialize_cdr if record.message_encoding == "cdr" else store.deserialize_ros1
+            channels.setdefault(record.id, (record.topic, name, decode))
+        elif isinstance(record, Message):
+            topic, name, decode = channels[record.channel_id]
+            if decode is None:
+                others[topic] = None
+            else:
+                yield topic, name, record.log_time, decode(unpack(record.data), name)
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    """Read the records of an MCAP file in their order, checking every checksum; its index is not needed."""
+    with path.open("rb") as file:
+        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=path.stat().st_size)
+        for record in reader.records:
+            if isinstance(record, Chunk):
+                yield from breakup_chunk(_whole(record, path), validate_crc=True)
+            else:
+                yield record
+
+
+def _whole(chunk: Chunk, path: Path) -> Chunk:
+    """Unpack a chunk, but not beyond the size that it states."""
+    if chunk.uncompressed_size > IN_MEMORY_LIMIT:
+        raise LogError(
+            f"{path}: has a chunk of {chunk.uncompressed_size:.2g} bytes; expected at most {IN_MEMORY_LIMIT:.2g}"
+        )
+    unpack: dict[str, Callable[[bytes, int], bytes]] = {
+        "zstd": _unpacked,
+        "lz4": lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),
+        "": lambda data, _: data,
+    }
+    if chunk.compression not in unpack:
+        raise ValueError(f"compression '{chunk.compression}' is none of zstd, lz4")
+    data = unpack[chunk.compression](chunk.data, chunk.uncompressed_size + 1)
+    if len(data) != chunk.uncompressed_size:
+        raise ValueError(f"a chunk is not of the {chunk.uncompressed_size} bytes that it says")
+    return replace(chunk, compression="", data=data)
+
+
+@cache
+def _store() -> Typestore:
+    """Return the types of ROS 2, and the published definitions of others that are read."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, definition in DEFINITIONS.items():
+        store.register(get_types_from_msg(definition, name))
+    return store
+
+
+def _store_of(schema: Schema, name: str, encoding: str) -> Typestore:
+    """Return a store with the type of an MCAP channel: ROS's own, or as the file itself or its makers define it."""
+    own = get_typestore(Stores.ROS2_HUMBLE if encoding == "cdr" else Stores.ROS1_NOETIC)
+    if name not in own.types and schema.encoding in ("ros1msg", "ros2msg") and schema.data:
+        own.register(get_types_from_msg(schema.data.decode(), name))
+    return own if name in own.types else _store()
+
+
+@dataclass
+class _Growing:
+    """Flat buffers of a stream while its messages come in: a list of arrays would take ten times the memory."""
+
+    stamps: array[int] = field(default_factory=partial(array, "q"))
+    ticks: array[int] = field(default_factory=partial(array, "q"))
+    recorded: array[int] = field(default_factory=partial(array, "q"))
+    values: dict[str, array[float]] = field(default_factory=dict)
+
+
+def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[Stream]:
+    """Collect messages into streams: one per topic and set of joints.
+
+    Raises
+    ------
+    LogError
+        If a message has more or fewer values than names, or a name twice.
+    """
+    growing: dict[tuple[str, str, str, tuple[str, ...], tuple[str, ...]], _Growing] = {}
+    orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
+    for topic, name, recorded, message in messages:
+        for part in READ[name](message, f"{path}: a message of topic '{topic}'"):
+            labels, values = part.labels, part.values
+            order = orders.setdefault((topic, frozenset(labels)), labels)
+            if order != labels:  # the names of a message say which value is which, whatever their order before
+                places = [labels.index(label) for label in order]
+                labels, values = order, {channel: np.asarray(numbers)[places] for channel, numbers in values.items()}
+            stream = growing.setdefault((topic, name, part.kind, labels, tuple(values)), _Growing())
+            stamp = message.header.stamp if hasattr(message, "header") else None
+            stream.stamps.append(stamp.sec * NANO + stamp.nanosec if stamp else 0)
+            stream.ticks.append(getattr(message, "tick", 0))
+            stream.recorded.append(recorded)
+            for channel, numbers in values.items():
+                stream.values.setdefault(channel, array("d")).frombytes(np.asarray(numbers, dtype=np.float64).tobytes())
+    return [_stream(*key[:4], stream) for key, stream in growing.items() if key[4]]
+
+
+def _stream(topic: str, name: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:
+    stamps, ticks, recorded = (
+        np.array(one, dtype=np.int64) for one in (growing.stamps, growing.ticks, growing.recorded)
+    )
+    values = {channel: np.frombuffer(flat).reshape(len(stamps), -1) for channel, flat in growing.values.items()}
+    if (np.diff(recorded) < 0).any():  # a file may have its messages in another order than they were recorded in
+        order = np.argsort(recorded, kind="stable")
+        stamps, ticks, recorded = stamps[order], ticks[order], recorded[order]
+        values = {channel: numbers[order] for channel, numbers in values.items()}
+    stamped_by = "header"
+    from_zero = stamps[0] == 0 and 0 < stamps[1:2].sum() < NANO  # as a simulation's do
+    if (stamps[int(from_zero) :] <= 0).any() and (stamps != recorded).any():
+        counted = _counted(ticks, recorded)
+        stamps, stamped_by = (recorded, "recorder") if counted is None else (counted, "tick")
+    return Stream(topic, name, kind, labels, stamps, values, stamped_by)
+
+
+def _counted(ticks: NDArray[np.int64], recorded: NDArray[np.int64]) -> NDArray[np.int64] | None:
+    """Return a counter of milliseconds as stamps of the recorder's time [ns]; None if it counts something else.
+
+    The counter begins anew after 2^32. A message waits for the network before it is recorded, and has been counted
+    before that.
+    """
+    since = np.concatenate([[0], np.cumsum(np.diff(ticks) % (1 << 32))]) * MILLI
+    span = int(recorded[-1] - recorded[0])
+    if since[-1] <= 0 or abs(since[-1] - span) > 0.02 * span + 20 * MILLI:  # messages may be recorded 20 ms late
+        return None
+    return since + np.int64(np.median(recorded - since))
