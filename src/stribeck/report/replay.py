@@ -2,87 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render, write_page
 
 if TYPE_CHECKING:  # the report stands below what replays a log, and is given what was found
-    from stribeck.replay.replay import Replay, Replayed
+    from stribeck.replay.replay import Replay
 
 COLOURS = ("muted", "ink", "data", "law")
 """Of the models in their order; the robot's own are grey and black."""
 
+Values = Sequence[Sequence[float | None]]
+"""Of each model, of each joint."""
+
 
 def write_replay(replay: Replay, path: str | Path) -> None:
     """Write how a log compares with the models as one self-contained HTML file, whole or not at all."""
-    lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log made in memory")
-    torque = _chart(
-        replay, "1 − R²", lambda model, joint: 1 - model.torque[joint].r2 if joint in model.torque else None
-    )
-    errors = [
-        _chart(replay, "relative velocity error", lambda model, joint, k=k: _relative(model, joint, k))  # type: ignore[misc]
-        for k in range(len(replay.horizons))
-    ]
+    torque = [[model.torque.get(joint) for joint in replay.joints] for model in replay.models]
+    none = [None] * len(replay.horizons)
+    runs = [[model.rollouts.get(joint) or none for joint in replay.joints] for model in replay.models]
     times = [f"{1e3 * horizon:.0f}" for horizon in replay.horizons]
+    errors = [
+        (
+            f"velocity error after {time} ms",
+            [[each.relative if (each := run[k]) else None for run in own] for own in runs],
+        )
+        for k, time in enumerate(times)
+    ]
     sections = [
         _section(
             replay,
             "Torque that inverse dynamics leave unexplained",
             "R² of the measured torque (RMS error in N m, N); motion and torque have passed the same filter.",
-            [(torque, "1 − R²")],
-            lambda model, joint: (
-                f"{model.torque[joint].r2:.3f} ({model.torque[joint].rms:.3g})" if joint in model.torque else "–"
-            ),
+            [("1 − R²", [[1 - error.r2 if error else None for error in own] for own in torque])],
+            [[f"{error.r2:.3f} ({error.rms:.3g})" if error else "–" for error in own] for own in torque],
         ),
         _section(
             replay,
             "Velocity error of short simulations",
             "RMS error of the velocity over the RMS change of the measured one; at 1 a model says as much as that "
             f"nothing changes. {', '.join(times)} ms.",
-            [(chart, f"velocity error after {time} ms") for chart, time in zip(errors, times, strict=True)],
-            lambda model, joint: (
-                ", ".join(f"{error.relative:.3g}" if error else "–" for error in model.rollouts.get(joint, [])) or "–"
-            ),
+            errors,
+            [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in own] for own in runs],
         ),
     ]
+    lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log made in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 
 
-def _relative(model: Replayed, joint: str, horizon: int) -> float | None:
-    error = model.rollouts[joint][horizon] if joint in model.rollouts else None
-    return error.relative if error else None
-
-
 def _section(
-    replay: Replay,
-    title: str,
-    caption: str,
-    charts: list[tuple[Chart, str]],
-    cell: Callable[[Replayed, str], str],
+    replay: Replay, title: str, caption: str, shown: Sequence[tuple[str, Values]], cells: list[list[str]]
 ) -> Section:
     """Return a section with charts of values by model and joint, and a table of the same."""
     anchor = title.partition(" ")[0].lower()
+    charts = {f"{anchor}{k}": _chart(replay, label, values) for k, (label, values) in enumerate(shown)}
     body = render(
         "replay.html.j2",
         caption=caption,
-        legend=list(zip(COLOURS, [model.name for model in replay.models], strict=False)),
-        figures=[(f"{anchor}{k}", label) for k, (_, label) in enumerate(charts)],
-        rows=[(joint, [cell(model, joint) for model in replay.models]) for joint in replay.joints],
+        legend=[(colour, model.name) for colour, model in zip(COLOURS, replay.models, strict=False)],
+        figures=[(name, label) for name, (label, _) in zip(charts, shown, strict=True)],
+        rows=list(zip(replay.joints, zip(*cells, strict=True), strict=True)),
     )
-    return Section(
-        anchor=anchor, title=title, body=body, charts={f"{anchor}{k}": chart for k, (chart, _) in enumerate(charts)}
-    )
+    return Section(anchor=anchor, title=title, body=body, charts=charts)
 
 
-def _chart(replay: Replay, label: str, value: Callable[[Replayed, str], float | None]) -> Chart:
+def _chart(replay: Replay, label: str, values: Values) -> Chart:
     """Return a chart with a dot per joint and model, on a logarithmic axis."""
+    joints = replay.joints
     lines = []
-    for colour, model in zip(COLOURS, replay.models, strict=False):
-        shown = [(k, found) for k, joint in enumerate(replay.joints) if (found := value(model, joint)) and found > 0]
-        lines.append(line([k for k, _ in shown], [found for _, found in shown], colour, model.name, points=8))
-    values = [found for each in lines for found in each["y"] if found] or [0.1, 1.0]
-    x = axis("", (-0.5, len(replay.joints) - 0.5), names=replay.joints)
-    return {"x": x, "y": axis(label, (0.7 * min(values), 1.4 * max(values)), log=True), "lines": lines, "height": 320}
+    for own, colour, model in zip(values, COLOURS, replay.models, strict=False):
+        shown = [found if found and found > 0 else np.nan for found in own]
+        lines.append(line(range(len(joints)), shown, colour, model.name, points=8))
+    seen = [found for own in values for found in own if found and found > 0] or [0.1, 1.0]
+    y = axis(label, (0.7 * min(seen), 1.4 * max(seen)), log=True)
+    return {"x": axis("", (-0.5, len(joints) - 0.5), names=joints), "y": y, "lines": lines, "height": 320}
