@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.export.found import found_in
+from tests.result.made import estimate, joint, result
 from tests.robot.test_robot import MJCF, URDF, write_robot
 
 from stribeck.cli import console
@@ -277,27 +278,11 @@ def _of_this_robot(corrections: Corrections, robot: Robot) -> Corrections:
     return replace(corrections, bodies=bodies)
 
 
-def plain(name: str = "shoulder", **parameter: float) -> Result:
+def plain(name: str = "shoulder", value: float = 1.0, standard_error: float = 0.1) -> Result:
     """Return a result with one parameter of one joint."""
-    numbers = {"value": 1.0, "standard_error": 0.1, **parameter}
-    found = ParameterEstimate(interval_95=(0.8, 1.2), unit="N m", verdict="identified", **numbers)
-    joint = JointResult(
-        parameters={"coulomb": found},
-        verdict="identified",
-        reason="",
-        samples=9,
-        velocity_range=(-1.0, 1.0),
-        reversals=9,
-    )
-    return Result(
-        robot="arm",
-        log=LogSummary(path="walk.npz", sha256="", duration=1.0, rate=1e3, samples_used=9),
-        law="coulomb-viscous",
-        method="whole-log",
-        joints={name: joint},
-        warnings=[],
-        stribeck="0",
-    )
+    found = replace(estimate(1.0), value=value, standard_error=standard_error)
+    made = result("coulomb-viscous", "walk.npz", **{name: joint({"coulomb": found}, samples=9)})
+    return replace(made, robot="arm")
 
 
 @pytest.mark.parametrize("name", ["[/]", "[red]", "[left]", ":cat:", "left's", "el\\", "\\[x]"])

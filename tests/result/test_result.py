@@ -5,15 +5,16 @@ import re
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from tests.result.made import estimate, joint, point, result
 
-from stribeck import NothingIdentifiedError, Result, SettingsError, read_result
+from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
-from stribeck.result import CurvePoint, JointResult, LogSummary, ParameterEstimate
-from stribeck.result.tables import friction_text
+from stribeck.identification.judgement.verdict import NOT_FITTED
+from stribeck.result import CurvePoint, Validation
+from stribeck.result.tables import advice, friction_text, point_text, rounded
 
 STRIBECK = {
     "viscous": 0.3,
@@ -23,29 +24,6 @@ STRIBECK = {
     "offset": -0.4,
     "slope": 40.0,
 }
-
-
-def joint(values: dict[str, float], **changed: Any) -> JointResult:
-    parameters = {
-        name: ParameterEstimate(
-            value=value, standard_error=0.1, interval_95=(value - 0.2, value + 0.2), unit="N m", verdict="identified"
-        )
-        for name, value in values.items()
-    }
-    found = JointResult(
-        parameters=parameters,
-        verdict="identified" if values else "not excited",
-        reason="" if values else "it <moves> too little",
-        samples=100,
-        velocity_range=(-1.0, 1.0),
-        reversals=5,
-    )
-    return replace(found, **changed)
-
-
-def result(law: str = "stribeck", **joints: JointResult) -> Result:
-    log = LogSummary(path="a.npz", sha256="0", duration=1.0, rate=1000.0, samples_used=100)
-    return Result(robot="r & d", log=log, law=law, method="curve-fit", joints=joints, warnings=[], stribeck="0")
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
@@ -98,11 +76,8 @@ def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() 
 
 
 def curve(upper: float) -> tuple[CurvePoint, ...]:
-    points = [(0.1, 0.5), (0.5, 0.6), (1.0, 0.9)]
-    return tuple(
-        CurvePoint(velocity=speed, value=value, standard_error=0.1, interval_95=(0.0, value * upper), unit="N m")
-        for speed, value in points
-    )
+    found = [point(*each, 0.0) for each in ((0.1, 0.5), (0.5, 0.6), (1.0, 0.9))]
+    return tuple(replace(each, standard_error=0.1, interval_95=(0.0, each.value * upper)) for each in found)
 
 
 def test_the_curve_is_written_and_read_and_older_files_have_none(tmp_path: Path) -> None:
@@ -157,3 +132,62 @@ def test_a_result_is_one_line_of_text_and_a_table_in_notebooks() -> None:
     assert "r &amp; d" in page
     assert 'title="it &lt;moves&gt; too little"><th>&lt;hip&gt;</th>' in page
     assert len(re.findall("<td></td>", page)) == len(STRIBECK)
+
+
+def test_a_figure_has_every_joint_with_its_band() -> None:
+    moved = joint(STRIBECK, correlation=tuple(map(tuple, np.eye(6))))
+    figure = result(knee=moved, hip=joint({}), ankle=joint(STRIBECK), slide=joint({"offset": 0.1})).plot()
+    shown = {axes.get_title(): axes for axes in figure.axes}
+    assert [*shown] == ["knee", "hip", "ankle", "slide"]
+    velocity, torque = shown["knee"].lines[0].get_data()
+    np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity))
+    assert [len(axes.collections) for axes in shown.values()] == [1, 0, 0, 0]
+    assert shown["hip"].texts[0].get_text() == "not excited"
+
+
+CURVE = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.1), point(1.0, 1.0, 0.1))
+KNOWN = joint({"coulomb": 1.0}, curve=CURVE)
+
+
+def test_an_identified_joint_is_used_by_its_curve_if_parameters_are_open() -> None:
+    assert advice(KNOWN) == "use it"
+    assert advice(replace(KNOWN, parameters={"slope": estimate(1.0, verdict="weak")})) == "use its curve"
+
+
+def test_a_weak_joint_is_logged_where_its_curve_is_least_known() -> None:
+    curve = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
+    assert advice(replace(KNOWN, verdict="weak", curve=curve)) == "log more motion near 0.5 rad/s"
+
+
+def test_a_weak_joint_whose_law_explains_nothing_has_something_wrong() -> None:
+    nothing = Validation(rms=1.0, rms_zero_friction=1.0, rms_coulomb_only=1.0)
+    assert advice(replace(KNOWN, verdict="weak", validation=nothing)) == "check the model, signs and delays"
+    flat = (point(0.1, 0.0, 0.1), point(0.5, 0.0, 0.1), point(1.0, 0.0, 0.1))
+    assert advice(replace(KNOWN, verdict="weak", curve=flat)) == "check its torque; log it longer"
+
+
+def test_a_joint_that_the_method_could_not_use_is_moved_longer() -> None:
+    silent = replace(KNOWN, verdict="not excited", reason=NOT_FITTED)
+    assert advice(silent) == "move it longer between contact changes"
+    assert advice(replace(silent, reason="?")).startswith("move it ")
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "expected"),
+    [
+        (1.1832, 0.0058, ("1.183", "0.006")),
+        (1.160, 0.011, ("1.160", "0.011")),
+        (0.6, 0.22, ("0.6", "0.2")),
+        (28.3, 0.39, ("28.3", "0.4")),
+        (47.4, 1e-4, ("47.40", "0.01")),
+        (-0.0001, 0.3, ("0.0", "0.3")),
+        (1234.0, 56.0, ("1234", "56")),
+    ],
+)
+def test_values_have_the_digits_that_their_errors_leave(value: float, error: float, expected: tuple[str, str]) -> None:
+    assert rounded(value, error) == expected
+
+
+def test_friction_that_may_be_none_is_said_as_a_bound() -> None:
+    assert point_text(point(0.1, 0.2, 0.3)) == "< 0.5"
+    assert point_text(point(0.1, 2.0, 0.3)) == "2.0 ± 0.3"
