@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.report import arguments, report
-from stribeck.export.c_header import c_text
+from stribeck.export.code_files import c_text
 from stribeck.export.joints import JointTerms
 from stribeck.export.target import Request
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result

@@ -8,8 +8,6 @@ import numpy as np
 from fuzz.damage import bytes_damaged, nested, pick, text_damaged, value_damaged
 from stribeck.cli.app import FORMATS
 
-TARGETS = tuple(name for name in FORMATS if name != "sdf")  # the seeds' model is a URDF
-
 
 def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]:
     """Write a result that is damaged somewhere, to be compared or exported."""
@@ -37,5 +35,5 @@ def make(generator: np.random.Generator, folder: Path, seeds: Path) -> list[str]
             return ["compare", str(seeds / "result.json"), "result.json", "--json"]
         case 3:
             return ["compare", "result.json", "result.json"]
-    words = ["export", "result.json", "-r", str(seeds / "robot.toml"), "--to", pick(generator, TARGETS), "-o", "out"]
+    words = ["export", "result.json", "-r", str(seeds / "robot.toml"), "--to", pick(generator, FORMATS), "-o", "out"]
     return words + pick(generator, (["--include-weak"], ["--samples", "2"], ["--ranges"], ["--strict"], []))

@@ -1,16 +1,23 @@
 """Results as a whole log would give them, of any robot, and the robot that they describe."""
 
+import importlib.util
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pinocchio as pin
+from tests.models import EXAMPLES, MODELS
 
 from stribeck.identification.whole_log.model.bodies import bodies_of
 from stribeck.result import BodyCorrection, Corrections, JointResult, LogSummary, ParameterEstimate, Result
 from stribeck.robot import Robot
 from stribeck.settings import Priors
+from stribeck_simulation.robots.biped import MODELS as PACKAGED
+from stribeck_simulation.robots.toro import ROBOT_FILE
 
 FRICTION = {"viscous": (0.3, "N m s/rad"), "coulomb": (1.2, "N m"), "offset": (-0.4, "N m")}
+UNITS = {"viscous": "N m s/rad", "coulomb": "N m", "stribeck_velocity": "rad/s", "offset": "N m", "armature": "kg m^2"}
 
 
 def joint_result(parameters: dict[str, tuple[float, str]], weak: tuple[str, ...] = ()) -> JointResult:
@@ -29,6 +36,43 @@ def joint_result(parameters: dict[str, tuple[float, str]], weak: tuple[str, ...]
     return JointResult(
         parameters=estimates, verdict=verdict, reason="", samples=9, velocity_range=(-1.0, 1.0), reversals=9
     )
+
+
+def joint(law: str = "auto", **values: float) -> JointResult:
+    """Return what a log says of a joint whose parameters have these values."""
+    return replace(joint_result({name: (value, UNITS.get(name, "1")) for name, value in values.items()}), law=law)
+
+
+def of_joint(own: JointResult, folder: Path, robot: str = "arm") -> tuple[Result, Robot, str]:
+    """Return a result of a robot's first joint alone, the robot, and the joint's name."""
+    machine, _ = robot_of(robot, folder)
+    name = machine.joint_names[0]
+    return replace(found_in(machine, own.law)[0], joints={name: own}, corrections=None), machine, name
+
+
+def robot_of(name: str, folder: Path) -> tuple[Robot, str]:
+    """Return a robot, read from a file in the folder, and its format."""
+    packaged = {"toro": ROBOT_FILE, "arm": PACKAGED / "arm.toml", "biped": PACKAGED / "robot.toml"}
+    packaged["quadruped"] = PACKAGED / "quadruped.toml"
+    path = folder / "robot.toml"
+    if name in packaged:
+        text = packaged[name].read_text().replace('model = "', f'model = "{PACKAGED}/')
+    else:
+        model, keys, _ = MODELS[name]
+        text = f'[robot]\nmodel = "{EXAMPLES / model}"\nbase = "{keys.get("base", "floating")}"\n'
+        if name == "g1":
+            text += "locked = { waist_roll_joint = 0.1, left_wrist_roll_joint = -0.4 }\n"
+    path.write_text(text)
+    return Robot.from_file(path), "mjcf" if name == "toro" else "urdf"
+
+
+def module(path: Path) -> ModuleType:
+    """Import a module that was written, whatever its suffix."""
+    path = path.rename(path.with_suffix(".py"))
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    own = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(own)
+    return own
 
 
 def found_in(robot: Robot, law: str = "coulomb-viscous", seed: int = 0) -> tuple[Result, Robot]:

@@ -11,8 +11,8 @@ import pinocchio as pin
 import pytest
 from tests.arm import URDF, write_arm
 from tests.cli.test_cli import refused, run
-from tests.export.found import FRICTION, found_in, joint_result
-from tests.export.test_export import read_again, robot_of
+from tests.export.found import FRICTION, found_in, joint_result, robot_of
+from tests.export.test_models import read_again
 from tests.identification.whole_log.logs import TRUTH
 
 from stribeck import Robot, export
@@ -73,7 +73,6 @@ def _same(result: Result) -> Result:
 
 REFUSED: list[tuple[Callable[[Result], Result], str, str, list[str]]] = [
     (_same, "unity", "new.urdf", ["'unity'", "expected mjcf, urdf"]),
-    (_same, "sdf", "new.sdf", ["arm.urdf", "is URDF", "export to mjcf, urdf"]),
     (_same, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
     (_other_joints, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
     (_other_bodies, "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
@@ -100,13 +99,15 @@ def test_what_does_not_fit_is_refused(
     assert (tmp_path / "arm.urdf").read_text() == URDF
 
 
-def test_sdf_and_a_broken_result_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robot, _ = robot_of("cassie", tmp_path)
+def test_another_kind_of_model_and_a_broken_result_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot, _ = robot_of("toro", tmp_path)
     (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
     arguments = ("export", tmp_path / "result.json", "-r", tmp_path / "robot.toml", "--to", "urdf", "-o")
     sentence = refused(capsys, *arguments, tmp_path / "new.urdf")
-    assert "cassie_v2.sdf: is SDF" in sentence
-    assert "export to sdf, " in sentence
+    assert "is MJCF, which 'urdf' does not write again" in sentence
+    assert "export to mjcf, c, " in sentence
     (tmp_path / "result.json").write_text(json.dumps({"schema": 99}))
     assert "schema" in refused(capsys, *arguments, tmp_path / "new.urdf")
 

@@ -8,12 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.arm import URDF, write_arm
-from tests.export.found import FRICTION, found_in, joint_result
-from tests.export.test_export import robot_of
-from tests.export.test_sdf import post
+from tests.export.found import FRICTION, found_in, joint_result, robot_of
 
 from stribeck import Robot, export
-from stribeck.export.drake import NAMESPACE
 from stribeck.export.forms import SPEEDS, nearest, viscous
 
 TRANSMISSIONS = """
@@ -45,7 +42,7 @@ def test_damping_is_the_nearest_and_rotors_stand_in_simple_transmissions(tmp_pat
     assert float(dynamics.attrib["damping"]) == pytest.approx(best, rel=0.01)
     assert any("the nearest to what was found with coulomb 1.2 N m, off by" in line for line in lines)
     rotors = {
-        str(transmission.get("name")): transmission.findall(f"actuator/{{{NAMESPACE}}}rotor_inertia")
+        str(transmission.get("name")): transmission.findall("actuator/{http://drake.mit.edu}rotor_inertia")
         for transmission in root.findall("transmission")
     }
     assert {name: [own.get("value") for own in found] for name, found in rotors.items()} == {
@@ -57,30 +54,18 @@ def test_damping_is_the_nearest_and_rotors_stand_in_simple_transmissions(tmp_pat
 
 @pytest.mark.parametrize("name", ["arm", "panda", "ur5"])
 def test_drake_has_the_inertias_rotors_and_damping(name: str, tmp_path: Path) -> None:
+    pytest.importorskip("pydrake", reason="Drake is not installed: pip install drake")
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
     robot, _ = robot_of(name, tmp_path)
     result, corrected = found_in(robot)
     own = joint_result({**FRICTION, "armature": (ROTOR, "kg m^2")})
     result = replace(result, joints=dict.fromkeys(robot.joint_names, own))
     export(result, robot, tmp_path / "new.urdf", "drake")
-    damping = nearest(result.joints[robot.joint_names[0]], viscous()).numbers["viscous"]
-    assert_drake_has(tmp_path / "new.urdf", corrected, damping, ROTOR)
-
-
-def test_drake_has_the_inertias_and_damping_of_an_sdf(tmp_path: Path) -> None:
-    robot = post(tmp_path)
-    result, corrected = found_in(robot)
-    export(result, robot, tmp_path / "new.sdf", "sdf")
-    assert_drake_has(tmp_path / "new.sdf", corrected, FRICTION["viscous"][0], 0.0)
-
-
-def assert_drake_has(path: Path, robot: Robot, damping: float, rotor: float) -> None:
-    """Compare mass matrices and damping with those of a robot, whose rotors have an inertia beside."""
-    pytest.importorskip("pydrake", reason="Drake is not installed: pip install 'stribeck[targets]'")
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import MultibodyPlant
-
+    damping = nearest(own, viscous()).numbers["viscous"]
     plant = MultibodyPlant(time_step=1e-3)
-    (instance,) = Parser(plant).AddModels(str(path))
+    (instance,) = Parser(plant).AddModels(str(tmp_path / "new.urdf"))
     children = {int(plant.get_joint(joint).child_body().index()) for joint in plant.GetJointIndices(instance)}
     for root in (body for body in plant.GetBodyIndices(instance) if int(body) not in children):  # none named "world"
         plant.WeldFrames(plant.world_frame(), plant.get_body(root).body_frame())
@@ -88,7 +73,7 @@ def assert_drake_has(path: Path, robot: Robot, damping: float, rotor: float) -> 
     joints = [plant.GetJointByName(joint, instance) for joint in robot.joint_names]
     columns = [joint.velocity_start() for joint in joints]
     assert [joint.default_damping() for joint in joints] == pytest.approx([damping] * len(joints), rel=0.01)
-    model, context = robot.tree.model, plant.CreateDefaultContext()
+    model, context = corrected.tree.model, plant.CreateDefaultContext()
     for seed in range(5):
         angles = np.random.default_rng(seed).normal(size=len(joints))
         positions = np.zeros(plant.num_positions())
@@ -96,6 +81,6 @@ def assert_drake_has(path: Path, robot: Robot, damping: float, rotor: float) -> 
         plant.SetPositions(context, positions)
         position = pin.integrate(model, pin.neutral(model), angles)
         expected = pin.crba(model, model.createData(), position)
-        expected = np.triu(expected) + np.triu(expected, 1).T + rotor * np.eye(model.nv)
+        expected = np.triu(expected) + np.triu(expected, 1).T + ROTOR * np.eye(model.nv)
         found = plant.CalcMassMatrix(context)[np.ix_(columns, columns)]
         np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from stribeck.export.sharing import possible, share
+from stribeck.export.links import possible, share
 from stribeck.inertial_parameters import pseudo_inertia
 
 

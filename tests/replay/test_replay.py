@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.cli.test_cli import refused, run
-from tests.export.test_export import robot_of
+from tests.export.found import robot_of
 
 from stribeck import Robot, Settings
 from stribeck.errors import RobotFileError

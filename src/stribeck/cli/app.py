@@ -49,10 +49,7 @@ SetOption = Annotated[
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
 METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
-FORMATS = (
-    *("mjcf", "urdf", "sdf", "drake", "c", "python", "yaml", "table"),
-    *("isaaclab", "physx", "newton", "genesis", "pinocchio"),
-)
+FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "pinocchio")
 ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
 FromOption = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use each LOG from here on.")]
 ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use each LOG up to here.")]
@@ -211,7 +208,7 @@ def export(
     joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
     include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
-    friction: Annotated[str | None, typer.Option(help="Form in MJCF, plain or lugre; what loses least.")] = None,
+    friction: Annotated[str | None, typer.Option(help="Form: plain or lugre (mjcf), all or plain (yaml).")] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""An XML document that is changed here and there and otherwise stays as it was, comments and all."""
+"""An XML document that changes in places and otherwise stays as it was, comments and all."""
 
 import os
 import re
@@ -9,27 +9,29 @@ from xml.dom.minidom import Document, Element, Text, parse
 from stribeck.robot.xml_file import read_xml
 from stribeck.typing import Array
 
-_NOT_IN_COMMENTS = re.compile("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that no XML may hold, and line ends."""
-
 
 def read_document(path: Path) -> tuple[Document, Element]:
-    """Return the document of a file, and its root element.
+    """Read the document of a file, and return its root element, too.
 
     Raises
     ------
     RobotFileError
         If it is not well-formed.
     """
-    read_xml(path)  # which refuses what is no file, too deep, or defines entities
+    read_xml(path)  # refuses a missing file, deep nesting, and entities
     document = parse(str(path))  # nosec B318
+    return document, root_of(document)
+
+
+def root_of(document: Document) -> Element:
+    """Return the root element of a document."""
     assert document.documentElement is not None
-    return document, document.documentElement
+    return document.documentElement
 
 
 def document_text(document: Document, comment: Iterable[str]) -> str:
-    """Return the text of a document with a comment at its head, a line each."""
-    lines = [_NOT_IN_COMMENTS.sub(" ", line) for line in comment]
+    """Return the text of a document below a comment of some lines."""
+    lines = [re.sub("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", line) for line in comment]  # not in XML
     lines = [re.sub("-(?=-)", "- ", line) for line in lines]  # no comment may hold two hyphens in a row
     head = ["<!--", *(f"  {line}" for line in lines), "-->"]
     parts = (node.toxml() for node in document.childNodes)
@@ -42,18 +44,21 @@ def children(parent: Element, tag: str) -> list[Element]:
 
 
 def child(parent: Element, tag: str) -> Element:
-    """Return the first direct child of a tag; it is made, before the others, where there is none."""
-    there = children(parent, tag)
-    return there[0] if there else _new_child(parent, tag)
-
-
-def _new_child(parent: Element, tag: str) -> Element:
-    document, first = parent.ownerDocument, parent.firstChild
-    assert document is not None
-    new = document.createElement(tag)
-    parent.insertBefore(new, first)
+    """Return the first direct child of a tag; if there is none, insert one before the others."""
+    if there := children(parent, tag):
+        return there[0]
+    first = parent.firstChild
+    new = parent.insertBefore(_document(parent).createElement(tag), first)
     if isinstance(first, Text) and not first.data.strip():
-        parent.insertBefore(document.createTextNode(first.data), new)
+        parent.insertBefore(_document(parent).createTextNode(first.data), new)
+    return new
+
+
+def add(parent: Element, tag: str, **attributes: str) -> Element:
+    """Append a new child."""
+    new = parent.appendChild(_document(parent).createElement(tag))
+    for name, value in attributes.items():
+        new.setAttribute(name, value)
     return new
 
 
@@ -70,22 +75,13 @@ def set_numbers(element: Element, **attributes: float | Array) -> None:
         element.setAttribute(name, " ".join(map(repr, numbers)))
 
 
-def set_text(element: Element, *values: float | str) -> None:
-    """Let an element hold a text: words as they are, and numbers with all their digits."""
-    document = element.ownerDocument
-    assert document is not None
-    while element.firstChild is not None:
-        element.removeChild(element.firstChild)
-    element.appendChild(document.createTextNode(" ".join(map(str, values))))
-
-
-def text_of(element: Element) -> str:
-    """Return the text that an element holds."""
-    return "".join(node.data for node in element.childNodes if isinstance(node, Text)).strip()
-
-
 def moved(path: str, source: Path, target: Path) -> str:
     """Return a path that leads from the folder `target` to where it led from the folder `source`."""
     if Path(path).is_absolute() or source.resolve() == target.resolve():
         return path
     return Path(os.path.relpath((source / path).resolve(), target.resolve())).as_posix()
+
+
+def _document(element: Element) -> Document:
+    assert element.ownerDocument is not None
+    return element.ownerDocument

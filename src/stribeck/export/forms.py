@@ -5,10 +5,10 @@ form, its numbers c are those of
 
     min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
 
-What remains is a loss that is stated, and no term is dropped.
+The RMS of the remainder is reported, and no term is dropped.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,77 +18,55 @@ from stribeck.errors import SettingsError
 from stribeck.result import JointResult
 from stribeck.typing import Array
 
-SPEEDS, POSITIONS = 40, 64
-"""Speeds in each direction up to the top speed, and positions of the log, that friction is compared at [1]."""
+SPEEDS = 40
+"""Speeds in each direction, up to the top speed, at which friction is compared."""
 
-SLOWEST, SLOW_SPEEDS = 1e-3, 100
-"""Slowest speed over the top speed [1], and speeds in each direction [1], that the torque at rest is sought at."""
-
-GOLDEN = 0.5 * (5**0.5 - 1)
-"""Multiples of it, less whole numbers, fill a range evenly, however often a ripple repeats in it (Weyl 1916)."""
-
-OF_POSITION = ("coulomb_cosine", "coulomb_sine", "ripple_cosine", "ripple_sine")
+SLOW_SPEEDS = 100
+"""Speeds in each direction, down to a thousandth of the top speed, at which the torque at rest is sought."""
 
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """Friction as a sum of functions of velocity and load, whose coefficients are not negative.
+    """Friction as a sum of functions of velocity, whose coefficients are not negative.
 
     Attributes
     ----------
-    words
-        Number -> the target's own word, of what it has a place for: coefficients, "static", the torque that holds at
-        rest, "stribeck_velocity", "bristle_stiffness", "bristle_damping", and "armature".
     numbers
-        Names of the coefficients.
-    columns
-        The functions, shape (N, k), from velocities and loads, shape (N,), and the parameters found by name.
-    of_law
-        Parameters of laws that the form has too: no others are projected.
+        Names of the coefficients: "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v).
+    words
+        Number -> the target's word, for each number that the target has a place for: coefficients, "static", the
+        torque that holds at rest, "stribeck_velocity", "bristle_stiffness", "bristle_damping", and "armature".
     """
 
-    words: Mapping[str, str]
     numbers: tuple[str, ...]
-    columns: Callable[[Array, Array, Mapping[str, float]], Array]
-    of_law: frozenset[str]
+    words: Mapping[str, str]
 
+    @property
+    def of_law(self) -> set[str]:
+        """Parameters of friction laws that the form has, too; all others are projected."""
+        height = {"stribeck_gain", "stribeck_velocity"} if "stribeck" in self.numbers else set()
+        return {*self.numbers} - {"stribeck"} | height
 
-def _viscous(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
-    return velocity[:, None]
-
-
-def _plain(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:  # noqa: ARG001 - the same for all forms
-    return np.column_stack([np.sign(velocity), velocity])
-
-
-def _stribeck(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
-    rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
-    return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * rise])
-
-
-def _loaded(velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
-    return np.column_stack([_plain(velocity, load, found), np.sign(velocity) * np.abs(load)])
+    def columns(self, velocity: Array, found: Mapping[str, float]) -> Array:
+        """Compute the functions, shape (N, k), of velocities, shape (N,), and of the parameters found, by name."""
+        rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
+        columns = {"viscous": velocity, "coulomb": np.sign(velocity), "stribeck": np.sign(velocity) * rise}
+        return np.column_stack([columns[name] for name in self.numbers])
 
 
 def viscous(**words: str) -> Form:
-    """Return the form Fv v."""
-    return Form(words, ("viscous",), _viscous, frozenset({"viscous"}))
+    """Make the form Fv v."""
+    return Form(("viscous",), words)
 
 
 def plain(**words: str) -> Form:
-    """Return the form Fc sign(v) + Fv v."""
-    return Form(words, ("coulomb", "viscous"), _plain, frozenset({"coulomb", "viscous"}))
+    """Make the form Fc sign(v) + Fv v."""
+    return Form(("coulomb", "viscous"), words)
 
 
 def stribeck(**words: str) -> Form:
-    """Return the form Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
-    of_law = frozenset({"coulomb", "viscous", "stribeck_gain", "stribeck_velocity"})
-    return Form(words, ("coulomb", "viscous", "stribeck"), _stribeck, of_law)
-
-
-def loaded(**words: str) -> Form:
-    """Return the form (Fc + mu |load|) sign(v) + Fv v."""
-    return Form(words, ("coulomb", "viscous", "load"), _loaded, frozenset({"coulomb", "viscous", "load"}))
+    """Make the form Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
+    return Form(("coulomb", "viscous", "stribeck"), words)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,27 +76,22 @@ class Nearest:
     Attributes
     ----------
     numbers
-        Its coefficients, "static", the torque that holds at rest, "stribeck_velocity", and, where they are identified,
+        Coefficients, "static", the torque that holds at rest, "stribeck_velocity", and, where they are identified,
         "bristle_stiffness" and "bristle_damping", by name.
     remains, of
-        Root mean square of what the form cannot say, and of the friction found [N m], [N].
+        Root mean square of the friction that the form lacks, and of the friction found [N m], [N].
     """
 
     numbers: dict[str, float]
     remains: float
     of: float
 
-    @property
-    def share(self) -> float:
-        """What remains over the friction found [1]."""
-        return self.remains / self.of if self.of else 0.0
-
 
 def nearest(joint: JointResult, form: Form) -> Nearest:
-    """Return the friction of a form that is nearest to what was found of a joint.
+    """Find the friction of a form that is nearest to the friction found of a joint.
 
-    Compared are speeds up to the curve's top speed in both directions, the loads of the log by their mean and standard
-    deviation, and its positions, where friction depends on these.
+    It compares speeds up to the curve's top speed in both directions, the loads of the log by their mean and standard
+    deviation, and the positions of the log, where friction depends on these.
 
     Raises
     ------
@@ -127,9 +100,8 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
     """
     with np.errstate(all="ignore"):  # numbers that no joint has are refused in the end
         found = {name: parameter.value for name, parameter in joint.parameters.items()}
-        velocity, load, position = _visited(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
-        friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
-        columns = form.columns(velocity, load, found)
+        velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
+        columns = form.columns(velocity, found)
         unit = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         if not np.isfinite(np.append(unit, np.linalg.norm(friction))).all():
             raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
@@ -155,8 +127,7 @@ def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float
 
 def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
     """Return by how much the torque that resists slow motion is above Coulomb friction, mean of both directions."""
-    velocity, load, position = _visited(joint, found, np.geomspace(SLOWEST, 1.0, SLOW_SPEEDS))
-    friction = joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
+    velocity, friction = _resistance(joint, found, np.geomspace(1e-3, 1.0, SLOW_SPEEDS))
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
     levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
     return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
@@ -167,15 +138,19 @@ def top_speed(joint: JointResult) -> float:
     return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
 
 
-def _visited(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array, Array]:
-    """Return velocities, at shares of the top speed in both directions, loads and positions, shape (N,) each."""
+def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array]:
+    """Compute velocities, at shares of the top speed in both directions, and the friction there, shape (N,) each.
+
+    They repeat at loads and positions of the log. Positions are the multiples of the golden ratio, less whole numbers:
+    these fill a range evenly, however often a ripple repeats in it (Weyl 1916).
+    """
     positive = shares * top_speed(joint)
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
     loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
     low, high = joint.position_range or (0.0, 2 * np.pi)
     positions = [low]
-    if any(name in found for name in OF_POSITION):
-        positions = (low + (high - low) * (GOLDEN * np.arange(POSITIONS) % 1)).tolist()
+    if not found.keys().isdisjoint({"coulomb_cosine", "coulomb_sine", "ripple_cosine", "ripple_sine"}):
+        positions = (low + (high - low) * (0.5 * (5**0.5 - 1) * np.arange(64) % 1)).tolist()
     grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
     velocity, load, position = (axis.ravel() for axis in grid)
-    return velocity, load, position
+    return velocity, joint.friction(velocity, load, position=position) - found.get("offset", 0.0)

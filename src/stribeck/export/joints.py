@@ -1,4 +1,4 @@
-"""What a result says of each joint, in a format's own words, and what the format cannot say."""
+"""The friction found of each joint, in a target's words, and what the target has no place for."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -13,22 +13,13 @@ from stribeck.result import JointResult, Result
 from stribeck.result.joint import law_values
 
 BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
-"""Parameter of LuGre -> number of a form that says it."""
+"""Parameter of LuGre -> number of a form that stands for it."""
 
-ALONE = (
-    "offset",
-    "armature",
-    PRESLIDING.name,
-    *BRISTLES,
-    *(parameter.name for terms in SLOW.values() for parameter in terms),
-)
-"""Parameters that no form of friction contains: what pulls by itself, rotors, reversals, what changes slowly."""
+UNSTEADY = ("armature", PRESLIDING.name, *BRISTLES, *(parameter.name for parameter in SLOW["drift"]))
+"""Parameters that are no steady friction: rotors, reversals, and changes in the course of a log."""
 
-WITHOUT_PLACE = ("armature", PRESLIDING.name, *BRISTLES, *(parameter.name for parameter in SLOW["drift"]))
-"""Parameters that steady friction has no place for: rotors, reversals, and what changed in the course of a log."""
-
-SIGNIFICANT = 2
-"""Digits of a standard error that a number is rounded to [1]."""
+FORMLESS = ("offset", *UNSTEADY, *(parameter.name for parameter in SLOW["temperature"]))
+"""Parameters that no form of friction contains."""
 
 Quantity = tuple[float, str]
 """Value and unit."""
@@ -36,18 +27,18 @@ Quantity = tuple[float, str]
 
 @dataclass(frozen=True, kw_only=True)
 class JointTerms:
-    """What a format says of a joint.
+    """The friction and rotor inertia of a joint in a target's file.
 
     Attributes
     ----------
     stated
-        By the format's own word.
+        Quantities by the target's word.
     projected
-        Parameters that its form of friction lacks: it is the nearest to the friction with them.
+        Parameters that the form of friction lacks: its numbers are the nearest to the friction with them.
     remains, of
-        Root mean square of what it cannot say, and of the friction found; None of a joint whose friction it says not.
+        Root mean square of the friction that the form lacks, and of the friction found; None if no friction is stated.
     left_out
-        Parameters that it has no place for.
+        Parameters that the target has no place for.
     note
         On a joint without friction.
     """
@@ -55,7 +46,7 @@ class JointTerms:
     stated: dict[str, Quantity]
     projected: dict[str, Quantity] = field(default_factory=dict)
     remains: Quantity | None = None
-    of: Quantity | None = None
+    of: float = 0.0
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
 
@@ -71,8 +62,8 @@ class JointTerms:
 
     @property
     def share(self) -> float:
-        """What remains over the friction found [1]."""
-        return 0.0 if self.remains is None or not self.of or not self.of[0] else self.remains[0] / self.of[0]
+        """Lost friction divided by the friction found [1]."""
+        return self.remains[0] / self.of if self.remains and self.of else 0.0
 
 
 def joint_terms(
@@ -81,7 +72,7 @@ def joint_terms(
     joints: Collection[str] | None = None,
     include_weak: bool = False,
 ) -> dict[str, JointTerms]:
-    """Return the terms of the joints that the log identified.
+    """Select the terms of the joints that the log identified.
 
     Friction is stated as a whole if it is identified, or Coulomb or viscous friction is, of any direction: the two make
     up for each other's errors. Where none was detectable it is zero. A rotor inertia stands by itself.
@@ -89,18 +80,18 @@ def joint_terms(
     Parameters
     ----------
     result
-        What was found.
+        The result of an identification.
     form
-        Of the format's friction; None if it says all of it.
+        The form of the target's friction; None if the target has all steady friction.
     joints
-        Those that are asked for; all if None.
+        Joints to select; all if None.
     include_weak
-        Whether weak friction and rotor inertias are stated too.
+        Whether weak friction and rotor inertias are stated, too.
 
     Raises
     ------
     SettingsError
-        If a joint is asked for that the result has not.
+        If the result lacks one of `joints`.
     """
     unknown = [name for name in joints or () if name not in result.joints]
     if unknown:
@@ -108,29 +99,26 @@ def joint_terms(
             f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}"
             f"{did_you_mean(unknown[0], result.joints)}"
         )
+    good = ("identified", "weak") if include_weak else ("identified",)
     own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
-    terms = {name: _terms(joint, form, include_weak) for name, joint in own.items()}
+    terms = {name: _terms(joint, form, good) if form else _all_terms(joint, good) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, form: Form | None, include_weak: bool) -> JointTerms:
-    if form is None:
-        return _all_terms(joint, include_weak)
-    there, stated, words = joint.parameters, {}, form.words
-    good = ("identified", "weak") if include_weak else ("identified",)
+def _terms(joint: JointResult, form: Form, good: Collection[str]) -> JointTerms:
+    there, words, rotor = joint.parameters, form.words, {}
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
-        stated[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
+        rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
+    quantities = {name: (found.value, found.unit) for name, found in there.items()}
     left_out = {
-        name: (found.value, found.unit)
-        for name, found in there.items()
-        if name in ALONE and words.get(name) not in stated and (name != "armature" or "armature" not in words)
+        name: own for name, own in quantities.items() if name in FORMLESS and (name != "armature" or name not in words)
     }
     if joint.verdict == "no friction" and joint.curve:
         units = _units(joint.curve[0].unit)
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
-        return JointTerms(stated=zero | stated, left_out=left_out, note=joint.reason)
+        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)
     if not _has_friction(joint, good):
-        return JointTerms(stated=stated, left_out=left_out)
+        return JointTerms(stated=rotor, left_out=left_out)
     unit = joint.curve[0].unit if joint.curve else _unit_of(joint)
     found, units, errors = nearest(joint, form), _units(unit), _errors(joint)
     friction = {
@@ -138,28 +126,24 @@ def _terms(joint: JointResult, form: Form | None, include_weak: bool) -> JointTe
         for name, value in found.numbers.items()
         if name in words
     }
-    left_out = {name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction}
-    projected = {
-        name: (own.value, own.unit) for name, own in there.items() if name not in ALONE and name not in form.of_law
-    }
     return JointTerms(
-        stated=friction | stated,
-        projected=projected,
+        stated=friction | rotor,
+        projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
         remains=(found.remains, unit),
-        of=(found.of, unit),
-        left_out=left_out,
+        of=found.of,
+        left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
     )
 
 
-def _all_terms(joint: JointResult, include_weak: bool) -> JointTerms:
-    """Return all that was found of a joint, rotor and drift apart."""
+def _all_terms(joint: JointResult, good: Collection[str]) -> JointTerms:
+    """Select all steady friction of a joint."""
     quantities = {name: (found.value, found.unit) for name, found in joint.parameters.items()}
-    left_out = {name: own for name, own in quantities.items() if name in WITHOUT_PLACE}
+    left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
     if joint.verdict == "no friction":
         return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
-    if not _has_friction(joint, ("identified", "weak") if include_weak else ("identified",)):
+    if not _has_friction(joint, good):
         return JointTerms(stated={})
-    return JointTerms(stated={n: own for n, own in quantities.items() if n not in WITHOUT_PLACE}, left_out=left_out)
+    return JointTerms(stated={n: own for n, own in quantities.items() if n not in UNSTEADY}, left_out=left_out)
 
 
 def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
@@ -176,17 +160,11 @@ def _unit_of(joint: JointResult) -> str:
 
 
 def _units(torque: str) -> dict[str, str]:
-    """Return the units of a form's numbers, given the one of the joint's friction."""
+    """Return the units of a form's numbers, given the unit of the joint's friction."""
     viscous, speed = ("N s/m", "m/s") if torque == "N" else ("N m s/rad", "rad/s")
-    return {
-        "coulomb": torque,
-        "static": torque,
-        "viscous": viscous,
-        "stribeck_velocity": speed,
-        "load": "1",
-        "bristle_stiffness": "N/m" if torque == "N" else "N m/rad",
-        "bristle_damping": viscous,
-    }
+    stiffness = "N/m" if torque == "N" else "N m/rad"
+    units = {"coulomb": torque, "static": torque, "viscous": viscous, "stribeck_velocity": speed}
+    return units | {"bristle_stiffness": stiffness, "bristle_damping": viscous}
 
 
 def _errors(joint: JointResult) -> dict[str, float]:
@@ -199,10 +177,10 @@ def _errors(joint: JointResult) -> dict[str, float]:
 
 
 def _rounded(value: float, error: float) -> float:
-    """Return a value with as many digits as its standard error supports."""
+    """Round a value to two digits of its standard error, or to six digits if that is unknown."""
     if not np.isfinite(error) or error <= 0:
         return float(f"{value:.6g}")
-    return round(value, SIGNIFICANT - 1 - int(np.floor(np.log10(error))))
+    return round(value, 1 - int(np.floor(np.log10(error))))
 
 
 def listed(quantities: Mapping[str, Quantity]) -> str:

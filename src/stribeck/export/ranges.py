@@ -4,7 +4,6 @@ They hold 95 % of the robots that the log cannot tell apart (`stribeck.export.sa
 that trade places, as Coulomb and viscous friction do, vary less together than a box of ranges allows.
 """
 
-import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,12 +14,6 @@ from stribeck.export.joints import JointTerms, joint_terms
 from stribeck.export.samples import drawn
 from stribeck.result import JointResult, Result
 from stribeck.typing import Array
-
-DRAWS = 200
-"""Robots that ranges are taken from."""
-
-COVERED = (0.025, 0.975)
-"""Quantiles at the ends of a range."""
 
 Range = tuple[float, float]
 """Lowest and highest value."""
@@ -65,7 +58,7 @@ def joint_ranges(
         If a joint is asked for that the result has not.
     """
     found = joint_terms(result, form, joints, include_weak)
-    draws = [joint_terms(each, form, found, include_weak) for each in drawn(result, DRAWS)]
+    draws = [joint_terms(each, form, found, include_weak) for each in drawn(result, 200)]
     return {
         name: _ranges(result.joints[name], terms, [each[name] for each in draws], form) for name, terms in found.items()
     }
@@ -104,10 +97,5 @@ def _of_friction(
 
 
 def _range(values: Array) -> Range:
-    low, high = np.quantile(values, COVERED)
+    low, high = np.quantile(values, (0.025, 0.975))
     return float(f"{low:.4g}"), float(f"{high:.4g}")
-
-
-def ranges_json(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
-    """Return a file with the lowest and highest value of each number, by joint and the target's own word."""
-    return json.dumps({"about": lines, "joints": {name: own.numbers for name, own in joints.items()}}, indent=2) + "\n"

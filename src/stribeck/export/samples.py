@@ -11,6 +11,9 @@ from stribeck.inertial_parameters import inertia_of_shape, pseudo_inertia, shape
 from stribeck.result import BODY_COORDINATES, BodyCorrection, JointResult, ParameterEstimate, Result
 from stribeck.typing import Array
 
+LARGEST = 3.0
+"""Largest change of a scale's logarithm [1]: a log that does not show a scale is no reason for an absurd one."""
+
 
 def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
     """Yield so many results, each with parameters and inertias as they may be in truth.
@@ -73,10 +76,6 @@ def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) 
         low, high = (own.lower, own.upper) if own else (0.0, np.inf)  # a rotor inertia
         parameters[name] = replace(found, value=float(np.clip(value, low, high)))
     return replace(joint, parameters=parameters)
-
-
-LARGEST = 3.0
-"""Change of a scale's logarithm at most [1]: a log that does not show a scale is no reason for an absurd one."""
 
 
 def _drawn_body(name: str, body: BodyCorrection, off: Mapping[str, float]) -> BodyCorrection:

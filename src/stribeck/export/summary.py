@@ -11,7 +11,7 @@ from stribeck.robot import Robot
 
 
 def summary(
-    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], mended: list[str]
+    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], impossible: list[str]
 ) -> list[str]:
     """Return the lines.
 
@@ -23,7 +23,7 @@ def summary(
         What is written.
     joints
         What it says of each joint.
-    mended
+    impossible
         Joints whose body was found to be impossible.
     """
     paths = result.log.path if isinstance(result.log.path, list) else [result.log.path]
@@ -37,9 +37,9 @@ def summary(
         lines.append(f"Inertias are changed of what these joints carry: {', '.join(corrections.bodies)}.")
     elif corrections and corrections.bodies:
         lines.append(f"Corrected inertias have no place here: {', '.join(corrections.bodies)}.")
-    if mended:
+    if impossible:
         lines.append(
-            f"No body has the inertia found for these, so they have the nearest possible: {', '.join(mended)}."
+            f"No body has the inertia found for these, so they have the nearest possible: {', '.join(impossible)}."
         )
     lines += [f"Joint {name}: {terms}." for name, terms in joints.items()]
     warm = {name: result.joints[name].mean_temperature for name in joints}

@@ -4,9 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import pinocchio as pin
+
 from stribeck.export.forms import Form
 from stribeck.export.joints import JointTerms
-from stribeck.export.links import LinkInertia
 from stribeck.export.ranges import JointRanges
 from stribeck.result import Result
 from stribeck.robot import Robot
@@ -14,29 +15,29 @@ from stribeck.robot import Robot
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Request:
-    """What is to be written.
+    """The content of an export.
 
     Attributes
     ----------
     result, robot
-        What was found, of which robot.
+        The result of an identification, and its robot.
     joints
-        What the target says of each joint.
+        Terms that the target states, by joint.
     form
         Name of the form of their friction.
     links
         New inertias by link; none unless the target writes the robot's model.
     lines
-        The file's head: what was found, projected and lost.
+        The file's head: quantities found, projected and lost.
     folder
-        That the file will lie in, as paths of meshes are relative.
+        Folder of the file, as paths of meshes are relative.
     """
 
     result: Result
     robot: Robot
     joints: Mapping[str, JointTerms]
     form: str
-    links: Mapping[str, LinkInertia]
+    links: Mapping[str, pin.Inertia]
     lines: list[str]
     folder: Path
 
@@ -50,27 +51,24 @@ class Request:
 class Target:
     """A target of `stribeck export --to`.
 
-    To add one: write `export/<name>.py` with a `TARGET`, add it to `TARGETS` in `export/write.py` and to `FORMATS` in
-    `cli/app.py`, and its row to the table in docs/export.md.
+    To add one: write a function that returns the file's text, add its `Target` to `TARGETS` in `export/targets.py`
+    and its name to `FORMATS` in `cli/app.py`, and its row to the table in docs/export.md.
 
     Attributes
     ----------
-    title
-        What it is for, a few words.
     forms
-        Of its friction, by name; the first is taken where others lose as much. None says all of it.
+        Forms of its friction by name; the first is taken where others lose as much. None has all steady friction.
     suffix
-        Of its files.
+        Suffix of its files.
     text
-        Return the file's text.
+        Returns the file's text.
     models
         Kinds of robot models that it writes again, with their inertias; none if it writes another kind of file.
     ranges
-        Return the text of a file of ranges, from the lines of its head and the ranges of the first form; None if
-        nobody draws robots there.
+        Returns the text of a file of ranges, from the lines of its head and the ranges of the form "plain"; None if
+        the target has no use for ranges.
     """
 
-    title: str
     forms: Mapping[str, Form | None]
     suffix: str
     text: Callable[[Request], str]

@@ -1,52 +1,26 @@
-"""Writes what was found as a simulator or a controller reads it: a robot's model again, or a file of its own kind."""
+"""Writes the friction that was found for a simulator or a controller: a robot's model again, or another file."""
 
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
+import pinocchio as pin
+
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
-from stribeck.export import (
-    c_header,
-    drake,
-    genesis,
-    isaaclab,
-    mjcf,
-    newton,
-    physx,
-    pinocchio_module,
-    python_module,
-    sdf,
-    table,
-    urdf,
-    yaml_file,
-)
 from stribeck.export.joints import JointTerms, joint_terms
-from stribeck.export.links import LinkInertia, corrected_links
+from stribeck.export.links import corrected_links
 from stribeck.export.ranges import joint_ranges
 from stribeck.export.samples import drawn
 from stribeck.export.summary import summary
 from stribeck.export.target import Request, Target
+from stribeck.export.targets import TARGETS
 from stribeck.outputs import staged_folder, whole_or_not_at_all
 from stribeck.result import Corrections, Result, read_result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of, load_model
 
-TARGETS: dict[str, Target] = {
-    "mjcf": mjcf.TARGET,
-    "urdf": urdf.TARGET,
-    "sdf": sdf.TARGET,
-    "drake": drake.TARGET,
-    "c": c_header.TARGET,
-    "python": python_module.TARGET,
-    "yaml": yaml_file.TARGET,
-    "table": table.TARGET,
-    "isaaclab": isaaclab.TARGET,
-    "physx": physx.TARGET,
-    "newton": newton.TARGET,
-    "genesis": genesis.TARGET,
-    "pinocchio": pinocchio_module.TARGET,
-}
-"""As typed after `--to` -> target."""
+MOST_SAMPLES = 100_000
+"""Files that `export_samples` writes to one folder."""
 
 
 def export(
@@ -75,8 +49,8 @@ def export(
     path
         The file to write, whole or not at all.
     target
-        One of `TARGETS`; "urdf", "sdf", "drake" and "mjcf" write the robot's model again, which must be of that
-        format; "mjcf" also takes a URDF, and "drake" does.
+        One of `TARGETS`; "urdf", "drake" and "mjcf" write the robot's model again, which must be a URDF, or an MJCF
+        for "mjcf".
     joints
         Those whose friction is written; all if None.
     include_weak
@@ -84,8 +58,8 @@ def export(
     strict
         Whether to refuse a target that cannot say all of the friction.
     friction
-        Form of the friction, of targets that know several ("plain" or "lugre" of MJCF); the one that loses least if
-        None.
+        Form of the friction, for targets with several ("plain" or "lugre" of MJCF, "all" or "plain" of YAML); the one
+        that loses least if None.
 
     Returns
     -------
@@ -161,16 +135,15 @@ def export_samples(
     ['000.urdf', '001.urdf']
     """
     result, robot = _read(result, robot)
-    if count < 1:
-        raise SettingsError(f"export: {count} samples are asked for; expected one or more")
-    if target in TARGETS and friction is None:  # the same in all
+    if not 1 <= count <= MOST_SAMPLES:
+        raise SettingsError(f"export: {count} samples are asked for; expected 1 to {MOST_SAMPLES:,}")
+    _text(result, robot, Path(folder), target, joints, include_weak, False, friction)  # which refuses what is wrong
+    if friction is None:  # the same in all
         friction, _ = _least_lost(result, TARGETS[target], None, joints, include_weak)
-    suffix = TARGETS[target].suffix if target in TARGETS else ""
-    paths = [Path(folder) / f"{k:03d}{suffix}" for k in range(count)]
-    draws = zip(paths, drawn(result, count, seed), strict=True)
-    texts = [_text(each, robot, path, target, joints, include_weak, False, friction)[0] for path, each in draws]
+    paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
-        for path, text in zip(paths, texts, strict=True):
+        for path, each in zip(paths, drawn(result, count, seed), strict=True):
+            text, _ = _text(each, robot, path, target, joints, include_weak, False, friction)
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -192,7 +165,7 @@ def export_ranges(
     Parameters
     ----------
     path
-        The file to write, whole or not at all: a Python module for "mjcf" and "isaaclab", JSON for others.
+        The file to write, whole or not at all: a Python module for "mjcf" and "isaaclab", or YAML.
     result, robot, target, joints, include_weak
         As of `export`; targets are those that have `ranges`.
 
@@ -215,13 +188,13 @@ def export_ranges(
     Joint slide
     """
     result, robot = _read(result, robot)
-    own = {name: each for name, each in TARGETS.items() if each.ranges}.get(target)
+    own = TARGETS.get(target)
     if own is None or own.ranges is None:
         ranged = [name for name, each in TARGETS.items() if each.ranges]
         raise SettingsError(f"export: ranges are asked for of target '{target}'; expected {_either(ranged)}")
     _check(result, robot, Path(path))
-    form = next(iter(own.forms.values()))
-    assert form is not None  # of targets that have ranges
+    form = own.forms["plain"]
+    assert form is not None
     found = joint_ranges(result, form, joints, include_weak)
     if not found:
         raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} has a place for")
@@ -256,12 +229,12 @@ def _text(
     _refuse_other_models(robot, target)
     _check(result, robot, path)
     form, terms = _least_lost(result, own, friction, joints, include_weak)
-    links: dict[str, LinkInertia] = {}
-    mended: list[str] = []
+    links: dict[str, pin.Inertia] = {}
+    impossible: list[str] = []
     if own.models:
         file, _ = load_model(Path(robot.model_path), robot.base)
         corrections = result.corrections or Corrections(chi_square=0.0)
-        links, mended = corrected_links(file, robot.tree.model, corrections, robot.model_path)
+        links, impossible = corrected_links(file, robot.tree.model, corrections, robot.model_path)
     if not links and not terms:
         raise NothingIdentifiedError(
             f"export: the result has neither corrected inertias nor an identified friction that {target.upper()} has a "
@@ -269,7 +242,7 @@ def _text(
         )
     if strict:
         _refuse_losses(terms, target)
-    lines = summary(result, robot, own, terms, mended)
+    lines = summary(result, robot, own, terms, impossible)
     request = Request(result=result, robot=robot, joints=terms, form=form, links=links, lines=lines, folder=path.parent)
     return own.text(request), lines
 

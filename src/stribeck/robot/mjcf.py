@@ -90,7 +90,7 @@ def _refuse_pipes(xml: XmlFile, element: Element, folders: list[Path]) -> None:
 
 
 @contextmanager
-def _quiet_mujoco() -> Iterator[None]:
+def quiet_mujoco() -> Iterator[None]:
     """Keep MuJoCo's warnings from becoming Python's, and from a MUJOCO_LOG.TXT in the working folder.
 
     What they are about, masses too small to simulate and NaN in the file, is found and said by the checks here.
@@ -105,7 +105,7 @@ def _quiet_mujoco() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-@_quiet_mujoco()
+@quiet_mujoco()
 def check_mjcf(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
     """Compare joints, mass and inertia matrix with those that MuJoCo reads, and collect warnings.
 
@@ -183,7 +183,7 @@ def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> l
     return [f"{path.name}: {compiled.neq} equality constraint(s) are left out: the tree alone is modelled{cure}"]
 
 
-@_quiet_mujoco()
+@quiet_mujoco()
 def compile_mjcf(path: Path) -> mujoco.MjModel:
     """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia.
 

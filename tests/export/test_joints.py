@@ -1,5 +1,6 @@
 """The nearest friction of a form: the friction itself where the form has all of it, else no other is nearer."""
 
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,22 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.export.found import found_in, joint_result
-from tests.export.test_export import robot_of
+from tests.export.found import FRICTION, found_in, joint, joint_result, robot_of
+from tests.export.test_models import assert_same_dynamics, compiled, read_again
 
 from stribeck import export
 from stribeck.errors import SettingsError
-from stribeck.export.forms import Form, loaded, nearest, plain, stribeck
+from stribeck.export.forms import Form, nearest, plain, stribeck
 from stribeck.export.joints import joint_terms
-from stribeck.result import JointResult
+from stribeck.result import CurvePoint
 
-PLAIN, STRIBECK, LOADED = plain(), stribeck(), loaded()
+PLAIN, STRIBECK = plain(), stribeck()
 SIZES = st.floats(0.01, 10.0)
-LAW = {"viscous": "N m s/rad", "coulomb": "N m", "stribeck_gain": "1", "stribeck_velocity": "rad/s", "offset": "N m"}
-
-
-def joint(law: str = "auto", **values: float) -> JointResult:
-    return replace(joint_result({name: (value, LAW.get(name, "1")) for name, value in values.items()}), law=law)
 
 
 @given(SIZES, SIZES, st.floats(-3.0, 3.0))
@@ -40,9 +36,9 @@ def test_a_stribeck_effect_is_said_as_it_is_or_by_the_nearest(
     effect = joint(coulomb=coulomb, viscous=viscous, stribeck_gain=S, stribeck_velocity=vs, offset=0.0)
     found = nearest(effect, STRIBECK)
     assert found.numbers["stribeck"] == pytest.approx(coulomb * S)
-    assert found.share == pytest.approx(0.0, abs=1e-9)
+    assert found.remains / found.of == pytest.approx(0.0, abs=1e-9)
     other = nearest(effect, PLAIN)
-    assert 0 < other.share < 1
+    assert 0 < other.remains / other.of < 1
     speeds = np.linspace(-1.0, 1.0, 2001)
     friction = effect.friction(speeds)
 
@@ -56,7 +52,7 @@ def test_a_stribeck_effect_is_said_as_it_is_or_by_the_nearest(
 
 def test_load_is_said_as_it_is_or_at_the_loads_of_the_log() -> None:
     carrying = replace(joint(coulomb=1.0, viscous=0.1, load=0.2, offset=0.0), mean_load=5.0, load_deviation=2.0)
-    assert [nearest(carrying, LOADED).numbers[name] for name in LOADED.numbers] == pytest.approx([1.0, 0.1, 0.2])
+
     found = nearest(carrying, PLAIN)
     assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([2.0, 0.1])
     assert found.remains == pytest.approx(0.4)  # the friction of a standard deviation of the load
@@ -74,7 +70,7 @@ def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, 
     assert form is None or terms.share == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("form", [PLAIN, STRIBECK, LOADED])
+@pytest.mark.parametrize("form", [PLAIN, STRIBECK])
 def test_what_repeats_every_turn_remains(form: Form) -> None:
     ripple = replace(
         joint(coulomb=1.0, viscous=0.1, ripple_cosine=0.3, ripple_sine=0.4, offset=0.0), ripple_per_turn=100.0
@@ -89,7 +85,7 @@ def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
     narrow = replace(over, mean_direction=(float(np.cos(0.8)), float(np.sin(0.8))), position_range=(0.75, 0.85))
     found = nearest(narrow, PLAIN)
     assert found.numbers["coulomb"] == pytest.approx(0.4, abs=0.02)
-    assert found.share < 0.5
+    assert found.remains / found.of < 0.5
     assert narrow.friction(1.0, position=3.0) == narrow.friction(1.0, position=0.85)
 
 
@@ -122,3 +118,71 @@ def test_numbers_have_the_digits_that_their_errors_support(tmp_path: Path) -> No
     result = replace(found_in(robot)[0], joints={robot.joint_names[0]: sharp}, corrections=None)
     export(result, robot, tmp_path / "new.urdf", "urdf")
     assert 'friction="1.235" damping="0.123"' in (tmp_path / "new.urdf").read_text()
+
+
+def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: Path) -> None:
+    robot, _ = robot_of("arm", tmp_path)
+    names = robot.joint_names
+    told = {
+        names[0]: joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=("viscous",)),
+        names[1]: joint_result(FRICTION, weak=("viscous", "coulomb")),
+        names[2]: joint_result({}),
+    }
+    result = replace(found_in(robot)[0], joints=told, corrections=None)
+    lines = export(result, robot, tmp_path / "new.urdf", "urdf")
+    joints = {joint.get("name"): joint for joint in ET.parse(tmp_path / "new.urdf").getroot().iter("joint")}
+    before = {joint.get("name"): joint for joint in ET.parse(robot.model_path).getroot().iter("joint")}
+    dynamics = joints[names[0]].find("dynamics")
+    assert dynamics is not None
+    assert dynamics.attrib == {"friction": "1.2", "damping": "0.3"}
+    for name in names[1:]:
+        assert ET.tostring(joints[name]) == ET.tostring(before[name])
+    text = (tmp_path / "new.urdf").read_text()
+    assert all(line.replace("--", "- -") in text for line in lines)
+    assert (
+        f"Joint {names[0]}: friction 1.2 N m, damping 0.3 N m s/rad; no place here for offset -0.4 N m, "
+        "armature 0.05 kg m^2." in text
+    )
+    assert f"keep what the model said: {names[1]}, {names[2]}." in text
+    assert_same_dynamics(robot, read_again(robot, tmp_path / "new.urdf"), 1e-15)
+
+
+def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tmp_path: Path) -> None:
+    robot, _ = robot_of("arm", tmp_path)
+    points = [
+        CurvePoint(velocity=speed, value=0.0, standard_error=0.1, interval_95=(0.0, 0.2), unit="N m")
+        for speed in (0.1, 0.5, 1.0)
+    ]
+    none = replace(
+        joint_result({"offset": (0.1, "N m")}),
+        verdict="no friction",
+        reason="no friction detectable, below 0.2 N m",
+        curve=tuple(points),
+    )
+    result = replace(found_in(robot)[0], joints={robot.joint_names[0]: none}, corrections=None)
+    export(result, robot, tmp_path / "new.urdf", "urdf")
+    dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{robot.joint_names[0]}']/dynamics")
+    assert dynamics is not None
+    assert dynamics.attrib == {"friction": "0.0", "damping": "0.0"}
+    told = f"Joint {robot.joint_names[0]}: friction 0 N m, damping 0 N m s/rad (no friction detectable, below 0.2 N m);"
+    assert told in (tmp_path / "new.urdf").read_text()
+
+
+def test_of_two_directions_models_get_the_mean(tmp_path: Path) -> None:
+    robot, _ = robot_of("toro", tmp_path)
+    names = robot.joint_names
+    levels = {"viscous_positive": 0.2, "viscous_negative": 0.4, "coulomb_positive": 1.5, "coulomb_negative": 0.5}
+    told = {
+        names[0]: joint_result({name: (value, "N m") for name, value in levels.items()}),
+        names[1]: joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=tuple(FRICTION)),
+    }
+    result = replace(found_in(robot, "asymmetric")[0], joints=told)
+    export(result, robot, tmp_path / "new.xml", "mjcf")
+    model = compiled(tmp_path / "new.xml")
+    first, second = (model.joint(name).dofadr[0] for name in names[:2])
+    assert model.dof_frictionloss[first] == pytest.approx(1.0)
+    assert model.dof_damping.reshape(model.nv, -1)[first, 0] == pytest.approx(0.3)
+    assert model.dof_frictionloss[second] == 0.0
+    assert model.dof_armature[second] == pytest.approx(0.05)
+    told_in_words = "the nearest to what was found with viscous_positive 0.2 N m, viscous_negative 0.4 N m"
+    assert told_in_words in (tmp_path / "new.xml").read_text()
