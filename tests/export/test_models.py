@@ -13,7 +13,7 @@ from stribeck import Robot, export
 STEP = 2e-4
 """Of simulations [s]."""
 
-URDFS = ["arm", "biped", "quadruped", "talos", "g1", "go2", "panda", "kinova", "ur5"]
+URDFS = ["arm", "biped", "quadruped", "talos", "g1", "go2", "panda", "kinova", "ur5", "cassie"]
 
 
 def read_again(robot: Robot, model: Path) -> Robot:

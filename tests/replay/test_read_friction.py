@@ -57,7 +57,7 @@ def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_again, result.joints[name].friction(speeds), rtol=1e-3)
 
 
-def test_a_urdf_has_dynamics() -> None:
+def test_urdf_has_dynamics() -> None:
     urdf = read_friction(EXAMPLES / MODELS["panda"][0]).joints
     assert urdf["panda_joint1"] == JointFriction(viscous=0.003)
 
