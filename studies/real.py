@@ -25,7 +25,6 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from statistics import median
 from unittest.mock import patch
 
 from stribeck import cli
@@ -42,8 +41,6 @@ CORRECTIONS = ("none", "inertia", "calibration")
 THIN = ("double-pendulum", "so101", "cassie-landings", "icub-walk")
 """Robots whose first log goes through a few commands in seconds."""
 FORMATS = {".urdf": "urdf", ".xml": "mjcf"}
-WIDTH = 110
-"""Characters of what a command says on stderr that the table shows."""
 
 
 @dataclass(frozen=True)
@@ -62,28 +59,16 @@ class Ran:
         """Whether a user could not act on how it ended."""
         return self.code not in ANSWERS or "Traceback" in self.said
 
-    def line(self) -> str:
-        """Return the row of the table."""
-        found = summary(self.result) if self.result and not self.code else ("", "", "")
-        last = self.said.strip().split("stribeck: ")[-1]  # the sentence; notes stand before it
-        refusal = " ".join(re.sub(r"/\S*/", "", last).split())[:WIDTH]  # files by their names alone
-        cells = [self.log, self.command, str(self.code), f"{self.seconds:.1f}", *found, refusal.replace("|", "/")]
-        return f"| {' | '.join(cells)} |"
-
-
-HEAD = """\
-| log | command | exit | s | identified/weak/none/not excited | held-out rms / without friction | warnings | on stderr |
-|---|---|---:|---:|---|---:|---:|---|"""
-
-
-def summary(path: Path) -> tuple[str, str, str]:
-    """Return the verdicts' counts, the median joint's held-out rms over that of zero friction, and the warnings."""
-    result = json.loads(path.read_text(encoding="utf-8"))
-    verdicts = Counter(joint["verdict"] for joint in result["joints"].values())
-    shown = "/".join(str(verdicts[verdict]) for verdict in ("identified", "weak", "no friction", "not excited"))
-    checks = [joint["validation"] for joint in result["joints"].values() if joint["validation"]]
-    shares = [check["rms"] / check["rms_zero_friction"] for check in checks if check["rms_zero_friction"]]
-    return shown, f"{median(shares):.2f}" if shares else "", str(len(result["warnings"]))
+    def cells(self) -> list[str]:
+        """Make the row of the table: of a result its verdicts, of a refusal its sentence."""
+        said = self.said.strip().split("stribeck: ")[-1]  # the sentence; notes stand before it
+        said = " ".join(re.sub(r"/\S*/", "", said).split())[:110].replace("|", "/")  # files by their names only
+        counts: Counter[str] = Counter()
+        if self.result and not self.code:
+            joints = json.loads(self.result.read_text(encoding="utf-8"))["joints"].values()
+            counts = Counter(joint["verdict"] for joint in joints)
+        verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+        return [self.log, self.command, str(self.code), f"{self.seconds:.1f}", verdicts, said]
 
 
 def run(log: str, words: Sequence[str], shown: str, result: Path | None = None) -> Ran:
@@ -210,10 +195,9 @@ def main(words: Sequence[str] | None = None) -> int:
     if not DATA.is_dir():
         parser.error(f"{DATA} is no folder; set STRIBECK_REAL_LOGS to the folder of the published logs")
     ran = []
-    print(HEAD)
     with tempfile.TemporaryDirectory() as scratch:
         for each in all_runs(DATA, Path(scratch), chosen.only, chosen.thin):
-            print(each.line(), flush=True)
+            print(*each.cells(), sep=" | ", flush=True)
             ran.append(each)
     failures = [each for each in ran if each.failed]
     for each in failures:

@@ -1,7 +1,6 @@
 """Runs the studies: numbers to JSON, figures to SVG, both into the pages."""
 
 import argparse
-import json
 import os
 import sys
 import time
@@ -9,11 +8,9 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 
-from studies.paper import figures, pages, walks
-from studies.paper.study import NUMBERS, ROOT, find_studies, plain
-
-QUICK = ROOT / "build" / "quick"
-"""Folder that quick runs write to."""
+from studies.paper import pages
+from studies.paper.jobs import make_walk, run_study
+from studies.paper.study import find_studies
 
 
 def main(words: list[str]) -> None:
@@ -40,22 +37,6 @@ def do_all(pool: ProcessPoolExecutor, task: Callable[[str, bool], None], names: 
     for future in as_completed(futures):
         future.result()
         print(f"{time.perf_counter() - begun:6.1f} s  {futures[future]}", file=sys.stderr, flush=True)
-
-
-def run_study(name: str, quick: bool) -> None:
-    """Run a study and write its numbers and figures; those of a quick run stay under build/."""
-    study = find_studies()[name]
-    numbers = plain(study.run(quick))
-    path = (QUICK if quick else NUMBERS) / f"{name}.json"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
-    for figure, draw in getattr(study, "drawings", lambda _: {})(numbers).items():
-        figures.save(figure, draw, QUICK if quick else figures.FOLDER)
-
-
-def make_walk(name: str, quick: bool) -> None:
-    """Simulate a walk if it is not at hand."""
-    walks.get_walk(name, quick)
 
 
 if __name__ == "__main__":

@@ -19,10 +19,10 @@ from stribeck_simulation.sensors.profiles import SensorProfile, get_profile
 from studies.markdown import markdown_table, short
 from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
 from studies.paper.study import Numbers
+from studies.paper.swing import JOINTS
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-contact", "legs-contact")
-JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 SWINGS, STANDS = "left_foot", "right_foot"
 """Support on which the right leg swings, and stands."""
 SETTINGS = Settings(standing_legs=True)

@@ -14,10 +14,10 @@ from stribeck.typing import Array
 from studies.markdown import markdown_table
 from studies.paper.estimate import estimate
 from studies.paper.study import Numbers
+from studies.paper.swing import JOINTS
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
-JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 SWINGS = {"left": "right_foot", "right": "left_foot"}
 """Side -> the foot that stands while its leg swings."""
 

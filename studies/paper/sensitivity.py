@@ -17,10 +17,10 @@ from studies.dense import constrained_sample
 from studies.markdown import markdown_table, short
 from studies.paper.estimate import EXACT, Differences, estimate, rms
 from studies.paper.study import Numbers
+from studies.paper.swing import JOINTS
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-ideal",)
-JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 SIDES = ("left", "right")
 STRIDE = 25
 """One of this many samples has its matrices worked out."""
