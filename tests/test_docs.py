@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import runpy
 import shlex
 import tomllib
 from collections.abc import Iterator
@@ -22,13 +23,12 @@ from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
 
 from stribeck import Robot, identify
-from stribeck.audit import channels
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
-from stribeck.finding import FRICTION, Finding
+from stribeck.finding import FRICTION, Finding, catalogue
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
-from stribeck.identification.whole_log.tests_of_fit.findings import SENTENCES, UNCLEAR
+from stribeck.identification.whole_log.tests_of_fit.findings import WORDS
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
 from stribeck.motion.filters import TAKES
@@ -241,18 +241,18 @@ def test_every_field_of_a_result_is_explained() -> None:
         assert {field.name for field in dataclasses.fields(carrier)} - parts <= named
 
 
-def test_every_check_is_explained_with_an_example_and_a_cure() -> None:
-    files = sorted((ROOT / "src/stribeck").rglob("*.py"))
-    named = {name for file in files for name in re.findall(r'check="([\w-]+)"', file.read_text())}
-    named |= {*channels.TEXTS, *(FRICTION + kind for kind in SENTENCES), UNCLEAR, "base-orientation-delay"}
-    page = PAGES["docs/findings.md"]
-    parts = dict(re.findall(r"^### ([\w-]+)\n(.*?)(?=^##|\Z)", page, re.MULTILINE | re.DOTALL))
-    assert len(named) > 40
-    assert set(parts) == named
-    for name, text in parts.items():
-        assert re.search(r"^> .*^Cure: ", text, re.MULTILINE | re.DOTALL), name
-    finding = Finding(check="clock", text="")
-    assert finding.place == "docs/findings.md#clock"
+def test_the_page_of_findings_is_the_catalogues() -> None:
+    assert runpy.run_path(str(DOCS / "extensions/findings.py"))["page"]() == PAGES["docs/findings.md"]
+
+
+def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_an_example() -> None:
+    source = "\n".join(file.read_text() for file in (ROOT / "src/stribeck").rglob("*.py"))
+    entries = {kind: entry for section in catalogue().values() for kind, entry in section.items()}
+    named = {kind for kind in entries if f'"{kind}"' in source} | {FRICTION + kind for kind in (*WORDS, "unclear")}
+    assert set(re.findall(r'Finding\.of\(\s*"([^"]+)"', source)) <= named == set(entries)
+    for kind, entry in entries.items():
+        assert "." in kind or {"explanation", "advice", "example", "text"} <= entry.keys()
+    assert Finding(check="clock", text="").place == "docs/findings.md#clock"
 
 
 def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:

@@ -1,36 +1,36 @@
-"""What was found wrong, or odd, in a log, a robot file or a fit: a sentence, its evidence and its cure."""
+"""Problems found in a log, a robot file or a fit; their messages are in `findings.toml`."""
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-
-NAMED = 6
-"""Logs that a sentence names before it counts the others."""
-
+from functools import cache
+from importlib.resources import files
+from typing import Any, Self
 
 FRICTION = "friction-"
-"""What the names of checks begin with that say so of friction."""
+"""Prefix of the checks whose findings concern the friction itself."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Something that a user should act on.
+    """A problem that a user should act on.
 
     Attributes
     ----------
     check
-        Name of the check that found it: the anchor of its paragraph in docs/findings.md.
+        Name of the check: the anchor of its paragraph in docs/findings.md.
     text
-        What was found, where, and by what evidence.
+        The problem, its place and the evidence.
     cure
-        What mends it, with the line of the robot file where there is one; empty if nothing is known.
+        The remedy, with the line of the robot file if there is one; empty if none is known.
     joints
-        That it is about; none if it is about the log or the robot as a whole.
+        Affected joints; empty if the finding concerns the whole log or robot.
     channel
-        Of the log that is wrong, where it is a single one, e.g. "torque".
+        Channel of the log that is wrong, e.g. "torque"; empty unless it is a single one.
     logs
-        Paths of those that it was found in, where there are several.
+        Paths of the affected logs, if there are several.
     stops
-        Whether it makes every number wrong: `identify` ends, unless it is told to go on.
+        Whether every number would be wrong: `identify` ends, unless `force` is set.
     """
 
     check: str
@@ -41,52 +41,103 @@ class Finding:
     logs: tuple[str, ...] = ()
     stops: bool = False
 
+    @classmethod
+    def of(
+        cls,
+        kind: str,
+        joints: Sequence[str] | Mapping[str, str] = (),
+        *,
+        channel: str = "",
+        stops: bool | None = None,
+        **values: object,
+    ) -> Self:
+        """Make a finding from its entry in the catalogue.
+
+        Parameters
+        ----------
+        kind
+            Name of the check, or "check.variant".
+        joints
+            Affected joints, each with its evidence if a mapping is given; `{joints}` in the template lists them.
+        channel, stops
+            In place of the catalogue's; `stops` is required where the catalogue states a condition.
+        values
+            Values for the fields of the template.
+        """
+        entry = next(entries[kind] for entries in catalogue().values() if kind in entries)
+        channel = channel or entry.get("channel", "")
+        shown = [f"{name}{note}" for name, note in joints.items()] if isinstance(joints, Mapping) else joints
+        text, cure = message(entry, {"joints": listed(shown), "channel": channel, **values})
+        check, _, _ = kind.partition(".")
+        stops = entry.get("stops") is True if stops is None else stops
+        return cls(check=check, text=text, cure=cure, joints=tuple(dict.fromkeys(joints)), channel=channel, stops=stops)
+
     def __str__(self) -> str:
-        """Return the text and the cure in one line."""
+        """Join text and remedy in one line."""
         return f"{self.text}; {self.cure}" if self.cure else self.text
 
     @property
     def on_friction(self) -> bool:
-        """Whether it says that the friction found in its joints is off by more than their intervals say."""
+        """Whether the friction of its joints is off by more than its intervals state."""
         return self.check.startswith(FRICTION)
 
     @property
     def place(self) -> str:
-        """Where the check is explained, with an example."""
+        """Paragraph that explains the check, with an example."""
         return f"docs/findings.md#{self.check}"
 
     @property
     def line(self) -> str:
-        """That line, with its place."""
+        """Text and remedy with the place of the explanation."""
         return f"{self} ({self.place})"
 
 
-def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
-    """Return the findings of logs, given with their paths; one of the same kind in several logs is told once.
+@cache
+def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
+    """Load the entries of findings.toml by section, then by check; a variant's name is "check.variant"."""
+    document = tomllib.loads((files("stribeck") / "findings.toml").read_text(encoding="utf-8"))
+    sections: dict[str, dict[str, dict[str, Any]]] = {}
+    for section, checks in document.items():
+        entries = sections[section] = {}
+        for check, entry in checks.items():
+            variants = {
+                name: entry.pop(name) for name in list(entry) if name != "example" and type(entry[name]) is dict
+            }
+            entries[check] = entry
+            common = {key: entry[key] for key in ("channel", "stops", "text", "remedy") if key in entry}
+            entries |= {f"{check}.{name}": common | own for name, own in variants.items()}
+    return sections
 
-    Those are of one check, channel and joints. Where their evidence differs it is the first log's. The findings of a
-    single log stay as they are.
+
+def message(entry: Mapping[str, Any], values: Mapping[str, object]) -> tuple[str, str]:
+    """Fill values into the text and the remedy of an entry of the catalogue."""
+    return entry["text"].format_map(values), entry.get("remedy", "").format_map(values)
+
+
+def listed(names: Sequence[str]) -> str:
+    """List distinct names, of many the first six."""
+    names = list(dict.fromkeys(names))
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+
+
+def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
+    """Merge the findings of several logs, given with their paths: one per check, channel and joints.
+
+    Where the evidence differs, the first log's is kept. The findings of a single log stay unchanged.
     """
     if len(by_log) == 1:
         return list(by_log[0][1])
     groups: dict[tuple[object, ...], list[tuple[str, Finding]]] = {}
     for path, findings in by_log:
-        for finding in findings:
-            kind = (finding.check, finding.channel, finding.joints, finding.stops)
-            groups.setdefault(kind, []).append((path, finding))
-    return [_of_logs(group) for group in groups.values()]
-
-
-def _of_logs(group: list[tuple[str, Finding]]) -> Finding:
-    """Return one finding for those of one kind."""
-    first = group[0][1]
-    logs = tuple(dict.fromkeys(path for path, _ in group))
-    if all(finding.text == first.text for _, finding in group):
-        return replace(first, text=f"{_listed(logs)}: {first.text}", logs=logs)
-    more = f" (and likewise in {_listed(logs[1:])})" if logs[1:] else ""
-    return replace(first, text=f"{logs[0]}: {first.text}{more}", logs=logs)
-
-
-def _listed(paths: Sequence[str]) -> str:
-    more = f" and {len(paths) - NAMED} more" if len(paths) > NAMED else ""
-    return ", ".join(paths[:NAMED]) + more
+        for each in findings:
+            groups.setdefault((each.check, each.channel, each.joints, each.stops), []).append((path, each))
+    found = []
+    for group in groups.values():
+        first = group[0][1]
+        logs = tuple(dict.fromkeys(path for path, _ in group))
+        if all(each.text == first.text for _, each in group):
+            text = f"{listed(logs)}: {first.text}"
+        else:
+            text = f"{logs[0]}: {first.text}" + (f" (and likewise in {listed(logs[1:])})" if logs[1:] else "")
+        found.append(replace(first, text=text, logs=logs))
+    return found

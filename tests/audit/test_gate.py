@@ -8,8 +8,10 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
-from stribeck import LogError, Robot, Settings, identify, read_result
+from stribeck import LogError, Robot, Settings, identify, inspect_log, read_result
+from stribeck.errors import StribeckError
 from stribeck.finding import Finding, merged
+from stribeck.settings import FilterSettings
 
 
 @pytest.fixture(scope="module")
@@ -94,3 +96,21 @@ def test_inspect_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str])
     (finding,) = document["audit"]
     assert finding["check"] == "torque-scale"
     assert document["findings"] == [f"{finding['text']}; {finding['cure']}"]
+
+
+@pytest.mark.parametrize("rows", [2, 15, 16, 30, 45])
+def test_a_short_log_gives_one_sentence(rows: int, folder: Path, tmp_path: Path) -> None:
+    robot = Robot.from_file(folder / "robot.toml")
+    log = save_npz(arm_log(robot, duration=1.0, rate=1000.0).take(slice(100, 100 + rows)), tmp_path / "short.npz")
+    enough = f"the log has {rows} samples; expected at least 16" if rows < 16 else r"takes 64.*|joint can be identified"
+    for settings in (Settings(), Settings(filter=FilterSettings(kind="savitzky-golay", window=5))):
+        with pytest.raises(StribeckError, match=enough):
+            identify(log, robot, settings)
+
+
+def test_a_window_longer_than_the_log_gives_one_sentence(folder: Path) -> None:
+    log = arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0)
+    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=99999))
+    assert inspect_log(log, folder / "robot.toml", settings).audit == []
+    with pytest.raises(StribeckError, match="no sample is usable"):
+        identify(log, folder / "robot.toml", settings)

@@ -1,4 +1,4 @@
-"""What is checked of a log before friction is fitted: each check a function from evidence to findings."""
+"""Checks of a log before friction is fitted: each check is a function from evidence to findings."""
 
 from stribeck.audit.audit import audit as audit
 from stribeck.audit.audit import audit_or_stop as audit_or_stop

@@ -1,105 +1,68 @@
-"""Channels that are dead, frozen, clipped, or held between fewer values than there are samples."""
+"""Checks of single channels: dead, frozen, clipped, or held for several samples."""
+
+from collections import defaultdict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.audit.cures import listed
 from stribeck.audit.evidence import Evidence
 from stribeck.finding import Finding
 from stribeck.typing import Array
 
-FROZEN = 0.2
-"""[s] for which a channel that changed at every sample before does not change at all."""
 FROZEN_SAMPLES = 20
-ABRUPT = 0.05
-"""Share of the top speed with which a joint comes into a frozen part, or out of it; one that is braked is slower."""
-ABRUPT_IF_COARSE = 0.3
-"""The same of an encoder so coarse that a joint that sticks looks as if it were frozen."""
-FROZEN_IF_COARSE = 2.0
-"""[s] of such an encoder."""
-COARSE = 0.02
-"""Resolution of a position, in steps between samples at top speed."""
-CLIPS, SHORTEST_CLIP = 2, 4
-"""How often a clipped torque stays at an extreme, and for how many samples, at least."""
+"""Fewest samples of a frozen part [1]."""
 CLIPPED = 5e-3
-"""Share of the samples that lie exactly at an extreme."""
+"""Smallest share of the samples that lie exactly at an extreme [1]."""
 ROUNDING = 1e-6
-"""Relative change [1] that the interpolation onto an even clock may make of a constant; encoders resolve more."""
-AROUND_TURNS = 9
-"""Samples [1] around one where a position turns round that must change too if it is noise."""
+"""Relative change of a constant by interpolation onto an even clock [1]; encoders resolve more."""
 HELD_ROWS = 20_000
+"""Samples that are searched for held values [1]."""
 HELD = 0.95
-"""Share of the values that must be held for the same number of samples."""
+"""Share of the values that must be held for the same number of samples [1]."""
 
 
 def check_channels(evidence: Evidence) -> list[Finding]:
-    """Return what the numbers of positions and torques show without a model."""
-    log, robot = evidence.prepared.log, evidence.robot
-    period = evidence.prepared.sampling.period
-    kinds: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    """Report faults of positions and torques that are visible without a model."""
+    log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
+    found: dict[tuple[str, str], dict[str, list[str]]] = defaultdict(dict)
 
-    def add(check: str, channel: str, joint: str, text: str) -> None:
-        kinds.setdefault((check, channel), []).append((joint, text))
+    def add(check: str, channel: str, joint: str, evidence: str) -> None:
+        found[check, channel].setdefault(joint, []).append(evidence)
 
     least, most = log.torque.min(axis=0), log.torque.max(axis=0)
     for number, column in enumerate(robot.torque_controlled.tolist()):
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
         moves = evidence.moves(number)
-        for part in _frozen_positions(position, evidence.prepared.sampling.segments, period) if moves else []:
+        for part in _frozen_positions(position, sampling.segments, sampling.period) if moves else []:
             add("channel-frozen", "position", joint, _between(log.time, part))
         if moves and least[column] == most[column]:
             add("channel-dead", "torque", joint, "")
             continue
-        frozen = _frozen_torques(torque, position, evidence.prepared.sampling.segments, period)
-        for part in frozen:
+        for part in _frozen_torques(torque, position, sampling.segments, sampling.period):
             add("channel-frozen", "torque", joint, _between(log.time, part))
         share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
         if share:
-            add("channel-clipped", "torque", joint, f" ({100 * share:.2g} % of the samples)")
+            add("channel-clipped", "torque", joint, f"{100 * share:.2g} % of the samples")
         for channel, values in (("torque", torque), ("position", position)):
             held = held_for(values[:HELD_ROWS])
             if held:
-                add("channel-held", channel, joint, f" (for {held} samples)")
-    return [_finding(check, channel, found) for (check, channel), found in kinds.items()]
-
-
-TEXTS = {
-    "channel-dead": (
-        "the {0} does not change at all while the joint moves: {1}",
-        "a joint without a torque of its own belongs to [robot] position_controlled",
-    ),
-    "channel-frozen": (
-        "the {0} is frozen while the joint moves: {1}",
-        "leave that part of the log out",
-    ),
-    "channel-clipped": (
-        "the {0} stays exactly at its extreme, as if it were clipped: {1}",
-        "leave such parts out, or let the robot do less",
-    ),
-    "channel-held": (
-        "the {0} is held at one value for several samples: {1}",
-        "log it at the rate that it is measured at",
-    ),
-}
-
-
-def _finding(check: str, channel: str, found: list[tuple[str, str]]) -> Finding:
-    text, cure = TEXTS[check]
-    return Finding(
-        check=check,
-        channel=channel,
-        text=text.format(channel, listed([f"{joint}{evidence}" for joint, evidence in found])),
-        cure=cure,
-        joints=tuple(dict.fromkeys(joint for joint, _ in found)),
-    )
+                add("channel-held", channel, joint, f"for {held} samples")
+    return [
+        Finding.of(
+            check,
+            {joint: f" ({', '.join(parts)})" if any(parts) else "" for joint, parts in joints.items()},
+            channel=channel,
+        )
+        for (check, channel), joints in found.items()
+    ]
 
 
 def _between(time: Array, part: slice) -> str:
-    return f" ({time[part.start]:.2f} to {time[part.stop - 1]:.2f} s)"
+    return f"{time[part.start]:.2f} to {time[part.stop - 1]:.2f} s"
 
 
 def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:
-    """Return the rows of a segment over which a channel keeps exactly one value, at least `shortest` samples long."""
+    """Find parts of segments, at least `shortest` samples long, in which a channel is exactly constant."""
     found: list[slice] = []
     thin = values[:: max(1, shortest // 2)]
     rounding = ROUNDING * float(np.abs(thin).max())
@@ -115,11 +78,15 @@ def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) ->
 
 
 def _shortest(period: float) -> int:
-    return max(FROZEN_SAMPLES, round(FROZEN / period))
+    return max(FROZEN_SAMPLES, round(0.2 / period))  # 0.2 s
 
 
 def _frozen_positions(position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
-    """Return where a joint's position stops at once although the joint was moving: it was not braked."""
+    """Find parts in which a moving joint's position stops abruptly, without braking.
+
+    Entry or exit must be faster than 5 % of the top speed. If the encoder's resolution exceeds 2 % of the steps at top
+    speed, it must be 30 %, and the part 2 s long: a joint that sticks looks frozen to a coarse encoder.
+    """
     parts = constant_parts(position, segments, _shortest(period))
     if not parts:
         return []
@@ -127,8 +94,8 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
     changes = steps[steps > ROUNDING * float(np.abs(position).max())]
     top = float(np.percentile(changes, 99)) if len(changes) else 0.0
     quantum = float(np.percentile(changes, 1)) if len(changes) else 0.0
-    coarse = quantum > COARSE * top
-    least = max(ABRUPT_IF_COARSE * top, 5 * quantum) if coarse else ABRUPT * top
+    coarse = quantum > 0.02 * top
+    least = max(0.3 * top, 5 * quantum) if coarse else 0.05 * top
 
     def fast(rows: slice) -> bool:
         whole = slice(rows.start, min(rows.stop + 1, len(position)))
@@ -139,7 +106,7 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
         return parts
     found = []
     for part in parts:
-        if coarse and (part.stop - part.start) * period < FROZEN_IF_COARSE:
+        if coarse and (part.stop - part.start) * period < 2.0:
             continue
         before, after = slice(max(part.start - 6, 0), max(part.start - 1, 0)), slice(part.stop, part.stop + 5)
         jumps = part.stop <= len(steps) and steps[part.stop - 1] > 10 * top
@@ -149,7 +116,7 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
 
 
 def _flickers(position: Array, parts: list[slice]) -> bool:
-    """Return whether a position has noise at almost every sample, but for some parts, so that these are no rest.
+    """Whether a position has noise at almost every sample outside some parts, which therefore are no rest.
 
     A last digit that changes now and then while a joint rests is no such noise.
     """
@@ -162,12 +129,12 @@ def _flickers(position: Array, parts: list[slice]) -> bool:
         return False
     unchanged = np.abs(steps) <= ROUNDING * float(np.abs(position).max())
     turns = np.append(steps[1:] * steps[:-1] < 0, False)
-    near_turns = np.convolve(turns, np.ones(AROUND_TURNS), "same") > 0.5
+    near_turns = np.convolve(turns, np.ones(9), "same") > 0.5
     return bool(turns.mean() > 0.1 and unchanged.mean() < 0.05 and unchanged[near_turns].mean() < 0.05)
 
 
 def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
-    """Return where a torque that else changes at almost every sample keeps one value, while the joint moves."""
+    """Find parts in which a torque that otherwise changes at almost every sample is constant while the joint moves."""
     parts = constant_parts(torque, segments, _shortest(period))
     if not parts:
         return []
@@ -184,22 +151,17 @@ def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...],
     return [
         part
         for part in parts
-        if np.ptp(position[part]) > 0.02 * reach
-        and (at_extremes < CLIPS or float(torque[part.start]) not in (least, most))
+        if np.ptp(position[part]) > 0.02 * reach and (at_extremes < 2 or float(torque[part.start]) not in (least, most))
     ]
 
 
-def moving(position: Array) -> NDArray[np.bool_]:
-    """Return where a joint is not at rest."""
-    steps = np.abs(np.gradient(position))
-    return np.asarray(steps > 0.01 * np.percentile(steps, 99))
-
-
 def clipped(torque: Array, position: Array, least: float, most: float) -> float:
-    """Return the share of the samples at an extreme if far more lie exactly there than close to it, else 0.
+    """Compute the share of the samples at an extreme, if far more lie exactly there than close to it; else 0.
 
-    At rest a torque may well stay as it is.
+    It must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
     """
+    steps = np.abs(np.gradient(position))
+    moving = steps > 0.01 * np.percentile(steps, 99)
     share = 0.0
     for sign, top in ((1.0, most), (-1.0, -least)):
         if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < CLIPPED / 2:
@@ -212,14 +174,14 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
         levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
         edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))
-        long = np.count_nonzero(edges[1::2] - edges[::2] >= SHORTEST_CLIP)
-        if len(levels) > 4 and long >= CLIPS and count > 5 * near and moving(position)[there].mean() > 0.5:
+        long = np.count_nonzero(edges[1::2] - edges[::2] >= 4)
+        if len(levels) > 4 and long >= 2 and count > 5 * near and moving[there].mean() > 0.5:
             share += count / len(values)
     return share
 
 
 def held_for(values: NDArray[np.float64]) -> int:
-    """Return for how many samples each value of a channel is held, 0 if they differ in that or change at each."""
+    """Count the samples for which each value of a channel is held; 0 if the counts differ or are one."""
     steps = np.diff(values)
     changes = np.flatnonzero(np.abs(steps) > ROUNDING * float(np.abs(values).max()))
     changes = changes[np.diff(changes, prepend=-2) > 1]  # an even clock smears a change over two samples

@@ -1,4 +1,4 @@
-"""Whether torques come later than the motion asks for them, by what several joints agree on."""
+"""Delay of the torques relative to the motion, as several joints agree on it."""
 
 import numpy as np
 
@@ -6,73 +6,49 @@ from stribeck.audit.evidence import Evidence, Run
 from stribeck.finding import Finding
 from stribeck.typing import Array
 
-LONGEST = 0.03
-"""[s] searched on either side."""
-FEWEST_STEPS = 5
-"""Samples [1] searched on either side at least."""
-SHORTEST_RUN = 0.3
-"""[s]; shorter runs say little about a delay."""
-FEWEST_SAMPLES = 16
 MOST_SAMPLES = 6000
-"""Of each joint that are compared; the shifts between them are those of the log's rate."""
-EXPLAINED = 0.5
-"""Share of a torque's variance that the model must explain before a delay is given."""
-WORTH = 0.1
-"""Share of what is left of a torque that a delay must explain; less is what errors of the model are like."""
-FRICTION_SHAPES = (0.01, 0.03, 0.1, 0.3)
-"""Widths of the smoothed signs that stand for friction, in shares of the top speed."""
-FEWEST_JOINTS = 3
-"""That must have a delay, of a robot that has as many."""
-SURE = 4.0
-"""Standard errors of the median over joints that a delay must be beyond."""
+"""Samples of each joint that are compared [1]; shifts between them are at the log's rate."""
 LEAST = 1.5
-"""Samples [1] of delay that are worth a finding."""
-AGREE, AGREE_OF_FEW, FEW = 0.6, 0.75, 8
-"""Share of the joints that must agree on a delay, and of fewer than so many."""
+"""Smallest delay that is reported [samples]."""
 
 
 def delays(evidence: Evidence) -> dict[str, float]:
-    """Return by how much each joint's torque comes late [s]; joints whose model explains too little have none."""
+    """Estimate the delay of each joint's torque [s]; joints whose model explains too little have none."""
     found = {name: _delay(evidence, k) for k, name in enumerate(evidence.joints)}
     return {name: delay for name, delay in found.items() if delay is not None}
 
 
 def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
-    """Return a finding if the joints' delays agree on more than a sample or two."""
+    """Report a delay of more than a sample or two on which the joints agree.
+
+    Three joints must have one, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
+    """
     period = evidence.prepared.sampling.period
     values = np.array(list(found.values()))
-    if len(values) < max(2, min(FEWEST_JOINTS, len(evidence.joints))):
+    if len(values) < max(2, min(3, len(evidence.joints))):
         return []
     middle = float(np.median(values))
-    agreeing = np.abs(values - middle) < max(0.35 * abs(middle), 0.5 * period)
+    agreeing = int(np.sum(np.abs(values - middle) < max(0.35 * abs(middle), 0.5 * period)))
     error = 1.25 * 1.48 * float(np.median(np.abs(values - middle))) / np.sqrt(len(values))  # of a median
-    needed = (AGREE if len(values) >= FEW else AGREE_OF_FEW) * len(values)
-    if abs(middle) < max(LEAST * period, SURE * error) or agreeing.sum() < max(2.0, needed):
+    needed = (0.6 if len(values) >= 8 else 0.75) * len(values)
+    if abs(middle) < max(LEAST * period, 4.0 * error) or agreeing < max(2.0, needed):
         return []
-    present = evidence.robot.log_table.torque.delay
-    return [
-        Finding(
-            check="torque-delay",
-            channel="torque",
-            text=f"the torque comes {1e3 * middle:+.2f} ms after what the motion asks for (median of {len(values)} "
-            f"joints, of which {int(agreeing.sum())} agree)",
-            cure=f"set [log] torque = {{ delay = {present + middle:.5f} }} if all signals should belong to one time",
-        )
-    ]
+    setting = evidence.robot.log_table.torque.delay + middle
+    return [Finding.of("torque-delay", delay=1e3 * middle, count=len(values), agreeing=agreeing, setting=setting)]
 
 
 def _delay(evidence: Evidence, k: int) -> float | None:
-    """Return by how much the torque comes late [s], or None where the model explains too little of it.
+    """Estimate the delay of a joint's torque [s], None if the model explains too little of the torque.
 
-    For every shift the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant:
-    friction shall not be taken for a delay. A parabola through the best shift and its neighbours gives the fraction of
-    a sample. One that explains next to nothing is not known.
+    For every shift the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant,
+    so that friction is not taken for a delay. A parabola through the best shift and its neighbors gives the fraction
+    of a sample. A delay that explains less than 10 % of the rest is rejected: errors of the model look alike.
     """
     if not evidence.moves(k):
         return None
     period = evidence.prepared.sampling.period
-    reach = max(FEWEST_STEPS, round(LONGEST / period))
-    shortest = 2 * reach + max(FEWEST_SAMPLES, SHORTEST_RUN / period)
+    reach = max(5, round(0.03 / period))  # 30 ms to either side
+    shortest = 2 * reach + max(16, 0.3 / period)  # shorter runs give little information on a delay
     runs = [run for run in _known(evidence, k) if len(run.model) > shortest]
     if not runs:
         return None
@@ -80,7 +56,7 @@ def _delay(evidence: Evidence, k: int) -> float | None:
     speed = np.concatenate([run.velocity[reach:-reach:every] for run in runs])
     model = np.concatenate([run.model[reach:-reach:every] for run in runs])
     top = max(float(np.abs(speed).max()), 1e-9)
-    signs = [np.tanh(speed / (share * top)) for share in FRICTION_SHAPES]
+    signs = [np.tanh(speed / (share * top)) for share in (0.01, 0.03, 0.1, 0.3)]
     without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
     with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
 
@@ -92,18 +68,17 @@ def _delay(evidence: Evidence, k: int) -> float | None:
     best = int(np.argmin(left))
     torque = shifted(int(shifts[best]))
     gained = _unexplained(without_model, torque) - left[best]
-    if best in (0, len(shifts) - 1) or gained < EXPLAINED * _unexplained(without_model[:, :1], torque):
+    if best in (0, len(shifts) - 1) or gained < 0.5 * _unexplained(without_model[:, :1], torque):
         return None
     low, middle, high = left[best - 1 : best + 2]
-    fraction = 0.5 * (low - high) / (low - 2 * middle + high)
-    delay = float(shifts[best] + fraction)
-    if abs(delay) > LEAST and left[reach] < (1 + WORTH) * left[best]:
+    delay = float(shifts[best] + 0.5 * (low - high) / (low - 2 * middle + high))
+    if abs(delay) > LEAST and left[reach] < 1.1 * left[best]:
         return None
     return delay * period
 
 
 def _known(evidence: Evidence, k: int) -> list[Run]:
-    """Return the parts of runs in which a joint's model torque is known, of that joint alone, shape (t,) each."""
+    """Cut the runs of one joint into parts in which its model torque is known, shape (t,) each."""
     found = []
     for run in evidence.runs:
         known = np.isfinite(run.model[:, k]).astype(int)
@@ -114,5 +89,5 @@ def _known(evidence: Evidence, k: int) -> list[Run]:
 
 
 def _unexplained(orthonormal: Array, torque: Array) -> float:
-    """Return the sum of squares that a basis leaves of a torque."""
+    """Compute the sum of squares of a torque outside the span of a basis."""
     return float(torque @ torque - np.sum((orthonormal.T @ torque) ** 2))

@@ -1,4 +1,4 @@
-"""What the checks look at: a log's torque beside the model's, worked out once, in parts of it if it is long."""
+"""Measured torque and the model's torque of a log, computed once for all checks; a long log is sampled in parts."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,19 +14,13 @@ from stribeck.settings import FilterSettings, Settings
 from stribeck.typing import Array
 
 MOST_SAMPLES = 30_000
-"""Samples that are looked at; of a longer log, `PARTS` that lie evenly over it."""
+"""Samples that are examined [1]; of a longer log, `PARTS` evenly spaced parts."""
 PARTS = 8
-BIN = 0.04
-"""[s]; means over bins are compared, so that an encoder's noise, which large inertias multiply, is not."""
-FILTER = 0.05
-"""[s] that the filter of motions covers where the settings leave its choice to the log."""
-STILL = 0.01
-"""[rad/s] or [m/s]: a joint that never moves faster stands still."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Samples without a break in one contact mode: measured torque, model's torque and velocity, each (t, k)."""
+    """Uninterrupted samples in one contact mode: measured torque, model's torque and velocity, each (t, k)."""
 
     torque: Array
     model: Array
@@ -35,25 +29,25 @@ class Run:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """A prepared log and what the model says of it, of the k torque-controlled joints.
+    """A prepared log and the model's torque, for the k torque-controlled joints.
 
     Attributes
     ----------
     prepared, robot
-        What it is of.
+        The log and its robot.
     runs
-        At the log's rate.
+        Samples at the log's rate.
     rows
-        Of the log, in the middle of each of the B bins, shape (B,).
+        Row of the log in the middle of each of the B bins, shape (B,).
     run
-        Number of the run that each bin is of, shape (B,).
+        Number of the run of each bin, shape (B,).
     support, support_names
-        As in `Samples`, of the bins.
+        As in `Samples`, for the bins.
     torque, model, velocity, acceleration
-        Means over the bins, shape (B, k); the model's torque, which is inverse dynamics less the external torque, is
-        NaN where it is not known.
+        Means over the bins, shape (B, k); the model's torque is inverse dynamics minus the external torque, NaN where
+        it is unknown.
     external
-        The same of the external torque, zero where there is none.
+        Mean external torque, shape (B, k); zero without the channel.
     """
 
     prepared: PreparedLog
@@ -88,70 +82,69 @@ class Evidence:
         return position.min(axis=0), position.max(axis=0)
 
     def moves(self, k: int) -> bool:
-        """Whether a joint moves at all."""
-        return bool(self.top_speed[k] > STILL)
+        """Whether a joint moves faster than 0.01 rad/s or m/s."""
+        return bool(self.top_speed[k] > 0.01)
 
 
 def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
-    """Return what the checks look at, of at most `MOST_SAMPLES` samples.
+    """Compute the evidence for all checks from at most `MOST_SAMPLES` samples.
+
+    The checks compare means over bins of 40 ms: encoder noise, which large inertias multiply, averages out.
 
     Raises
     ------
     LogError, SettingsError
         If the log lacks a channel that the settings ask for, or the settings do not suit it.
     """
-    period = prepared.sampling.period
+    period, log = prepared.sampling.period, prepared.log
     plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True}
     differentiated = settings.filter.kind == "auto" or (settings.filter.kind == "log" and settings.observer_bandwidth)
     settings = settings.model_copy(update=plain | {"observer_bandwidth": None})
-    if differentiated:  # an observer's log may have velocities alone
-        window = 2 * max(3, round(FILTER / period / 2)) + 1
+    if differentiated:  # an observer's log may have only velocities; the filter covers 50 ms
+        window = 2 * max(3, round(0.05 / period / 2)) + 1
         settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
-    size = max(1, round(BIN / period))
-    margin = make_filter(settings.filter, period).half_width
+    size = max(1, round(0.04 / period))
     runs: list[Run] = []
-    bins: dict[str, list[Array]] = {"torque": [], "model": [], "velocity": [], "acceleration": [], "external": []}
-    rows: list[NDArray[np.int64]] = []
-    run: list[NDArray[np.int64]] = []
-    support: list[NDArray[np.int64]] = []
+    parts: list[dict[str, Array]] = []
+    bins: list[dict[str, NDArray[np.int64]]] = []
     names: tuple[str, ...] = ()
-    for chunk in torque_chunks(_parts(prepared, margin), robot, settings):
+    for chunk in torque_chunks(_parts(prepared, make_filter(settings.filter, period).half_width), robot, settings):
         samples, names = chunk.samples, chunk.samples.support_names
         for part in chunk.runs():
-            log, used = prepared.log, (chunk.rows[part][:, None], robot.torque_controlled)
-            torque = log.torque[used]
-            model = np.where(samples.usable[part], torque - samples.friction_torque[part], np.nan)
-            count = len(torque) // size
-            if count == 0:
+            rows = chunk.rows[part]
+            used = rows[:, None], robot.torque_controlled
+            torque, velocity = log.torque[used], samples.velocity[part]
+            whole = len(rows) // size * size
+            if whole == 0:
                 continue
-            there = {"torque": torque, "model": model, "velocity": samples.velocity[part]}
-            there["acceleration"] = samples.acceleration[part]
-            there["external"] = np.zeros_like(torque) if log.external_torque is None else log.external_torque[used]
-            for name, values in there.items():
-                bins[name].append(values[: count * size].reshape(count, size, -1).mean(axis=1))
-            rows.append(chunk.rows[part][size // 2 : count * size : size])
-            support.append(samples.support[part][: count * size : size])
-            run.append(np.full(count, len(runs)))
-            runs.append(Run(torque, model, samples.velocity[part]))
-    empty = np.empty((0, len(robot.torque_controlled)))
+            model = np.where(samples.usable[part], torque - samples.friction_torque[part], np.nan)
+            external = np.zeros_like(torque) if log.external_torque is None else log.external_torque[used]
+            channels = {"torque": torque, "model": model, "velocity": velocity}
+            channels |= {"acceleration": samples.acceleration[part], "external": external}
+            parts.append({name: _means(values[:whole], size) for name, values in channels.items()})
+            here = {"rows": rows[size // 2 : whole : size], "support": samples.support[part][:whole:size]}
+            bins.append(here | {"run": np.full(whole // size, len(runs))})
+            runs.append(Run(torque, model, velocity))
+    none, empty = np.empty((0, len(robot.torque_controlled))), np.empty(0, dtype=np.int64)
     return Evidence(
         prepared=prepared,
         robot=robot,
         runs=runs,
-        rows=_joined(rows),
-        run=_joined(run),
-        support=_joined(support),
         support_names=names,
-        **{name: np.concatenate([empty, *values]) for name, values in bins.items()},
+        **{name: np.concatenate([empty, *(each[name] for each in bins)]) for name in ("rows", "run", "support")},
+        **{
+            name: np.concatenate([none, *(each[name] for each in parts)])
+            for name in ("torque", "model", "velocity", "acceleration", "external")
+        },
     )
 
 
-def _joined(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    return np.concatenate([np.empty(0, dtype=np.int64), *parts])
+def _means(values: Array, size: int) -> Array:
+    return np.asarray(values.reshape(len(values) // size, size, -1).mean(axis=1))
 
 
 def _parts(prepared: PreparedLog, margin: int) -> PreparedLog:
-    """Return the log with as much of its segments as is looked at."""
+    """Cut the segments of a long log to the parts that are examined."""
     rows = len(prepared.log.time)
     if rows <= MOST_SAMPLES:
         return prepared

@@ -1,35 +1,29 @@
-"""What torques say of gravity's direction and of the clock, by all joints together."""
+"""Direction of gravity and speed of the clock, as the torques of all joints together indicate them."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck.audit.evidence import Evidence
-from stribeck.audit.regression import FEWEST, effective_share, fit, friction_shapes
+from stribeck.audit.regression import FEWEST, effective_share, fit, friction_shapes, without
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import root_quaternions
 from stribeck.finding import Finding
+from stribeck.robot import Robot
 from stribeck.robot.kinematics import direction_in_root
 from stribeck.robot.rooting import BASE_FRAME
 from stribeck.typing import Array
 
-EXPLAINED = 0.7
-"""Share of what friction leaves of the torques that the fit must explain."""
-WORSE = 0.5
-"""What it leaves, over what gravity as given leaves where each joint has a gain of its own."""
-WORSE_IN_TIME = 0.7
-"""The same of a clock."""
 SURE = 5.0
-"""Standard errors."""
+"""Standard errors by which an inertial part differs from its expected value [1]."""
 BINS_FOR_CLOCK = 125
-"""In less the inertial parts are too small a part of too few motions to be told from the model's errors."""
+"""Fewest bins for a clock [1]; the inertial parts of fewer motions are confused with errors of the model."""
 TURNED = np.deg2rad(45.0)
-"""[rad] between gravity as given and as found."""
-CLOCK = (1.6, 2.5)
-"""Factors of the clock that count as two."""
+"""Smallest angle between the given and the estimated gravity that is reported [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +33,15 @@ class _Pooled:
     Attributes
     ----------
     gravity, gravity_error
-        [m/s^2], shape (3,), and its largest standard error.
+        Estimated gravity [m/s^2], shape (3,), and its largest standard error.
     inertial, inertial_error
-        Of the terms of velocities and accelerations [1].
+        Factor of the terms of velocities and accelerations [1], and its standard error.
     share
-        That the fit explains of what friction leaves.
+        Share of the torques left by friction that the fit explains [1].
     left
-        Weighted squares that it leaves, over those that gains of each joint's own leave with gravity as given.
+        Weighted residual squares, relative to a fit with the given gravity direction and a free gain per joint [1].
     dissipation
-        From -1 to 1, as in `Fit`, of the joints in which there is friction.
+        Mean over the joints with friction of the dissipation in `Fit`, from -1 to 1.
     """
 
     gravity: Array
@@ -60,12 +54,14 @@ class _Pooled:
 
 
 def check_motion(evidence: Evidence) -> list[Finding]:
-    """Return a finding if gravity points elsewhere, or time runs at another speed."""
+    """Report gravity in another direction, or time at another speed."""
+    if len(evidence.rows) < FEWEST:
+        return []
     clock = _velocity_clock(evidence)
     if clock:
         return clock
     pooled = _pooled(evidence)
-    if pooled is None or pooled.share < EXPLAINED:
+    if pooled is None or pooled.share < 0.7:
         return []
     given = evidence.robot.gravity
     size, normal = float(np.linalg.norm(pooled.gravity)), float(np.linalg.norm(given))
@@ -76,37 +72,33 @@ def check_motion(evidence: Evidence) -> list[Finding]:
         abs(pooled.inertial) < SURE * pooled.inertial_error and pooled.dissipation > 0.3
     )
     if turned > TURNED:
-        return _turned(evidence, pooled, turned) if forward and pooled.left < WORSE else []
+        return [_turned(pooled, turned, normal)] if forward and pooled.left < 0.5 else []
     if turned > TURNED / 2 or len(evidence.rows) < BINS_FOR_CLOCK:
         return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size
-    scale = 1 / np.sqrt(max(ratio, 1e-9))  # of time: accelerations go with its square
-    sure = abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.left < WORSE_IN_TIME
-    if sure and CLOCK[0] < max(scale, 1 / scale) < CLOCK[1]:
-        return [_clock_finding(evidence, scale, "the torques' inertial parts against those of gravity")]
+    scale = 1 / np.sqrt(max(ratio, 1e-9))  # of time: accelerations are proportional to its inverse square
+    sure = abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.left < 0.7
+    if sure and 1.6 < max(scale, 1 / scale) < 2.5:
+        return [_clock_finding(evidence, scale, "the inertial part of the torques relative to gravity")]
     return []
 
 
 def _clock_finding(evidence: Evidence, scale: float, how: str) -> Finding:
-    """Return the finding that time must be multiplied by about two or a half."""
+    """Report that time must be multiplied by about two or a half."""
     table, exact = evidence.robot.log_table, 2.0 if scale > 1 else 0.5
     present = table.time.scale if isinstance(table.time.scale, float | int) else 1.0
-    cure = f"[log.time] scale = {present * exact:.4g}"
+    setting = f"[log.time] scale = {present * exact:.4g}"
     if table.rate is not None:
-        cure = f"[log] rate = {table.rate / exact:.6g}"
-    return Finding(
-        check="clock",
-        text=f"the clock runs {max(scale, 1 / scale):.2f} times too {'slowly' if scale > 1 else 'fast'}, by {how}",
-        cure=f"set {cure}",
-        stops=True,
-    )
+        setting = f"[log] rate = {table.rate / exact:.6g}"
+    speed = "slowly" if scale > 1 else "fast"
+    return Finding.of("clock", factor=max(scale, 1 / scale), speed=speed, evidence=how, setting=setting)
 
 
 def _velocity_clock(evidence: Evidence) -> list[Finding]:
     """Compare the log's own velocity with the slope of its position."""
     log = evidence.prepared.log
-    if log.velocity is None or len(evidence.rows) < FEWEST:
+    if log.velocity is None:
         return []
     own = log.velocity[evidence.rows][:, evidence.robot.torque_controlled]
     ratios = []
@@ -115,53 +107,45 @@ def _velocity_clock(evidence: Evidence) -> list[Finding]:
         both, power = float(slope @ logged), float(logged @ logged)
         if evidence.moves(k) and power and both**2 > 0.9 * power * float(slope @ slope):
             ratios.append(both / power)
-    if not ratios:
+    ratio = float(np.median(ratios)) if ratios else 1.0
+    if not (1.8 < ratio < 2.2 or 0.45 < ratio < 0.55) or np.mean(np.abs(np.array(ratios) / ratio - 1) < 0.1) < 0.75:
         return []
-    ratio = float(np.median(ratios))
-    agree = np.mean(np.abs(np.array(ratios) / ratio - 1) < 0.1)
-    if agree < 0.75 or not (1.8 < ratio < 2.2 or 0.45 < ratio < 0.55):
-        return []
-    return [_clock_finding(evidence, ratio, "the slope of the position against the velocity")]
+    return [_clock_finding(evidence, ratio, "the slope of the position relative to the velocity")]
 
 
-def _turned(evidence: Evidence, pooled: _Pooled, turned: float) -> list[Finding]:
-    size = float(np.linalg.norm(evidence.robot.gravity))
+def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
+    """Report gravity in another direction: along an axis, if one is within 20 degrees."""
     direction = pooled.gravity / np.linalg.norm(pooled.gravity)
     axis = int(np.argmax(np.abs(direction)))
     if abs(direction[axis]) > np.cos(np.deg2rad(20)):
         direction = np.sign(direction[axis]) * np.eye(3)[axis]
-    shown = ", ".join(f"{value:.4g}" for value in np.round(size * direction, 3) + 0.0)
-    where = "upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f} deg"
-    return [
-        Finding(
-            check="gravity",
-            text=f"gravity is {where}: torques fit {np.round(pooled.gravity, 1).tolist()} m/s^2, which leaves "
-            f"{100 * pooled.left:.0f} % of the variance that the given one leaves with a gain for each joint",
-            cure=f"set [robot] gravity = [{shown}], or mend the model's or the IMU's axes",
-            stops=True,
-        )
-    ]
+    return Finding.of(
+        "gravity",
+        turned="upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f} deg",
+        direction=np.round(pooled.gravity, 1).tolist(),
+        left=100 * pooled.left,
+        setting=", ".join(f"{value:.4g}" for value in np.round(size * direction, 3) + 0.0),
+    )
 
 
 def _pooled(evidence: Evidence) -> _Pooled | None:
-    gravity = gravity_torques(evidence)
+    given = evidence.robot.gravity
+    gravity = gravity_torques(evidence, evidence.robot, np.eye(3))
     matrix, vector = np.zeros((4, 4)), np.zeros(4)
     before = after_gains = squares = 0.0
     independent: list[float] = []
-    power = size = 0.0
     used = []
     for k in range(len(evidence.joints)):
         rows = np.isfinite(evidence.model[:, k]) & np.all(np.isfinite(gravity[:, k]), axis=1)
         if rows.sum() < FEWEST:
             continue
-        shapes = friction_shapes(evidence, k, rows)
-        basis = np.linalg.qr(shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-12))[0]
-        terms = gravity[rows, k]
-        inertial = evidence.model[rows, k] - terms @ evidence.robot.gravity
-        columns = np.column_stack([terms, inertial])
-        columns = columns - basis @ (basis.T @ columns)
-        torque = evidence.torque[rows, k] - basis @ (basis.T @ evidence.torque[rows, k])
-        model = columns @ np.append(evidence.robot.gravity, 1.0)
+        inertial = evidence.model[rows, k] - gravity[rows, k] @ given
+        columns, torque = without(
+            friction_shapes(evidence, k, rows),
+            np.column_stack([gravity[rows, k], inertial]),
+            evidence.torque[rows, k],
+        )
+        model = columns @ np.append(given, 1.0)
         free = torque - columns @ np.linalg.lstsq(columns, torque, rcond=None)[0]
         variance = max(float(free @ free) / max(1, len(free) - 8), 1e-4 * float(torque @ torque) / len(free), 1e-30)
         gain = float(model @ torque) / max(float(model @ model), 1e-30)
@@ -178,11 +162,7 @@ def _pooled(evidence: Evidence) -> _Pooled | None:
     left = squares - float(vector @ found)
     scale = max(1.0, left / before) / float(np.mean(independent))
     errors = np.sqrt(np.diag(np.linalg.inv(matrix)) * scale)
-    for k in used:
-        other = gravity[:, k] @ found[:3] + found[3] * (evidence.model[:, k] - gravity[:, k] @ evidence.robot.gravity)
-        one = fit(evidence, k, model=other)
-        if one is not None and one.friction > one.residual:
-            power, size = power + one.dissipation, size + 1
+    torques = gravity @ found[:3] + found[3] * (evidence.model - gravity @ given)
     return _Pooled(
         gravity=np.asarray(found[:3]),
         gravity_error=float(errors[:3].max()),
@@ -190,45 +170,58 @@ def _pooled(evidence: Evidence) -> _Pooled | None:
         inertial_error=float(errors[3]),
         share=1 - left / max(squares, 1e-30),
         left=left / max(after_gains, 1e-30),
-        dissipation=power / size if size else 0.0,
+        dissipation=_dissipation(evidence, used, torques),
     )
 
 
-def gravity_torques(evidence: Evidence) -> Array:
-    """Return the torques that hold the robot against gravity of 1 m/s^2 along each axis, shape (B, k, 3)."""
-    robot, log = evidence.robot, evidence.prepared.log
+def _dissipation(evidence: Evidence, joints: Sequence[int], model: Array) -> float:
+    """Average the dissipation of joints with friction, given the torques of a model, shape (B, k)."""
+    fits = [fit(evidence, k, model=model[:, k]) for k in joints]
+    found = [one.dissipation for one in fits if one is not None and one.friction > one.residual]
+    return float(np.mean(found)) if found else 0.0
+
+
+def gravity_torques(evidence: Evidence, robot: Robot, directions: Array) -> Array:
+    """Compute a robot's torques at rest in the postures of the bins.
+
+    Parameters
+    ----------
+    robot
+        The evidence's robot, or one with other inertias.
+    directions
+        Gravity [m/s^2], shape (D, 3).
+
+    Returns
+    -------
+    torque
+        [N m], shape (B, k, D).
+    """
+    log = evidence.prepared.log
     position = log.position[evidence.rows]
-    known = robot.torque_controlled
-    found = np.full((len(position), len(known), 3), np.nan)
-    if robot.base == "fixed":
-        model = pin.Model(robot.tree.model)
-        data = model.createData()
-        configuration = np.tile(pin.neutral(model), (len(position), 1))
-        configuration[:, model.nq - position.shape[1] :] = position[:, robot.tree.columns]
-        for axis in range(3):
-            model.gravity.linear = np.eye(3)[axis]
-            needed = np.array([pin.computeGeneralizedGravity(model, data, q) for q in configuration])
-            torque = np.empty(position.shape)
-            torque[:, robot.tree.columns] = needed.reshape(len(position), -1)
-            found[:, :, axis] = torque[:, known]
-        return found
+    still, found = np.zeros_like(position), np.full((*evidence.model.shape, len(directions)), np.nan)
     turned = None
-    if log.base_orientation is not None:
+    if robot.base == "floating" and log.base_orientation is not None:
         turned = root_quaternions(robot, position, log.base_orientation[evidence.rows])
     for k, name in enumerate(evidence.support_names):
         rows = np.flatnonzero(evidence.support == k)
+        if not len(rows):
+            continue
         feet = [foot for foot in name.split("+") if foot in robot.contacts]
         sole = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), None)
-        rooted = robot.rooted_at(sole) if sole else robot.tree
-        for axis in range(3):
-            direction = np.broadcast_to(np.eye(3)[axis], (len(rows), 3))
-            if turned is not None:
-                direction = gravity_in_root_link(turned[rows], np.eye(3)[axis])
+        tree = robot.rooted_at(sole) if sole else robot.tree
+        for axis, gravity in enumerate(directions):
+            motion = None
+            if robot.base == "fixed":
+                model = pin.Model(robot.tree.model)
+                model.gravity.linear = gravity
+                tree = replace(robot.tree, model=model)
+            elif turned is None:
+                motion = RootMotion(np.broadcast_to(gravity, (len(rows), 3)))
+            else:
+                pull = gravity_in_root_link(turned[rows], gravity)
                 if sole:
-                    frame = rooted.model.getFrameId(BASE_FRAME)
-                    direction = direction_in_root(rooted, frame, position[rows], direction)
-            still = np.zeros(position[rows].shape)
-            _, torque = rooted_inverse_dynamics(rooted, position[rows], still, still, RootMotion(direction))
-            found[rows, :, axis] = without_loop_forces(robot, position[rows], torque)[:, known]
-    found[~np.isfinite(evidence.model)] = np.nan
+                    pull = direction_in_root(tree, tree.model.getFrameId(BASE_FRAME), position[rows], pull)
+                motion = RootMotion(pull)
+            torque = rooted_inverse_dynamics(tree, position[rows], still[rows], still[rows], motion)[1]
+            found[rows, :, axis] = without_loop_forces(robot, position[rows], torque)[:, robot.torque_controlled]
     return found

@@ -1,28 +1,19 @@
-"""Positions: jumps of a turn, degrees, and what lies outside of the model's limits or at their ends."""
+"""Checks of positions: jumps of a full turn, degrees, and positions outside the model's limits or at their ends."""
 
 from collections.abc import Collection
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stribeck.audit.cures import listed
 from stribeck.audit.evidence import Evidence
 from stribeck.finding import Finding
 
-STOP_MARGIN = 1e-3
-"""[rad] or [m]"""
 OUTSIDE = 0.25
-"""[rad] or [m]: further outside of the range there is no stop any more."""
-TURN = 2 * np.pi
-JUMP_ROWS = 4
-"""Samples over which a jump may be smeared by an even clock."""
-SPEED_ROWS = 6000
-"""That speeds are looked at over."""
-TOO_FAST = 60.0
-"""[rad/s]: the top speed of a joint whose position may be in degrees."""
+"""Distance outside the range beyond which no stop is plausible [rad] or [m]."""
 
 
 def check_positions(evidence: Evidence) -> list[Finding]:
-    """Return what is wrong with positions."""
+    """Report faults of the positions; degrees hide all others."""
     degrees = _degrees(evidence)
     if degrees:
         return degrees
@@ -31,109 +22,61 @@ def check_positions(evidence: Evidence) -> list[Finding]:
 
 
 def _jumps(evidence: Evidence) -> list[Finding]:
-    """Return a finding on revolute joints whose position jumps by a turn."""
+    """Report revolute joints whose position jumps by a full turn, within four samples that resampling may smear."""
     log, robot = evidence.prepared.log, evidence.robot
     lowest, highest = evidence.position_range
-    span = highest - lowest
-    found = []
+    jumps = {}
     for column, name in enumerate(robot.joint_names):
-        if robot.prismatic[column] or span[column] < 0.9 * TURN:
+        if robot.prismatic[column] or highest[column] - lowest[column] < 0.9 * 2 * np.pi:
             continue
         position = log.position[:, column]
         count = 0
         for segment in evidence.prepared.sampling.segments:
-            steps = np.abs(position[segment][JUMP_ROWS:] - position[segment][:-JUMP_ROWS])
+            steps = np.abs(position[segment][4:] - position[segment][:-4])
             if len(steps) and np.median(steps) < 0.3:
-                jumping = np.abs(steps - TURN) < 0.3
+                jumping = np.abs(steps - 2 * np.pi) < 0.3
                 count += int(np.count_nonzero(np.diff(jumping.astype(np.int8)) > 0))
         if count:
-            found.append((name, count))
-    if not found:
-        return []
-    return [
-        Finding(
-            check="position-jump",
-            channel="position",
-            text=f"positions jump by a turn: {listed([f'{name} ({count} times)' for name, count in found])}",
-            cure="set [log.position] unwrap = true",
-            joints=tuple(name for name, _ in found),
-        )
-    ]
+            jumps[name] = f" ({count} times)"
+    return [Finding.of("position-jump", jumps)] if jumps else []
 
 
 def _degrees(evidence: Evidence) -> list[Finding]:
-    """Return a finding if positions fit the model's limits as degrees, and not as radians."""
+    """Report positions that fit the model's limits as degrees but not as radians."""
     log, robot = evidence.prepared.log, evidence.robot
     low, high = robot.position_limits
     turning = ~np.array(robot.prismatic)
     lowest, highest = evidence.position_range
     limited = turning & np.isfinite(low) & np.isfinite(high)
     wide = limited & ((lowest < low - 1) | (highest > high + 1))
-    as_degrees = np.deg2rad(1.0)
-    fits = (lowest * as_degrees > low - 0.1) & (highest * as_degrees < high + 0.1)
-    far = int(np.count_nonzero(wide & fits))
-    speeds = (
-        np.percentile(np.abs(np.diff(log.position[:SPEED_ROWS], axis=0)), 99, axis=0)
-        / evidence.prepared.sampling.period
-    )
-    fast = turning & (speeds > TOO_FAST)
+    fits = (np.deg2rad(lowest) > low - 0.1) & (np.deg2rad(highest) < high + 0.1)
+    steps = np.percentile(np.abs(np.diff(log.position[:6000], axis=0)), 99, axis=0)
+    fast = turning & (steps / evidence.prepared.sampling.period > 60.0)  # rad/s: faster than any joint
     moving = turning & (highest - lowest > 0.02)
+    far = np.count_nonzero(wide & fits)
     of_limits = far >= max(1, 0.5 * np.count_nonzero(limited & moving)) and bool(np.all(fits[limited]))
     of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
     if not of_limits and not of_speed:
         return []
     names = [robot.joint_names[k] for k in np.flatnonzero(wide if of_limits else fast)]
-    reach = float(np.maximum(-lowest, highest)[turning].max())
-    return [
-        Finding(
-            check="position-degrees",
-            channel="position",
-            text=f"positions reach {reach:.4g}, outside of the model's limits, but within them as degrees: "
-            f"{listed(names)}",
-            cure='set [log.position] unit = "deg"',
-            joints=tuple(names),
-            stops=True,
-        )
-    ]
+    return [Finding.of("position-degrees", names, reach=float(np.maximum(-lowest, highest)[turning].max()))]
 
 
 def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
-    """Return findings on joints that leave their range, or reach its end, where a stop takes part of the torque."""
+    """Report joints that leave their range, or reach its end, where a stop would take part of the torque."""
     robot = evidence.robot
     low, high = robot.position_limits
     lowest, highest = evidence.position_range
     other = np.array([name not in left_out for name in robot.joint_names])
-    reached = other & ((lowest < low + STOP_MARGIN) | (highest > high - STOP_MARGIN))
+    margin = 1e-3  # rad or m
+    reached = other & ((lowest < low + margin) | (highest > high - margin))
     outside = reached & ((lowest < low - OUTSIDE) | (highest > high + OUTSIDE))
 
-    def spans(rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> str:
-        return listed(
-            [
-                f"{robot.joint_names[k]} ({lowest[k]:.3g} to {highest[k]:.3g}, limits {low[k]:.3g} to {high[k]:.3g})"
-                for k in np.flatnonzero(rows)
-            ]
-        )
+    def finding(check: str, joints: NDArray[np.bool_]) -> list[Finding]:
+        spans = {
+            robot.joint_names[k]: f" ({lowest[k]:.3g} to {highest[k]:.3g}, limits {low[k]:.3g} to {high[k]:.3g})"
+            for k in np.flatnonzero(joints)
+        }
+        return [Finding.of(check, spans)] if spans else []
 
-    found = []
-    if outside.any():
-        found.append(
-            Finding(
-                check="position-limits",
-                channel="position",
-                text=f"positions lie outside of the model's limits: {spans(outside)}",
-                cure="see zero, sign, unit and order: [log.position] offset, scale, unit; [log] joint_names",
-                joints=tuple(robot.joint_names[k] for k in np.flatnonzero(outside)),
-            )
-        )
-    if (reached & ~outside).any():
-        found.append(
-            Finding(
-                check="position-stop",
-                channel="position",
-                text="joints reach the end of their range in the model, where a stop would take part of the torque: "
-                + spans(reached & ~outside),
-                cure="keep joints off the ends of their range, or leave that part of the log out",
-                joints=tuple(robot.joint_names[k] for k in np.flatnonzero(reached & ~outside)),
-            )
-        )
-    return found
+    return [*finding("position-limits", outside), *finding("position-stop", reached & ~outside)]

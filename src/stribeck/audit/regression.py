@@ -1,4 +1,4 @@
-"""Measured torque regressed on modelled torque beside shapes of friction, with standard errors of correlated errors."""
+"""Measured torque regressed on modeled torque and shapes of friction, with standard errors for correlated errors."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,6 @@ from scipy.optimize import nnls
 from stribeck.audit.evidence import Evidence
 from stribeck.typing import Array
 
-FRICTION_SHAPES = (0.02, 0.2)
-"""Widths of the smoothed signs that stand for friction, in shares of the top speed."""
 FEWEST = 20
 """Bins [1] that a regression needs."""
 
@@ -22,17 +20,17 @@ class Fit:
     Attributes
     ----------
     gain, error
-        Of the torque against the model [1], and its standard error.
+        Gain of the torque relative to the model [1], and its standard error.
     share
-        Of the variance that friction alone does not explain: how much the model does [1].
+        Share of the variance left by friction that the model explains [1].
     swing, leverage
-        Standard deviation of the model's torque that friction could not make [N m], and its share of the whole [1].
+        Standard deviation of the model's torque that friction could not cause [N m], and its share of the whole [1].
     dissipation
-        Power of the friction, over its size and the speed's: from -1 (it drives) to 1 (it resists).
+        Power of the friction, divided by its size and the speed's: from -1 (it drives) to 1 (it resists).
     friction, residual
         RMS of friction without its constant, and of the error [N m].
     friction_and_error
-        Standard deviation of what the model does not explain [N m].
+        Standard deviation of the torque that the model does not explain [N m].
     """
 
     gain: float
@@ -47,9 +45,9 @@ class Fit:
 
 
 def friction_shapes(evidence: Evidence, k: int, rows: NDArray[np.bool_]) -> Array:
-    """Return what friction of a joint may look like, and rotor inertia where it turns in the torque, shape (B, f).
+    """Compute possible shapes of a joint's friction, and of rotor inertia if the torque includes it, shape (B, f).
 
-    The constant comes first.
+    The constant comes first. Smoothed signs are 2 % and 20 % of the top speed wide.
     """
     speeds = [(evidence.velocity[rows, k], evidence.top_speed[k])] if evidence.moves(k) else []
     for coupling in evidence.robot.couplings.values():
@@ -59,19 +57,25 @@ def friction_shapes(evidence: Evidence, k: int, rows: NDArray[np.bool_]) -> Arra
             speeds.append((speed, float(np.percentile(np.abs(speed), 99))))
     columns = [np.ones(int(rows.sum()))]
     for speed, top in speeds:
-        columns += [speed, *(np.tanh(speed / (share * max(top, 1e-9))) for share in FRICTION_SHAPES)]
+        columns += [speed, *(np.tanh(speed / (share * max(top, 1e-9))) for share in (0.02, 0.2))]
     if evidence.robot.torque_source != "link_side_sensor" and evidence.moves(k):
         columns.append(evidence.acceleration[rows, k])
     return np.column_stack(columns)
 
 
+def without(shapes: Array, *values: Array) -> list[Array]:
+    """Subtract from values, shape (B, ...), their projection on shapes, shape (B, f)."""
+    basis = np.linalg.qr(shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-12))[0]
+    return [each - basis @ (basis.T @ each) for each in values]
+
+
 def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | None = None) -> Fit | None:
-    """Return how a joint's torque depends on its model's, None where there is too little of either.
+    """Fit a joint's torque to its model; None if there is too little of either.
 
     Parameters
     ----------
     model, torque
-        In place of the evidence's of this joint, shape (B,).
+        In place of the evidence's for this joint, shape (B,).
     """
     model = evidence.model[:, k] if model is None else model
     torque = evidence.torque[:, k] if torque is None else torque
@@ -80,9 +84,7 @@ def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | 
         return None
     shapes = friction_shapes(evidence, k, rows)
     y, m, run = torque[rows], model[rows], evidence.run[rows]
-    basis = np.linalg.qr(shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-12))[0]
-    own = m - basis @ (basis.T @ m)
-    left = y - basis @ (basis.T @ y)
+    own, left = without(shapes, m, y)
     power = float(own @ own)
     if power <= 1e-12 * float(m @ m) or float(left @ left) == 0:
         return None
@@ -109,10 +111,10 @@ def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | 
 
 
 def unexplained(evidence: Evidence, k: int, sign: float) -> float:
-    """Return the share of a torque's variance that model and friction of one sign leave unexplained [1].
+    """Compute the share of a torque's variance that model and friction leave unexplained if it has a sign [1].
 
-    Where the sign is right, the model's gain is one, friction takes power, and a rotor resists; friction seems to drive
-    a joint whose torque is inverted. NaN where there is too little to say.
+    The model's gain is one, friction dissipates power, and a rotor resists: friction seems to drive a joint whose
+    torque is inverted. NaN if there are too few bins.
     """
     rows = np.isfinite(evidence.model[:, k])
     torque = sign * evidence.torque[rows, k]
@@ -127,7 +129,7 @@ def unexplained(evidence: Evidence, k: int, sign: float) -> float:
 
 
 def effective_share(regressor: Array, error: Array, run: NDArray[np.int64]) -> float:
-    """Return how many independent samples there are for each that there is [1], by autocorrelation of one lag."""
+    """Estimate the number of independent samples per sample [1] from the autocorrelation at a lag of one."""
     within = run[1:] == run[:-1]
     product = _lag_one(regressor, within) * _lag_one(error, within)
     return float(np.clip((1 - product) / (1 + product), 1e-3, 1.0))

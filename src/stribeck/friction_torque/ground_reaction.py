@@ -48,12 +48,4 @@ class GroundReaction:
             f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
         )
         far = vertical > GROUND_TOLERANCE * weight
-        return [text], [_far_apart(text)] if far else []
-
-
-def _far_apart(text: str) -> Finding:
-    return Finding(
-        check="foot-sensors",
-        text=f"the model and the foot sensors disagree: {text}",
-        cure="weigh the robot as it stood, and zero the sensors in the air",
-    )
+        return [text], [Finding.of("foot-sensors", evidence=text)] if far else []

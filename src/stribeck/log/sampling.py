@@ -117,6 +117,8 @@ def _complete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, int], int,
     log, notes = without_empty_channels(log)
     keep, missing = complete_rows(log)
     complete = int(keep.sum())
+    if len(keep) < FEWEST:
+        raise LogError(f"{where}: the log has {len(keep)} samples; expected at least {FEWEST}")
     if complete < max(FEWEST, LEAST_SHARE * len(keep)):
         raise LogError(f"{where}: {complete} of {len(keep)} rows are complete; missing values are in {counts(missing)}")
     if missing:

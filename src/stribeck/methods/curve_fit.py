@@ -42,12 +42,8 @@ def find(
     samples = friction_torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
-    couplings = Finding(
-        check="couplings-left-out",
-        text=f"the friction of couplings is taken for that of their joints: {', '.join(robot.couplings)}",
-        cure="use the method whole-log, which tells them apart",
-        joints=tuple(dict.fromkeys(joint for own in robot.couplings.values() for joint in own)),
-    )
+    names = [joint for own in robot.couplings.values() for joint in own]
+    couplings = Finding.of("couplings-left-out", names, couplings=", ".join(robot.couplings))
     return Fitted(
         fits=fits,
         validations=validate(fits, samples, law, settings),

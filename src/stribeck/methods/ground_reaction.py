@@ -143,14 +143,7 @@ def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[
     for foot in feet:
         frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
         levers.append(np.linalg.norm(joint_torque_of_wrench(robot.tree, frame, posture, np.eye(3, 6)), axis=0).max())
-    return [
-        Finding(
-            check="wrench-zero",
-            text=f"{', '.join(feet)} never swing, so that the zeros of their wrench sensors are not known and go into "
-            f"the offsets: of a joint above up to {max(levers):.2g} N m for 1 N, and 1 N m for 1 N m",
-            cure="lift each foot for a second in the log, or zero the sensors in the air",
-        )
-    ]
+    return [Finding.of("wrench-zero", feet=", ".join(feet), lever=max(levers))]
 
 
 def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
@@ -158,16 +151,7 @@ def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
     joints = {joint: f"{joint} {text}" for joint, (text, differs) in swings.items() if differs}
     if not joints:
         return []
-    return [
-        Finding(
-            check="swing-differs",
-            text=f"swinging legs have another friction than standing ones: {', '.join(joints.values())} relative to "
-            "standing",
-            cure="check the wrench sensors' gains and frames and the legs' masses, or see by --law auto of the method "
-            "whole-log whether friction depends on load",
-            joints=tuple(joints),
-        )
-    ]
+    return [Finding.of("swing-differs", tuple(joints), evidence=", ".join(joints.values()))]
 
 
 GROUND_REACTION = Method(

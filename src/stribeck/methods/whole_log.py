@@ -140,11 +140,11 @@ class WholeLog:
         return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.torque_delay)
 
     @property
-    def _delays(self) -> list[tuple[str, str, tuple[float, float] | None, ChannelTable]]:
+    def _delays(self) -> list[tuple[str, tuple[float, float] | None, ChannelTable]]:
         found, table = self.corrections, self.robot.log_table
         return [
-            ("the torques are", "torque", found.torque_delay, table.torque),
-            ("the base orientation is", "base_orientation", found.base_delay, table.base_orientation),
+            ("torque-delay.fit", found.torque_delay, table.torque),
+            ("base-orientation-delay", found.base_delay, table.base_orientation),
         ]
 
     @property
@@ -157,96 +157,41 @@ class WholeLog:
 
     @property
     def findings(self) -> list[Finding]:
-        """What a user should act on: errors larger than their covariance, a model far off, and the score tests."""
-        return [
-            *(about for about in (self._set_aside, self._chi_square, self._heterogeneity, self._wrenches) if about),
-            *self._bodies,
-            *self._late,
-            *misfit_findings(self.fit.misfits, self.joints),
-        ]
-
-    @property
-    def _set_aside(self) -> Finding | None:
-        if self.fit.set_aside <= MUCH_SET_ASIDE:
-            return None
-        return Finding(
-            check="much-set-aside",
-            text=f"{100 * self.fit.set_aside:.0f} % of the log is set aside, as its torques are far from all that the "
-            "rest of it explains: the robot was pushed or touched something, or model or contacts err at times",
-            cure="cut these parts out of the log",
-        )
-
-    @property
-    def _chi_square(self) -> Finding | None:
-        if self.fit.chi_square < SUSPICIOUS:
-            return None
-        return Finding(
-            check="chi-square",
-            text=f"chi^2 per degree of freedom is {self.fit.chi_square:.2g}: residuals are larger than the estimated "
-            "variance components explain; intervals are widened by the overdispersion",
-            cure="check delays, calibration and contacts ('stribeck inspect')",
-        )
-
-    @property
-    def _heterogeneity(self) -> Finding | None:
-        if self.fit.heterogeneity < HETEROGENEOUS:
-            return None
-        return Finding(
-            check="heterogeneity",
-            text="heterogeneity over folds: parts of the log differ about the model "
-            f"{np.sqrt(self.fit.heterogeneity):.0f} times as much as noise explains, e.g. by friction beyond the law, "
-            "cables, or motors that log no torque; corrections are kept small accordingly",
-            cure="leave out of the log what was done differently",
-        )
-
-    @property
-    def _wrenches(self) -> Finding | None:
-        if not np.any(self.fit.wrenches_off > FAR):
-            return None
-        return Finding(
-            check="wrench-sensors",
-            text=f"the corrections of the feet's wrench sensors exceed {FAR:.0f} prior standard deviations",
-            cure="check that foot_wrench is that of the ground on the foot, in the frame of the contact, in N and N m",
-        )
+        """Problems that a user should act on: errors beyond their covariance, a model far off, and the score tests."""
+        fit = self.fit
+        found = []
+        if fit.set_aside > MUCH_SET_ASIDE:
+            found.append(Finding.of("much-set-aside", share=100 * fit.set_aside))
+        if fit.chi_square >= SUSPICIOUS:
+            found.append(Finding.of("chi-square", chi_square=fit.chi_square))
+        if fit.heterogeneity >= HETEROGENEOUS:
+            found.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
+        if np.any(fit.wrenches_off > FAR):
+            found.append(Finding.of("wrench-sensors", far=FAR))
+        return [*found, *self._bodies, *self._late, *misfit_findings(fit.misfits, self.joints)]
 
     @property
     def _bodies(self) -> list[Finding]:
-        """Return findings on bodies that are heavier, lighter or elsewhere than in the model, or impossible."""
+        """Findings on bodies that are heavier, lighter or elsewhere than in the model, or implausible."""
         moved = {name: self.corrections.bodies[name] for name, far in self.fit.bodies_moved.items() if far > MOVED}
         found = []
         if moved:
-            found.append(
-                Finding(
-                    check="bodies-differ",
-                    text=f"{', '.join(f'{name} appears {_how(body)}' for name, body in moved.items())} than in the "
-                    "model, and may be more so, as priors hold bodies near the model: is something mounted there or "
-                    "next to it, or missing?",
-                    cure="put it into the model, or raise [identify.priors] mass and centre_of_mass",
-                    joints=tuple(moved),
-                )
-            )
+            evidence = ", ".join(f"{name} appears {_how(body)}" for name, body in moved.items())
+            found.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
         if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR and name not in moved]:
-            found.append(
-                Finding(
-                    check="bodies-implausible",
-                    text=f"the corrections of {', '.join(bodies)} exceed {FAR:.0f} prior standard deviations: "
-                    "something else than inertias is wrong, and the friction may be wrong with it",
-                    cure="check signs and units of the torques, and for motors that log none",
-                    joints=tuple(bodies),
-                )
-            )
+            found.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
         return found
 
     @property
     def _late(self) -> list[Finding]:
+        """Findings on delays of torques and base orientation."""
         return [
-            Finding(
-                check=f"{channel.replace('_', '-')}-delay",
-                text=f"{what} {1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'} against the encoders, "
-                "which the fit heeds",
-                cure=f"[log.{channel}] delay = {already.delay + late[0]:.4f} in the robot file takes it out",
+            Finding.of(
+                check,
+                size=f"{1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'}",
+                setting=already.delay + late[0],
             )
-            for what, channel, late, already in self._delays
+            for check, late, already in self._delays
             if late and abs(late[0]) > max(NOTABLE_DELAY, 3 * late[1])
         ]
 
@@ -256,7 +201,7 @@ def _how(body: BodyCorrection) -> str:
     before, after = body.mass
     away = 1e3 * float(np.linalg.norm(np.subtract(*body.centre_of_mass)))
     heavier = f"{abs(after - before):.2g} kg {'heavier' if after > before else 'lighter'}"
-    return f"{heavier} and its centre of mass {away:.0f} mm elsewhere"
+    return f"{heavier} and its center of mass {away:.0f} mm elsewhere"
 
 
 def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:

@@ -30,16 +30,7 @@ def passivity_violated(joints: Mapping[str, JointResult], samples: Samples) -> l
         offset = joint.parameters["offset"].value if "offset" in joint.parameters else 0.0
         if power := added_power(samples, column, offset):
             found[name] = f"{name} ({power:.2g} W)"
-    if not found:
-        return []
-    return [
-        Finding(
-            check="passivity",
-            text=f"passivity violated, friction adds power on average: {', '.join(found.values())}",
-            cure="check signs and delays of these torques ('stribeck inspect'), and the inertias of the model",
-            joints=tuple(found),
-        )
-    ]
+    return [Finding.of("passivity", tuple(found), evidence=", ".join(found.values()))] if found else []
 
 
 def added_power(samples: Samples, column: int, offset: float) -> float:

@@ -1,0 +1,264 @@
+"""Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
+
+import re
+from collections.abc import Collection, Mapping
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from stribeck.audit.evidence import Evidence
+from stribeck.audit.regression import FEWEST, Fit, fit
+from stribeck.dynamics.root_motion import gravity_in_root_link
+from stribeck.dynamics.state import root_quaternions
+from stribeck.finding import Finding
+from stribeck.robot import Robot
+from stribeck.typing import Array
+
+BINS_FOR_GAIN = 75
+"""Fewest bins for a gain [1]; errors of the model dominate shorter motions."""
+SURE = 4.0
+"""Standard errors by which a gain is wrong [1]."""
+NEAR = 1.6
+"""Gains within this factor of one [1] are caused by wrong inertias."""
+FAR = 5.0
+"""Factor from which most joints' gains make every number wrong [1]; limits and weights have smaller errors."""
+MOST = 0.6
+"""Share of the joints with evidence [1] from which a cause concerns all joints."""
+UNITS = {1000.0: "N mm or mN m", 1e-3: "kN m", 1 / 9.81: "kgf m", 8.85: "in lbf", 0.7376: "ft lbf"}
+"""Factor relative to N m -> unit."""
+
+
+def judged(found: Fit, largest: float) -> bool:
+    """Whether the model's variation is large relative to friction and noise, and not tiny relative to other joints'."""
+    if found.share < 0.8 or found.leverage < 0.2 or found.swing < 2e-3 * largest:
+        return False
+    return abs(found.gain) * found.swing > found.friction_and_error
+
+
+def _off(found: Fit) -> bool:
+    return not 1 / NEAR < abs(found.gain) < NEAR and abs(abs(found.gain) - 1) > SURE * found.error
+
+
+def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
+    """Report torques of implausible size: gains that differ from one, exceeded bounds, levels.
+
+    Friction adds to the model's torque, up to ten times the load with large gears: an RMS below 1/8 or above 100 times
+    the model's has another cause.
+    """
+    off = {k: found for k, found in fits.items() if _off(found) and _surely(found)}
+    few = min(2, len(evidence.joints))  # a cause of all joints needs two, unless the robot has a single one
+    if len(off) >= max(few, MOST * len(fits)):
+        return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
+    bounded = _out_of_bounds(evidence, [k for k in joints if k not in off])
+    if any(finding.stops for finding in bounded):
+        return bounded
+    levels = _levels(evidence, joints)
+    if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
+        return [_scale_of_all(evidence, levels)]
+    off = {k: found for k, found in off.items() if evidence.moves(k)}  # the gear of a joint at rest holds any torque
+    if not off or len(evidence.rows) < BINS_FOR_GAIN:
+        return bounded
+    gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
+    gains = ", ".join(f"{evidence.joints[k]} {found.gain:.3g} +- {2 * found.error:.1g}" for k, found in off.items())
+    factors = {evidence.joints[k]: 1 / abs(found.gain) for k, found in off.items()}
+    finding = Finding.of(
+        "torque-gain",
+        tuple(factors),
+        gear=", as if a gear ratio were missing" if gear else "",
+        evidence=gains,
+        setting=scale_line(evidence.robot, factors),
+    )
+    return [finding, *bounded]
+
+
+def _surely(found: Fit) -> bool:
+    """Whether the gain is wrong as well if all of the error is the model's (regression the other way round)."""
+    other = abs(found.gain) / found.share
+    return not 1 / NEAR < other < NEAR and (other > 1) == (abs(found.gain) > 1)
+
+
+def _levels(evidence: Evidence, joints: list[int]) -> dict[int, float]:
+    """Divide the RMS of the torque by the model's, for the joints that carry most and whose torque is not zero."""
+    model = np.array([_rms(evidence.model[:, k]) for k in joints])
+    if len(model) == 0 or not model.max() > 0:
+        return {}
+    carrying = [(k, size) for k, size in zip(joints, model.tolist(), strict=True) if size > 0.2 * model.max()]
+    levels = {k: _rms(evidence.torque[np.isfinite(evidence.model[:, k]), k]) / size for k, size in carrying}
+    return {k: level for k, level in levels.items() if level > 0}
+
+
+def _rms(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else 0.0
+
+
+def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
+    middle = float(np.median(list(gains.values())))
+    common = all(abs(np.log(gain / middle)) < 0.3 for gain in gains.values())
+    unit = _unit(middle) if common else None
+    factors = dict.fromkeys(evidence.joints, 1 / (unit or middle))
+    guess = f"as if they were in {UNITS[unit]}" if unit else "by one factor"
+    if not common:
+        guess = "with a different factor per joint, as for amperes or torques before the gear"
+        factors = {evidence.joints[k]: 1 / gain for k, gain in gains.items()}
+    return Finding.of(
+        "torque-scale",
+        [evidence.joints[k] for k in gains],
+        stops=not 1 / FAR < middle < FAR,
+        factor=middle,
+        guess=guess,
+        evidence=", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6]),
+        setting=scale_line(evidence.robot, factors),
+    )
+
+
+def _unit(factor: float) -> float | None:
+    """Find the unit, a key of `UNITS`, that makes torques larger by a factor; None if none does."""
+    nearest = min(UNITS, key=lambda ratio: abs(np.log(factor / ratio)))
+    return nearest if abs(np.log(factor / nearest)) < 0.15 else None
+
+
+def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
+    """Report torques that contradict the robot's weight or the model's effort limits.
+
+    They bound the scale of joints whose model torque is too small a part of the torque for a gain.
+    """
+    carried = _weight_carried(evidence)
+    if carried is not None and not 1 / FAR < carried < FAR:
+        unit = _unit(carried)
+        setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or carried)))
+        named = f", as if they were in {UNITS[unit]}" if unit else ""
+        return [Finding.of("torque-scale.weight", evidence.joints, factor=carried, unit=named, setting=setting)]
+    reached = {k: times for k, times in _over_limits(evidence).items() if k in joints}
+    over = {evidence.joints[k]: f" {times:.3g} times" for k, times in reached.items() if times > FAR}
+    if not over:
+        return []
+    most = len(over) >= max(min(2, len(evidence.joints)), MOST * len(reached))
+    setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints if most else over, 1e-3))
+    check = "torque-scale.limits" if most else "torque-gain.limits"
+    return [Finding.of(check, over, stops=most, setting=setting)]
+
+
+def _over_limits(evidence: Evidence) -> dict[int, float]:
+    """Divide the torque that each joint reaches by its effort limit.
+
+    Limits below the torque that the model requires for the motion are ignored.
+    """
+    limits = evidence.robot.effort_limits[evidence.robot.torque_controlled]
+    if len(evidence.rows) < FEWEST:
+        return {}
+    needed = np.percentile(np.nan_to_num(np.abs(evidence.model)), 99, axis=0)
+    reached = np.percentile(np.abs(evidence.torque), 99, axis=0)
+    return {k: float(reached[k] / limits[k]) for k in np.flatnonzero(np.isfinite(limits) & (limits > needed)).tolist()}
+
+
+def _weight_carried(evidence: Evidence) -> float | None:
+    """Estimate the share of the robot's weight that the torques of standing legs carry; None if undetermined.
+
+    The wrenches W on the feet are unknown, but `S^T tau = g - J^T W` at rest. With P the null space of J (and of the
+    joints whose torque is unknown) `P^T S^T tau = P^T g`: one factor is fitted to 200 postures. It is undetermined if
+    the cosine between the two sides is below 0.7.
+    """
+    robot, log = evidence.robot, evidence.prepared.log
+    if robot.base == "fixed":
+        return None
+    feet_of = [[foot for foot in name.split("+") if foot in robot.contacts] for name in evidence.support_names]
+    standing = np.array([bool(feet) for feet in feet_of], dtype=bool)
+    bins = np.flatnonzero(standing[evidence.support]) if len(standing) else np.empty(0, dtype=np.int64)
+    if len(bins) < FEWEST:
+        return None
+    bins = bins[:: -(-len(bins) // 200)]
+    gravity = _gravity(evidence, bins, feet_of)
+    model = pin.Model(robot.tree.model)
+    data = model.createData()
+    position, torque = log.position[evidence.rows[bins]], np.zeros(model.nv)
+    place = 6 + np.argsort(robot.tree.columns)[robot.torque_controlled]
+    unknown = np.delete(np.eye(model.nv), [*range(6), *place.tolist()], axis=0)
+    product = needed = carried = 0.0
+    for row, k in enumerate(bins.tolist()):  # dense algebra of one posture at a time
+        configuration = pin.neutral(model)
+        configuration[7:] = position[row, robot.tree.columns]
+        model.gravity.linear = gravity[row]
+        weight = pin.computeGeneralizedGravity(model, data, configuration)
+        pin.computeJointJacobians(model, data, configuration)
+        pin.updateFramePlacements(model, data)
+        jacobians = [
+            pin.getFrameJacobian(model, data, model.getFrameId(contact.frame), pin.ReferenceFrame.LOCAL)[: contact.size]
+            for contact in (robot.contacts[foot] for foot in feet_of[evidence.support[k]])
+        ]
+        free = null_space(np.vstack([*jacobians, unknown]))
+        torque[place] = evidence.torque[k]
+        own, asked = free.T @ torque, free.T @ weight
+        product, needed, carried = product + own @ asked, needed + asked @ asked, carried + own @ own
+    if needed == 0 or product < 0.7 * np.sqrt(needed * carried):
+        return None
+    return float(product / needed)
+
+
+def _gravity(evidence: Evidence, bins: NDArray[np.int64], feet_of: list[list[str]]) -> Array:
+    """Compute gravity in root link coordinates [m/s^2], shape (B, 3); without an orientation a foot is level."""
+    robot, log, rows = evidence.robot, evidence.prepared.log, evidence.rows[bins]
+    if log.base_orientation is not None:
+        turned = root_quaternions(robot, log.position[rows], log.base_orientation[rows])
+        return gravity_in_root_link(turned, robot.gravity)
+    first = [feet_of[support][0] for support in evidence.support[bins]]
+    return np.array(
+        [
+            robot.foot_pose(foot, position[None])[0][0] @ robot.gravity
+            for foot, position in zip(first, log.position[rows], strict=True)
+        ]
+    )
+
+
+def check_external(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
+    """Report external torques with a wrong sign or size; joints that are left out have been reported.
+
+    The measured torque minus friction and inverse dynamics is the opposite of the external torque, if friction resists;
+    otherwise the measured torque is wrong.
+    """
+    off: dict[str, Fit] = {}
+    for k, name in enumerate(evidence.joints):
+        external = evidence.external[:, k]
+        if name in left_out or not external.any():
+            continue
+        dynamics = evidence.model[:, k] + external
+        found = fit(evidence, k, model=-external, torque=evidence.torque[:, k] - dynamics)
+        if found is None or not judged(found, found.swing) or found.dissipation < 0:
+            continue
+        if not 1 / NEAR < found.gain < NEAR and abs(found.gain - 1) > SURE * found.error:
+            off[name] = found
+    if not off:
+        return []
+    return [
+        Finding.of(
+            "external-torque",
+            {name: f" {found.gain:.3g} +- {2 * found.error:.1g}" for name, found in off.items()},
+            stops=len(off) >= MOST * len(evidence.joints),
+            setting=scale_line(evidence.robot, {name: found.gain for name, found in off.items()}, "external_torque"),
+        )
+    ]
+
+
+def scale_line(robot: Robot, factors: Mapping[str, float], channel: str = "torque") -> str:
+    """Write the setting that multiplies a channel by a factor per joint, in addition to the present scale.
+
+    It is one number if all joints with a torque get the same one, and otherwise a value per joint name of the log.
+    """
+    present = getattr(robot.log_table, channel).scale
+    joints = [robot.joint_names[column] for column in robot.torque_controlled]
+    if isinstance(present, list):
+        return f"change [log] {channel} scale, a list in the log's joint order"
+    if set(factors) == set(joints) and len(set(factors.values())) == 1 and not isinstance(present, dict):
+        return f"set [log] {channel} = {{ scale = {present * next(iter(factors.values())):.4g} }}"
+    logged = {model: name for name, model in robot.log_table.joint_names.items()}
+    scales = {}
+    for joint in joints:
+        name = logged.get(joint, joint)
+        before = present.get(name, 1.0) if isinstance(present, dict) else present
+        if joint in factors or before != 1:
+            scales[name] = before * factors.get(joint, 1.0)
+    keys = {name: name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"' for name in scales}
+    shown = [f"{keys[name]} = {scale:.4g}" for name, scale in scales.items()]
+    return f"set [log.{channel}] scale = {{ {', '.join(shown[:16])}{', ...' if len(shown) > 16 else ''} }}"
