@@ -1,5 +1,6 @@
-"""The questions of a robot file that a log answers, one function each, in the order in which they are asked."""
+"""Draft a first robot file: one function for each question that a model or a log answers, in the order of asking."""
 
+import os
 import re
 import tomllib
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ import numpy as np
 from stribeck.audit import delays, findings, gather, torques_of_currents
 from stribeck.draft.columns import find_columns
 from stribeck.draft.draft import Draft, ask_for_torque_source, write_contacts
+from stribeck.draft.model import read_model
 from stribeck.draft.names import Matches, match, words
 from stribeck.draft.search import Columns, as_given, find_columns_by_dynamics
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
@@ -22,15 +24,53 @@ from stribeck.log.readers.read import open_log
 from stribeck.log.readers.source import JOINT_CHANNELS, WRENCH, Source, listed
 from stribeck.log.readers.unitree import name_motors
 from stribeck.preparation import prepare
-from stribeck.robot import Robot
+from stribeck.robot import Robot, model_path
+from stribeck.robot.packages import PREFIX
 from stribeck.settings import LogTable
+from stribeck.threads import one_blas_thread
 from stribeck.typing import TorqueSource
 
 HANDS = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
 """Joint-name keywords for parts that logs often omit."""
 
 
-def answer_from_log(draft: Draft, log: Path) -> None:
+def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
+    """Draft the robot file of a model and, if there is one, its log.
+
+    Parameters
+    ----------
+    model
+        A model file, or `package:NAME`.
+    log
+        A log of the robot.
+    output
+        Where the robot file will lie, to which the model's path is relative.
+
+    Raises
+    ------
+    RobotFileError
+        If the model cannot be read.
+    LogError
+        If the log cannot be read, or contains no positions or torques.
+    """
+    path = model_path(model, Path())
+    facts = read_model(path)
+    relative = Path(os.path.relpath(path.resolve(), output.resolve().parent)).as_posix()
+    name = model if model.startswith(PREFIX) else relative
+    draft = Draft(facts, output, {"robot": {"model": name, "base": facts.base}})
+    draft.note("robot.base", f"{facts.evidence}.")
+    with one_blas_thread():
+        if log is None:
+            write_contacts(draft, ())
+            ask_for_torque_source(draft)
+            draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
+        else:
+            _answer_from_log(draft, log)
+        draft.robot()  # refused now what `identify` would refuse
+    return draft
+
+
+def _answer_from_log(draft: Draft, log: Path) -> None:
     """Write what a log says, question by question: names, units, roles, contacts, and by dynamics order and signs."""
     source, torque_source = _channels(draft, log)
     _time(draft, source)

@@ -1,6 +1,5 @@
-"""Draft a first robot file: the model describes the robot, the log its channels, and what neither contains is asked."""
+"""A robot file while it is written: its tables, comments and questions, and what a model alone says."""
 
-import os
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -11,12 +10,10 @@ from typing import Any
 import tomlkit
 from tomlkit.items import Table
 
-from stribeck.draft.model import ModelFacts, read_model
+from stribeck.draft.model import ModelFacts
 from stribeck.draft.names import match
-from stribeck.robot import Robot, from_robot_file, model_path
-from stribeck.robot.packages import PREFIX
+from stribeck.robot import Robot, from_robot_file
 from stribeck.settings import RobotFile
-from stribeck.threads import one_blas_thread
 
 WIDTH = 108
 """Longest comment, and list in one line, in letters [1]."""
@@ -108,44 +105,6 @@ def _table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]
             item.multiline(len(str(value)) > WIDTH)
         table.add(key, item)
     return table
-
-
-def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
-    """Draft the robot file of a model and, if there is one, its log.
-
-    Parameters
-    ----------
-    model
-        A model file, or `package:NAME`.
-    log
-        A log of the robot.
-    output
-        Where the robot file will lie, to which the model's path is relative.
-
-    Raises
-    ------
-    RobotFileError
-        If the model cannot be read.
-    LogError
-        If the log cannot be read, or contains no positions or torques.
-    """
-    path = model_path(model, Path())
-    facts = read_model(path)
-    relative = Path(os.path.relpath(path.resolve(), output.resolve().parent)).as_posix()
-    name = model if model.startswith(PREFIX) else relative
-    draft = Draft(facts, output, {"robot": {"model": name, "base": facts.base}})
-    draft.note("robot.base", f"{facts.evidence}.")
-    with one_blas_thread():
-        if log is None:
-            write_contacts(draft, ())
-            ask_for_torque_source(draft)
-            draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
-        else:
-            from stribeck.draft.answers import answer_from_log
-
-            answer_from_log(draft, log)
-        draft.robot()  # refused now what `identify` would refuse
-    return draft
 
 
 def ask_for_torque_source(draft: Draft) -> None:
