@@ -1,4 +1,4 @@
-"""What every friction law promises, checked on all of them."""
+"""What every friction law promises, beside what `register_law` checks (test_register.py)."""
 
 import numpy as np
 import pytest
@@ -58,46 +58,6 @@ def test_friction_is_odd_but_for_the_offset(law: FrictionLaw, data: st.DataObjec
         mirrored = values[[1, 0, 3, 2]]
     forward = law.torque(velocity, values) - offset
     np.testing.assert_allclose(law.torque(-velocity, mirrored) - offset, -forward, rtol=1e-12, atol=1e-12)
-
-
-@every_law
-@given(data=st.data())
-def test_jacobian_is_the_derivative(law: FrictionLaw, data: st.DataObject) -> None:
-    values = draw_values(law, data)
-    velocity = np.linspace(-3, 3, 61)
-    jacobian = law.jacobian(velocity, values)
-    for index, value in enumerate(values):
-        step = 1e-6 * max(abs(value), 1e-2)
-        up, down = values.copy(), values.copy()
-        up[index] += step
-        down[index] -= step
-        numerical = (law.torque(velocity, up) - law.torque(velocity, down)) / (2 * step)
-        size = 1 + np.abs(numerical).max()
-        np.testing.assert_allclose(jacobian[:, index], numerical, atol=2e-5 * size)
-
-
-@every_law
-@given(data=st.data(), velocity=speeds)
-def test_linear_form_is_the_law(law: FrictionLaw, data: st.DataObject, velocity: Array) -> None:
-    values = draw_values(law, data)
-    shape = {p.name: float(value) for p, value in zip(law.parameters, values, strict=True) if p.starts}
-    basis = law.basis(velocity, shape)
-    coefficients = np.array([data.draw(st.floats(0.5, 3)) for _ in range(basis.shape[1])])
-    for index in law.free_coefficients:
-        coefficients[index] = data.draw(st.floats(-3, 3))
-    torque = law.torque(velocity, law.from_linear(coefficients, shape))
-    np.testing.assert_allclose(torque, basis @ coefficients, rtol=1e-9, atol=1e-9)
-
-
-@every_law
-@given(data=st.data())
-def test_any_linear_coefficients_give_parameters_within_bounds(law: FrictionLaw, data: st.DataObject) -> None:
-    shape = {p.name: p.lower + 1.0 for p in law.parameters if p.starts}
-    columns = law.basis(np.ones(1), shape).shape[1]
-    coefficients = np.array(data.draw(st.lists(st.floats(-1e3, 1e3), min_size=columns, max_size=columns)))
-    values = law.from_linear(coefficients, shape)
-    for parameter, value in zip(law.parameters, values, strict=True):
-        assert parameter.lower <= value <= parameter.upper
 
 
 @every_law

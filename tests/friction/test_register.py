@@ -52,7 +52,8 @@ def test_a_law_is_known_by_its_name_once_it_is_registered() -> None:
 
 
 @pytest.mark.parametrize("name", list(LAWS))
-def test_the_laws_that_there_are_would_be_taken(name: str) -> None:
+def test_every_law_keeps_the_contract(name: str) -> None:
+    """Derivatives, passivity, the linear form and bounds at random parameters."""
     law = LAWS.pop(name)
     assert register_law(law) is law
 

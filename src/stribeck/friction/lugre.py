@@ -9,6 +9,7 @@ import scipy  # its linalg is slow to import: loaded at its first use
 from stribeck.friction.law import LawWithState, Motion, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.friction.stribeck import split_stribeck
+from stribeck.friction.stribeck_exponent import StribeckExponent
 from stribeck.typing import Array
 
 TRAVEL = Parameter(
@@ -22,6 +23,10 @@ TRAVEL = Parameter(
     logarithmic=True,
 )
 DAMPING = Parameter(name="bristle_damping", symbol="sigma1", unit="N m s/rad")
+
+
+STEADY = StribeckExponent()
+"""Law of steady sliding, with the exponent 2."""
 
 
 class LuGre(LawWithState):
@@ -58,25 +63,17 @@ class LuGre(LawWithState):
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) of steady sliding [N m], shape (N,)."""
-        Fv, Fc, S, vs, offset, _, _ = values
-        return np.asarray(Fv * velocity + Fc * np.sign(velocity) * (1.0 + S * _bell(velocity, vs)) + offset)
+        return STEADY.torque(velocity, _steady(values))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Return dR/dp of steady sliding, shape (N, 7), in the order of `parameters`."""
-        _, Fc, S, vs, _, _, _ = values
-        sign, bell = np.sign(velocity), _bell(velocity, vs)
         columns = np.zeros((len(velocity), 7), order="F")
-        columns[:, 0] = velocity
-        columns[:, 1] = sign * (1.0 + S * bell)
-        columns[:, 2] = Fc * sign * bell
-        columns[:, 3] = columns[:, 2] * S * 2.0 * (velocity / vs) ** 2 / vs
-        columns[:, 4] = 1.0
+        columns[:, :5] = STEADY.jacobian(velocity, _steady(values))[:, [0, 1, 2, 3, 5]]
         return columns
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
         """Return the columns v, sgn(v), sgn(v) exp(-(v / vs)^2), 1, 0, shape (N, 5)."""
-        sign, bell = np.sign(velocity), _bell(velocity, shape["stribeck_velocity"])
-        return np.column_stack([velocity, sign, sign * bell, np.ones_like(velocity), np.zeros_like(velocity)])
+        return np.column_stack([STEADY.basis(velocity, {**shape, "exponent": 2.0}), np.zeros_like(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Return the seven parameters from (Fv, Fc, Fc S, offset, sigma1) and the nonlinear ones."""
@@ -116,8 +113,13 @@ class LuGre(LawWithState):
         return np.column_stack([v, u, u * _bell(v, vs), np.ones_like(v), _rate(v, u, 0.0, vs)])
 
 
+def _steady(values: Array) -> Array:
+    """Return the parameters of steady sliding: Fv, Fc, S, vs, the exponent 2 and the offset."""
+    return np.array([*values[:4], 2.0, values[4]])
+
+
 class _Legs(NamedTuple):
-    """Two legs between each sample and the next, each in one direction; shape (2 M,), of which the first two begin.
+    """Two legs between each sample and the next, each in one direction; shape (2 M,).
 
     velocity, path
         Mean velocity [rad/s], and length [rad]; infinite where a motion begins, steadily.
