@@ -195,12 +195,7 @@ def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
     observer = MomentumObserver(robot, PERIOD, 1e6)  # the mean over each sample period
     found = [
         observer.update(
-            log.position[k],
-            log.velocity[k],
-            log.torque[k],
-            feet,
-            log.base_orientation[k],
-            truth.base_velocity[k, 3:],
+            log.position[k], log.velocity[k], log.torque[k], feet, log.base_orientation[k], truth.base_velocity[k, 3:]
         )
         for k in phase
     ]

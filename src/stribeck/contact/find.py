@@ -142,12 +142,7 @@ def _standing(
 
 
 def _nothing_stands(
-    log: RobotLog,
-    robot: Robot,
-    feet: tuple[str, ...],
-    source: Source,
-    settings: SupportSettings,
-    fall: int | None,
+    log: RobotLog, robot: Robot, feet: tuple[str, ...], source: Source, settings: SupportSettings, fall: int | None
 ) -> str:
     """Say that no foot ever stands, and what was found instead."""
     start = f"{log.path or 'log'}: no foot ever stands"

@@ -50,11 +50,7 @@ def _pool(rooted: RootedModel) -> pin.ModelPool:
 
 
 def rooted_inverse_dynamics(
-    rooted: RootedModel,
-    position: Array,
-    velocity: Array,
-    acceleration: Array,
-    root: RootMotion | None = None,
+    rooted: RootedModel, position: Array, velocity: Array, acceleration: Array, root: RootMotion | None = None
 ) -> tuple[Array, Array]:
     """Return the wrench on the root and the joint torques that a motion needs.
 

@@ -21,11 +21,7 @@ class CoulombViscous(FrictionLaw):
 
     name: ClassVar[str] = "coulomb-viscous"
     title: ClassVar[str] = "Coulomb and viscous"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        VISCOUS,
-        COULOMB,
-        OFFSET,
-    )
+    parameters: ClassVar[tuple[Parameter, ...]] = (VISCOUS, COULOMB, OFFSET)
     free_coefficients: ClassVar[tuple[int, ...]] = (2,)
     jumps: ClassVar[bool] = True
 

@@ -29,14 +29,7 @@ class Stribeck(FrictionLaw):
 
     name: ClassVar[str] = "stribeck"
     title: ClassVar[str] = "Smooth Stribeck"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        VISCOUS,
-        COULOMB,
-        STRIBECK_GAIN,
-        STRIBECK_VELOCITY,
-        OFFSET,
-        SLOPE,
-    )
+    parameters: ClassVar[tuple[Parameter, ...]] = (VISCOUS, COULOMB, STRIBECK_GAIN, STRIBECK_VELOCITY, OFFSET, SLOPE)
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
 
     def torque(self, velocity: Array, values: Array) -> Array:

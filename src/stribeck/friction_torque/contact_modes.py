@@ -144,12 +144,7 @@ def by_inverse_dynamics(
 
 
 def _one_mode(
-    robot: Robot,
-    mode: ContactMode,
-    state: State,
-    torque: Array,
-    measured: Mapping[str, Array],
-    settings: Settings,
+    robot: Robot, mode: ContactMode, state: State, torque: Array, measured: Mapping[str, Array], settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
     rooted, root = contact_root(robot, mode, state)
