@@ -12,8 +12,6 @@ from stribeck.typing import Array
 
 TOLERANCE = 0.25
 """How far the load of the feet may be from the robot's weight before it is remarked upon."""
-UNITS = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}
-"""Load over weight -> the unit that a force must have been in, and what it must be multiplied by."""
 
 
 def standing_from_forces(
@@ -87,7 +85,8 @@ def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
     size = np.abs(total)
     carried = total[size > 0.3 * np.percentile(size, 95)]  # [1]; below, the feet do not carry the robot
     share = float(np.median(carried)) / weight if len(carried) else 0.0
-    unit = next((found for ratio, found in UNITS.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
+    units = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}  # by load divided by weight
+    unit = next((found for ratio, found in units.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
     name, channel = log.path or "log", force_channel(log)
     if unit is not None:
         raise LogError(

@@ -16,9 +16,6 @@ from stribeck.typing import Array
 
 THREADS = os.cpu_count() or 1
 
-WORTHWHILE = 4096
-"""Samples [1] from which threads share the work: fewer take as long as threads wait for one another."""
-
 
 @dataclass(frozen=True, eq=False)
 class RootMotion:
@@ -91,7 +88,7 @@ def rooted_inverse_dynamics(
     rates[1, :, size:] = acceleration[:, columns]
     effort = np.empty((samples, model.nv))
     if samples:
-        threads = THREADS if samples >= WORTHWHILE else 1
+        threads = THREADS if samples >= 4096 else 1  # fewer take as long as threads wait for one another
         pin.rneaInParallel(threads, _pool(rooted), configuration.T, rates[0].T, rates[1].T, effort.T)
     torque = np.empty((samples, joints))
     torque[:, columns] = effort[:, size:]

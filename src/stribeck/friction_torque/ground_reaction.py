@@ -7,9 +7,6 @@ from stribeck.friction_torque.stream import Chunk
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 
-GROUND_TOLERANCE = 0.1
-"""Share of the weight by which model and foot sensor may differ without a warning."""
-
 
 class GroundReaction:
     """Compares the two sample by sample.
@@ -47,5 +44,5 @@ class GroundReaction:
             f"({100 * vertical / weight:.1f} % of the weight, mean {mean:+.1f} N), horizontal "
             f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
         )
-        far = vertical > GROUND_TOLERANCE * weight
+        far = vertical > 0.1 * weight
         return [text], [Finding.of("foot-sensors", evidence=text)] if far else []

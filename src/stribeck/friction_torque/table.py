@@ -8,9 +8,9 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from stribeck.friction_torque.foot_wrenches import AXES
 from stribeck.friction_torque.stream import Chunk
 
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 PRECISION = pa.float32()
 """Of velocity and friction torque: seven digits, half the bytes."""
 
@@ -63,6 +63,6 @@ def _table(log: int, chunk: Chunk) -> pa.Table:
         columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(PRECISION)
         columns[f"usable.{joint}"] = pa.array(samples.usable[:, k])
     if chunk.wrench.size:
-        for k, axis in enumerate(WRENCH):
+        for k, axis in enumerate(AXES):
             columns[f"ground_reaction.{axis}"] = pa.array(chunk.wrench[:, k]).cast(PRECISION)
     return pa.table(columns)

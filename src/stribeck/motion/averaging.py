@@ -16,8 +16,6 @@ from scipy.interpolate import CubicSpline
 
 from stribeck.typing import Array
 
-ROUNDING = 1e-9
-"""A weight [1] smaller than this is none."""
 MOST_NODES = 31
 """Of a law's average; the weights of longer windows are shared out among as many."""
 
@@ -56,7 +54,7 @@ class Nodes:
 def average_nodes(weights: Array, period: float) -> Nodes:
     """Return the nodes that stand for a filter's weights, shape (L,); a single one if nothing is averaged."""
     middle = len(weights) // 2
-    reach = int(np.abs(np.flatnonzero(np.abs(weights) > ROUNDING) - middle).max())
+    reach = int(np.abs(np.flatnonzero(np.abs(weights) > 1e-9) - middle).max())
     taps = weights[middle - reach : middle + reach + 1]
     places = np.linspace(-reach, reach, min(len(taps), MOST_NODES))
     if len(taps) > MOST_NODES:

@@ -12,24 +12,10 @@ from stribeck.typing import Array
 
 ORDER = 4
 """Of the Savitzky-Golay filter that "auto" stands for."""
-LOWEST_CUTOFF = 5.0
-"""[Hz]; limbs may move slower, but friction changes within the moment in which a joint turns back."""
-HIGHEST_CUTOFF = 0.4
-"""Share of the Nyquist frequency: a window of 9 samples, over which a polynomial still averages."""
-MAX_LOSS = 1e-3
-"""Share of the motion's power that smoothing may cost: noise averages out in a fit, distortion does not."""
 CLEAR = 4.0
 """A spectrum stands clearly above its noise floor when it is this many times larger."""
-FALSE_ALARM = 1e-4
-"""Share of frequencies at which noise may pass for motion."""
-STILL = 1e-3
-"""A joint whose acceleration has less than this share of the liveliest joint's power has no say."""
 UPPER_BAND = (0.6, 0.95)
 """Shares of the Nyquist frequency between which a spectrum is taken for noise."""
-BANDS_PER_OCTAVE = 3
-"""Resolution at which a valley between motion and noise is looked for."""
-CANDIDATES = 40
-"""Windows that are compared."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -82,7 +68,7 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
     spectra = average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
     signal, noise = _common(spectra, rate)
     power = signal.sum(axis=0)
-    moving = power > STILL * power.max()
+    moving = power > 1e-3 * power.max()  # joints with less of the liveliest joint's power have no say
     if not moving.any():
         reason = "no joint's acceleration stands above its noise, so the lowest cutoff is taken"
         return _choice(windows[-1], rate, reason)
@@ -111,7 +97,8 @@ def _least_error_windows(
     gain = np.stack([_acceleration_gain(window, rate, frequency) for window in windows])
     lost = (1 - gain) ** 2 @ signal / signal.sum(axis=0)  # (windows, joints)
     error = lost + gain**2 @ noise / signal.sum(axis=0)
-    error[1:][lost[1:] > MAX_LOSS] = np.inf  # the shortest window is always allowed
+    # smoothing may cost a thousandth of the motion's power: noise averages out in a fit, distortion does not
+    error[1:][lost[1:] > 1e-3] = np.inf  # the shortest window is always allowed
     best = np.argmin(error, axis=0)
     return best, 1 - lost[best, np.arange(len(best))]
 
@@ -126,8 +113,8 @@ def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:
     gain = (2 * rate * np.sin(np.pi * frequency[band] / rate)) ** 4
     white = np.median(spectra.second[band] / gain[:, None], axis=0)
     noise = (2 * np.pi * frequency[:, None]) ** 4 * white
-    # Of K parts, unrelated noises are coherent by more than c with probability (1 - c)^(K - 1).
-    by_chance = 1 - FALSE_ALARM ** (1 / np.maximum(spectra.parts - 1, 1))
+    # Of K parts, unrelated noises are coherent by more than c with probability (1 - c)^(K - 1), here 1e-4.
+    by_chance = 1 - 1e-4 ** (1 / np.maximum(spectra.parts - 1, 1))
     common = spectra.coherence * spectra.first
     clear = (spectra.coherence > by_chance) & (common > (CLEAR - 1) * noise)
     clear &= frequency[:, None] <= _end_of_motion(frequency, spectra.second, rate)
@@ -141,7 +128,7 @@ def _end_of_motion(frequency: Array, density: Array, rate: float) -> Array:
     controller answers the noise of its encoder with torque, so that both are coherent beyond the valley too, and
     current ripple looks like violent motion of a light link. Where there is no valley there is no end: infinity.
     """
-    band = np.floor(BANDS_PER_OCTAVE * np.log2(frequency / frequency[0])).astype(int)
+    band = np.floor(3 * np.log2(frequency / frequency[0])).astype(int)  # three per octave
     used, band = np.unique(band, return_inverse=True)
     sums = np.zeros((len(used), density.shape[1]))
     np.add.at(sums, band, density)
@@ -176,9 +163,10 @@ def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
 
 def _candidate_windows(rate: float, samples: int) -> list[int]:
     """Return odd windows in order of length, from the highest cutoff allowed to the lowest."""
-    highest = HIGHEST_CUTOFF * rate / 2
+    highest = 0.2 * rate  # a window of 9 samples, over which a polynomial still averages
+    lowest = 5.0  # [Hz]; limbs may move slower, but friction changes within the moment of a reversal
     shortest = savgol_window(highest, ORDER, rate)
-    longest = savgol_window(min(LOWEST_CUTOFF, highest), ORDER, rate)
+    longest = savgol_window(min(lowest, highest), ORDER, rate)
     longest = max(shortest, min(longest, samples // 4))
-    half_widths = np.geomspace(shortest // 2, longest // 2, CANDIDATES).round().astype(int)
+    half_widths = np.geomspace(shortest // 2, longest // 2, 40).round().astype(int)
     return [int(2 * half_width + 1) for half_width in np.unique(half_widths)]

@@ -12,10 +12,6 @@ from stribeck.typing import Array
 
 MIN_SAMPLES = 64
 """Shortest segment that has a spectrum."""
-MIN_PARTS = 8
-"""About how many parts a spectrum is averaged over, at least, where the log is long enough."""
-MAX_PART = 4.0
-"""Longest part [s]: a resolution of 0.25 Hz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +103,8 @@ def _part_length(samples: NDArray[np.int64], rate: float) -> int:
     filled = ordered.cumsum(axis=0)
     half = np.argmax(2 * filled >= filled[-1], axis=0)  # half of a signal's samples are in segments this long
     typical = int(np.take_along_axis(ordered, half[None], axis=0).min())
-    return max(MIN_SAMPLES, min(typical, int(filled[-1].min()) // MIN_PARTS, int(MAX_PART * rate)))
+    # eight parts or more where the log is long enough, of 4 s or less: a resolution of 0.25 Hz
+    return max(MIN_SAMPLES, min(typical, int(filled[-1].min()) // 8, int(4.0 * rate)))
 
 
 def _transform(signal: Array, length: int, rate: float) -> NDArray[np.complex128]:

@@ -11,18 +11,13 @@ from rosbags.typesys import Stores, get_typestore
 from stribeck.planning.trajectory import Trajectory
 from stribeck.typing import Array
 
-CSV_PERIOD, POINT_PERIOD = 0.01, 0.02
-"""Between rows of the table, and between points of the message, which controllers join by quintic splines [s]."""
-
 TOPIC = "/joint_trajectory_controller/joint_trajectory"
 KIND = "trajectory_msgs/msg/JointTrajectory"
-NANO = 1_000_000_000
-"""Nanoseconds in a second [1]."""
 
 
 def write_csv(trajectory: Trajectory, path: Path) -> None:
     """Write a row a sample: time [s], then position, velocity and acceleration of each joint, in SI units."""
-    time = _times(trajectory, CSV_PERIOD)
+    time = _times(trajectory, 0.01)
     state = trajectory.at(time)
     columns = {"time": time}
     for kind in ("position", "velocity", "acceleration"):
@@ -34,30 +29,24 @@ def write_csv(trajectory: Trajectory, path: Path) -> None:
 def write_message(trajectory: Trajectory, path: Path) -> None:
     """Write an MCAP with one message trajectory_msgs/msg/JointTrajectory, which `ros2 bag play` publishes."""
     store = get_typestore(Stores.ROS2_HUMBLE)
-    types = store.types
-    time = _times(trajectory, POINT_PERIOD)
-    state = trajectory.at(time)
-    stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)  # of which a controller begins at once
-    message = types[KIND](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
-        joint_names=list(trajectory.joint_names),
-        points=[
-            types["trajectory_msgs/msg/JointTrajectoryPoint"](
-                positions=position,
-                velocities=velocity,
-                accelerations=acceleration,
-                effort=np.empty(0),
-                time_from_start=types["builtin_interfaces/msg/Duration"](sec=at // NANO, nanosec=at % NANO),
-            )
-            for position, velocity, acceleration, at in zip(
-                state.position,
-                state.velocity,
-                state.acceleration,
-                np.round(time * NANO).astype(int).tolist(),
-                strict=True,
-            )
-        ],
+    point, duration, header, stamp = (
+        store.types[f"{package}/msg/{name}"]
+        for package, name in (
+            ("trajectory_msgs", "JointTrajectoryPoint"),
+            ("builtin_interfaces", "Duration"),
+            ("std_msgs", "Header"),
+            ("builtin_interfaces", "Time"),
+        )
     )
+    time = _times(trajectory, 0.02)  # controllers join points by quintic splines
+    state = trajectory.at(time)
+    points = []
+    for k, nanoseconds in enumerate(np.round(time * 1e9).astype(int).tolist()):
+        at = duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+        motion = (signal[k] for signal in (state.position, state.velocity, state.acceleration))
+        points.append(point(*motion, effort=np.empty(0), time_from_start=at))
+    now = header(stamp=stamp(sec=0, nanosec=0), frame_id="")  # a controller begins at once
+    message = store.types[KIND](header=now, joint_names=list(trajectory.joint_names), points=points)
     definition, _ = store.generate_msgdef(KIND, ros_version=2)
     with path.open("wb") as file:
         writer = Writer(file)

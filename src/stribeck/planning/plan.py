@@ -22,9 +22,6 @@ from stribeck.typing import Array
 SHARE_OF_ADVICE = 0.2
 """Share of the work that precedes the search for a trajectory [1]."""
 
-UP = ("x", "-x", "y", "-y", "z", "-z")
-"""Axes of the base."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
@@ -173,8 +170,9 @@ def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture
 
 def gravity(robot: Robot, held: str) -> Array:
     """Return gravity in coordinates of the base [m/s^2], shape (3,); a floating base has the axis `held` up."""
-    if held not in UP:
-        raise SettingsError(f"plan: held is '{held}'; expected an axis of the base, one of {', '.join(UP)}")
+    axes = ("x", "-x", "y", "-y", "z", "-z")
+    if held not in axes:
+        raise SettingsError(f"plan: held is '{held}'; expected an axis of the base, one of {', '.join(axes)}")
     if robot.base == "fixed":
         return robot.gravity
     axis = np.eye(3)["xyz".index(held[-1])] * (-1 if held[0] == "-" else 1)

@@ -35,9 +35,6 @@ FINE = 0.01
 TORQUE_SHARE = 0.8
 """Share of the torque limits that a trajectory uses [1]: tracking it takes more."""
 
-SHARPNESS = 40.0
-"""Sharpness of the smooth maximum [1]: it exceeds the maximum by log(samples) / 40, a tenth at most."""
-
 STEP = 1e-4
 """Step of finite differences, for coordinates of size 1."""
 
@@ -246,7 +243,8 @@ def _criterion(task: Task, coordinates: Array, time: Array) -> Array:
     regressor = task.dynamics.regressor(state)
     volume = log_volume(regressor[:, task.columns], task.dynamics, state, task.joints, time[1])
     shares = task.shares(state, regressor @ task.dynamics.nominal)
-    free = [1 - logsumexp(SHARPNESS * share, axis=0) / SHARPNESS for share in shares.values()]
+    # a smooth maximum of sharpness 40 exceeds the maximum by log(samples) / 40, a tenth at most
+    free = [1 - logsumexp(40.0 * share, axis=0) / 40.0 for share in shares.values()]
     return np.concatenate([[volume], *(each[np.isfinite(each)] for each in free)])
 
 
