@@ -130,19 +130,27 @@ def test_labels_of_an_axis_have_the_room_that_they_take(page: Any) -> None:
     assert not any(edges)
 
 
-def test_the_pointer_reads_values(page: Any) -> None:
+def test_the_pointer_reads_values_drags_to_zoom_and_a_double_click_resets(page: Any) -> None:
     from selenium.webdriver import ActionChains
 
     show(page, 1280)
-    page.execute_script("document.querySelectorAll('.section, #joint-0').forEach(part => part.open = true)")
-    page.execute_script("document.querySelector('.panel').open = true")
-    for selector, output in ((".curve .u-over", "#reading"), ("#joint-0 .u-over", "#joint-0 output")):
-        page.execute_script("document.querySelector(arguments[0])?.scrollIntoView({block: 'center'})", selector)
+    page.execute_script("document.querySelectorAll('.section, .panel').forEach(part => part.open = true)")
+    for place, output in ((".curve", "#reading"), ("#joint-0", "#joint-0 output")):
+        into_view = "document.querySelector(arguments[0]).scrollIntoView({block: 'center', behavior: 'instant'})"
+        page.execute_script(into_view, f"{place} .plot")
         wait(page)
-        area = page.find_element("css selector", selector)
+        area = page.find_element("css selector", f"{place} .u-over")
+        picture = f"return document.querySelector('{place} canvas').toDataURL()"
+        whole = page.execute_script(picture)
         ActionChains(page, duration=0).move_to_element_with_offset(area, 20, 10).perform()
         wait(page)
         assert " N m at " in page.find_element("css selector", output).text
+        ActionChains(page, duration=50).click_and_hold().move_by_offset(15, 0).release().perform()
+        wait(page)
+        assert page.execute_script(picture) != whole
+        ActionChains(page, duration=0).double_click(area).perform()
+        wait(page)
+        assert page.execute_script(picture) == whole
 
 
 @pytest.mark.parametrize("width", [390, 768, 1280, 1920])
@@ -162,13 +170,15 @@ def test_the_first_screen_is_drawn_and_its_texts_are_large_enough(page: Any, wid
     assert [text for size, text in sizes if size < 11.5] == []
 
 
-def test_lead_curves_and_first_lines_stand_on_the_first_screen(page: Any) -> None:
+def test_lead_curves_and_first_lines_stand_on_the_first_screen_and_nothing_is_loaded(page: Any) -> None:
     show(page, 1280)
     ends = page.execute_script(
         "return ['.lead', '.curve', '.joints tbody tr']"
         ".map(s => document.querySelector(s).getBoundingClientRect().bottom)"
     )
     assert max(ends) < 800
+    assert page.execute_script("return performance.getEntriesByType('resource').map(each => each.name)") == []
+    assert page.get_log("browser") == []
 
 
 def test_rows_are_sorted_scales_switched_and_panels_opened_by_their_links(page: Any) -> None:
@@ -224,11 +234,6 @@ def test_two_fingers_zoom_the_curves_and_two_taps_show_them_whole(page: Any) -> 
     assert drawn() == whole
 
 
-def test_nothing_is_loaded(page: Any) -> None:
-    show(page, 1280)
-    assert page.execute_script("return performance.getEntriesByType('resource').map(each => each.name)") == []
-
-
 def test_light_and_dark_differ_and_figures_follow(page: Any) -> None:
     looks = {}
     for scheme in ("light", "dark"):
@@ -240,8 +245,3 @@ def test_light_and_dark_differ_and_figures_follow(page: Any) -> None:
         )
     assert looks["light"][0] != looks["dark"][0]
     assert looks["light"][1] != looks["dark"][1]
-
-
-def test_the_browser_has_nothing_to_complain_about(page: Any) -> None:
-    show(page, 1280)
-    assert page.get_log("browser") == []
