@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from matplotlib.figure import Figure
 from studies import kept_walks
 from studies.paper import figures, pages, walks
 from studies.paper.chapter3 import smoothing
@@ -46,18 +45,6 @@ def test_a_quick_study_has_the_numbers_of_the_whole_one(name: str, tmp_path: Pat
 def keys(value):
     """The shape of numbers: the keys of mappings, all the way down."""
     return {key: keys(each) for key, each in value.items()} if isinstance(value, dict) else None
-
-
-def test_a_figure_is_the_same_every_time(tmp_path: Path) -> None:
-    def draw(figure: Figure) -> None:
-        figure.subplots().plot(np.arange(9.0), np.arange(9.0) ** 2, "C0", label="a")
-        figure.legend()
-
-    for folder in ("once", "again"):
-        figures.save("figure", draw, tmp_path / folder)
-    for theme in ("light", "dark"):
-        once, again = ((tmp_path / folder / f"figure-{theme}.svg").read_bytes() for folder in ("once", "again"))
-        assert once == again
 
 
 def test_pages_quote_the_numbers_and_show_all_texts_and_figures() -> None:
@@ -122,16 +109,6 @@ def test_explicit_steps_chatter_below_the_least_inertia_and_implicit_ones_only_l
     inertia = 0.9 * least_inertia(SLOPE)
     found = chatter(coast(inertia, SLOPE, implicit=False, **FALL))
     assert 2 * found == pytest.approx(STEP / inertia * curve("stribeck", np.array([found]))[0], rel=1e-6)
-
-
-@pytest.mark.parametrize(("implicit", "order"), [(False, 1), (True, 2)])
-def test_shorter_steps_are_closer_by_their_order(implicit: bool, order: int) -> None:
-    fine = coast(0.5, 10.0, implicit=True, step=STEP / 64, start=0.5, duration=0.2)
-    long, short = (
-        np.abs(coast(0.5, 10.0, implicit=implicit, step=step, start=0.5, duration=0.2)[-1] - fine[-1])
-        for step in (8 * STEP, 4 * STEP)
-    )
-    assert np.log2(long / short) == pytest.approx(order, abs=0.2)
 
 
 def test_laws_of_chapter_3_have_their_limits() -> None:

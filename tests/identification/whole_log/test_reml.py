@@ -19,7 +19,7 @@ from stribeck.identification.whole_log.solver.normal_equations import NormalEqua
 from stribeck.identification.whole_log.solver.solve import solve
 from stribeck.identification.whole_log.uncertainty import reml
 from stribeck.identification.whole_log.uncertainty.random_effects import random_effect_columns
-from stribeck.identification.whole_log.uncertainty.reml import partly_pooled, random_effect_covariance, reml_variances
+from stribeck.identification.whole_log.uncertainty.reml import random_effect_covariance, reml_variances
 from stribeck.settings import Priors
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections, WeakEquations
@@ -146,13 +146,3 @@ def test_a_joint_that_shows_nothing_disturbs_no_other() -> None:
     both = [0, 2]
     without = reml_variances(np.eye(2 * each), pull.reshape(each, joints)[:, both].ravel(), 2)
     assert blind[both] == pytest.approx(without, rel=1e-6)
-
-
-def test_a_joint_that_stands_out_keeps_its_value_and_the_others_are_pooled() -> None:
-    generator = np.random.default_rng(7)
-    own = 1 + 0.1 * generator.standard_normal(30)
-    own[4] = 20.0
-    shared = partly_pooled(own, np.full(30, 0.1**2))
-    assert shared[4] == pytest.approx(20, rel=1e-3)
-    group_prior = partly_pooled(np.delete(own, 4), np.full(29, 0.1**2))
-    assert np.std(group_prior) < 0.5 * np.std(np.delete(own, 4))
