@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
@@ -31,14 +31,10 @@ EXPLAINED = 0.5
 """Share of its torque's variance that may be left of each joint whose column or sign is changed."""
 EXACT = 1e-3
 """A smaller share that is left says nothing more."""
-FEET_COUNT = 4
-"""Joints [1] that standing feet count as."""
 MOST_TOGETHER = 7
 """Joints [1] of which any number is turned round together; of more, two."""
 MOST_ORDERED = 5
 """Columns [1] without telling names that every order is tried of; of more, exchanges of two and known orders."""
-SLIP_ROWS = 400
-"""Samples [1] that standing feet are looked at in."""
 MOST_TRIED = 1500
 """Changes that are tried at most."""
 
@@ -69,9 +65,6 @@ class Columns:
         return np.asarray(order | (self.position != before.position) | (self.torque != before.torque))
 
 
-Judge = Callable[[RobotLog, Robot], "Agreement"]
-
-
 def as_given(joints: int) -> Columns:
     """Return columns in their order, with their signs."""
     return Columns(tuple(range(joints)), np.ones(joints), np.ones(joints))
@@ -95,9 +88,7 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     """
     log = excerpt(log)
     best = as_given(len(robot.joint_names))
-    if feet_stand(log, robot):
-        best = _descend(best, log, robot, unsure, kinematic_agreement)
-    changed = _descend(best, log, robot, unsure, agreement)
+    changed = _descend(best, log, robot, unsure)
     after = agreement(changed.of(log), robot)
     left = after.left[changed.changed_since(best)[robot.torque_controlled]]
     if np.any(left > EXPLAINED):
@@ -105,13 +96,13 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     return changed, after
 
 
-def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int], judge: Judge) -> Columns:
+def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> Columns:
     """Return the columns after all steps that make the log far more likely."""
-    now = judge(best.of(log), robot)
+    now = agreement(best.of(log), robot)
     tried = 0
     while tried < MOST_TRIED and (bad := now.poor(robot)):
         for changes in (_changes(best, robot, bad, unsure), _turned(best, bad)):
-            scored = [(judge(change.of(log), robot), change) for change in changes]
+            scored = [(agreement(change.of(log), robot), change) for change in changes]
             tried += len(scored)
             after, change = min(scored, key=lambda one: one[0].cost, default=(now, best))
             if now.cost - after.cost > np.log(BETTER):
@@ -132,72 +123,39 @@ class Agreement:
         Share of each torque's variance that model and friction leave, shape (k,); NaN where the log says too little.
     outside
         Whether each joint leaves its range, shape (n,).
-    slip
-        By how much the distances of standing feet change, over how much the feet move in the base [1]; 0 without feet.
     """
 
     left: Array
     outside: NDArray[np.bool_]
-    slip: float
 
     @property
     def cost(self) -> float:
         """Logarithm of the product of the shares, larger where joints leave their range."""
-        shares = np.append(np.nan_to_num(self.left, nan=1.0), [self.slip] * FEET_COUNT)
+        shares = np.nan_to_num(self.left, nan=1.0)
         return float(np.log(np.clip(shares, EXACT, 1.0)).sum() + 1.1 * np.log(BETTER) * self.outside.sum())
 
     def poor(self, robot: Robot) -> list[int]:
         """Return columns of joints that may be wrong: those that agree poorly, and all of their limbs."""
         columns = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > POOR)}
         columns |= set(np.flatnonzero(self.outside).tolist())
-        if self.slip > POOR:
-            columns |= set(np.flatnonzero(robot.standing(tuple(robot.contacts))).tolist())
         return _with_their_limbs(robot, columns)
 
 
 def agreement(log: RobotLog, robot: Robot) -> Agreement:
-    """Return how well a log agrees with the model: torques, ranges and standing feet."""
+    """Return how well a log agrees with the model: torques and ranges."""
     settings = Settings(support=robot.settings.support)
     try:
         prepared = prepare(log, robot, settings)
         evidence = gather(prepared, robot, settings)
     except (LogError, SettingsError):
-        return Agreement(np.ones(len(robot.torque_controlled)), _outside(log, robot), 1.0)
+        return Agreement(np.ones(len(robot.torque_controlled)), _outside(log, robot))
     shares = [unexplained(evidence, k, 1.0) for k in range(len(evidence.joints))]
-    return Agreement(np.array(shares), _outside(log, robot), _slip(prepared.log, robot))
-
-
-def kinematic_agreement(log: RobotLog, robot: Robot) -> Agreement:
-    """Return how well a log's positions alone agree with the model: ranges and standing feet."""
-    return Agreement(np.zeros(len(robot.torque_controlled)), _outside(log, robot), _slip(log, robot))
-
-
-def feet_stand(log: RobotLog, robot: Robot) -> bool:
-    """Return whether flags say that feet stand together, so that positions can be judged by them."""
-    return log.contact is not None and bool(np.any(log.contact.sum(axis=1) > 1)) and robot.base == "floating"
+    return Agreement(np.array(shares), _outside(log, robot))
 
 
 def _outside(log: RobotLog, robot: Robot) -> NDArray[np.bool_]:
     low, high = robot.position_limits
     return np.asarray((log.position.min(axis=0) < low - OUTSIDE) | (log.position.max(axis=0) > high + OUTSIDE))
-
-
-def _slip(log: RobotLog, robot: Robot) -> float:
-    """Return how much feet that stand move against one another, over how much they move in the base [1]."""
-    if not feet_stand(log, robot):
-        return 0.0
-    assert log.contact is not None
-    rows = np.arange(0, len(log.time), max(1, len(log.time) // SLIP_ROWS))
-    contact, position = log.contact[rows], log.position[rows]
-    places = [robot.foot_pose(foot, position)[1] for foot in log.foot_names]
-    moved = apart = 0.0
-    for one, other in combinations(range(len(places)), 2):
-        both = contact[:, one] & contact[:, other]
-        between = np.linalg.norm(places[one] - places[other], axis=1)
-        steps = both[1:] & both[:-1]  # within one phase
-        apart += float(np.sum(np.diff(between)[steps] ** 2))
-        moved += sum(float(np.sum(np.diff(place, axis=0)[steps] ** 2)) for place in (places[one], places[other]))
-    return float(np.sqrt(apart / moved)) if moved else 0.0
 
 
 def excerpt(log: RobotLog) -> RobotLog:
