@@ -7,18 +7,23 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from drawing import GREY, cropped, draw
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck import Robot, identify
 from stribeck.friction import get_law
 from stribeck.result import Result
+from stribeck.result.mirror import mirrored_pairs
 from stribeck_simulation.demo import Demo, make_demo
+from stribeck_simulation.pictures.section import SEEN_FROM
 from stribeck_simulation.pictures.walk import WalkPicture
 
 JOINTS = ("left_hip_roll", "left_hip_pitch", "left_knee", "left_ankle_pitch")
 APART = 0.95
-"""Between poses [m]."""
+"""Distance between poses [m]."""
+LEFT, RIGHT = (0.26, 0.54, 0.90, 1.0), (0.86, 0.36, 0.12, 1.0)
+"""Red, green, blue and opacity of the two sides."""
 TARGET = Path(__file__).parent / "assets" / "demo.png"
 
 
@@ -26,10 +31,11 @@ def main() -> None:
     """Run the demonstration and write the picture."""
     with tempfile.TemporaryDirectory() as folder:
         example = make_demo(Path(folder))
-        result = identify(example.log, Robot.from_file(example.robot_file))
-    figure = Figure(figsize=(11, 5.2), layout="constrained")
-    grid = figure.add_gridspec(2, len(JOINTS), height_ratios=(2.1, 3.1))
-    draw_walk(figure.add_subplot(grid[0, :]), example.walk)
+        robot = Robot.from_file(example.robot_file)
+        result = identify(example.log, robot)
+        figure = Figure(figsize=(11, 5.2), layout="constrained")
+        grid = figure.add_gridspec(2, len(JOINTS), height_ratios=(2.1, 3.1))
+        draw_walk(figure.add_subplot(grid[0, :]), example.walk, robot)
     for k, joint in enumerate(JOINTS):
         draw_friction(figure.add_subplot(grid[1, k]), joint, example, result)
     first = figure.axes[1]
@@ -39,14 +45,19 @@ def main() -> None:
     figure.savefig(TARGET, dpi=110, metadata={"Software": None})
 
 
-def draw_walk(axes: Axes, walk: WalkPicture) -> None:
-    """Draw the robot side by side over one stride, as far as MuJoCo can draw without a screen here."""
+def draw_walk(axes: Axes, walk: WalkPicture, robot: Robot) -> None:
+    """Draw the robot side by side over one stride."""
     axes.axhline(0.0, color="#888888", lw=0.8, zorder=1)
-    for k, pose in enumerate(walk.poses):
-        if (seen := pose.picture) is not None:
-            extent = (k * APART + seen.left, k * APART + seen.right, seen.bottom, seen.top)
-            axes.imshow(seen.pixels, extent=extent, zorder=2)
-            axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=8)
+    names = list(robot.tree.model.names)[2:]
+    colours = dict.fromkeys(names, GREY)
+    for one, other in mirrored_pairs(names):
+        colours[one], colours[other] = LEFT, RIGHT
+    configurations = np.array([pose.configuration for pose in walk.poses])
+    azimuth = np.array([pose.yaw for pose in walk.poses]) + SEEN_FROM + np.pi / 2
+    drawn = draw(str(robot.model_path), np.array(names), np.array(list(colours.values())), configurations, azimuth)
+    for k, (pose, (pixels, (left, right, bottom, top))) in enumerate(zip(walk.poses, map(cropped, drawn), strict=True)):
+        axes.imshow(pixels, extent=(k * APART + left, k * APART + right, bottom, top), zorder=2)
+        axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=8)
     axes.set_xlim(-APART, len(walk.poses) * APART)
     axes.set_ylim(-0.2, 1.9)
     axes.set_aspect("equal")

@@ -10,8 +10,7 @@ from stribeck.robot import Robot
 from stribeck_simulation.files import write_simulated
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.mujoco.model import compile_body
-from stribeck_simulation.pictures.pictures import walk_picture
-from stribeck_simulation.pictures.walk import WalkPicture
+from stribeck_simulation.pictures.walk import WalkPicture, walk_picture
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 from stribeck_simulation.run import run_scenario
@@ -58,5 +57,5 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
         log=folder / "log.npz",
         law=get_law(chosen.friction.law),
         parameters=found.truth.parameters,
-        walk=walk_picture(robot, found.log, found.truth.base_position, compile_body(robot).soles, rendered=True),
+        walk=walk_picture(robot, found.log, found.truth.base_position, compile_body(robot).soles),
     )

@@ -187,8 +187,8 @@ def make_walk(steps: int = 30, length: float = 0.3, turn: float = 0.02) -> WalkP
             lines += [((0, sign * 0.1, 1.4), (-sign * swing, sign * 0.2, 1.0))]
         cosine, sine = np.cos(yaw[k]), np.sin(yaw[k])
         segments = np.array(lines) @ np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]]) + [*way[k], 0]
-        place = (float(way[k, 0]), float(way[k, 1]))
-        poses.append(Pose(time=0.8 * (k + 2 * share), segments=segments, place=place, yaw=float(yaw[k])))
+        root = np.array([*way[k], 0.9, 0.0, 0.0, np.sin(yaw[k] / 2), np.cos(yaw[k] / 2)])
+        poses.append(Pose(time=0.8 * (k + 2 * share), segments=segments, configuration=root))
     return WalkPicture(
         footprints=tuple(prints), com_time=time, com=com, poses=tuple(poses), segment_names=("waist", *names)
     )

@@ -15,11 +15,7 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.typing import Array
-from stribeck_simulation.pictures import render
-from stribeck_simulation.pictures.pictures import POSES, stances, walk_picture
-from stribeck_simulation.pictures.section import seen_from_the_side
-from stribeck_simulation.pictures.stick_figure import stick_figure
-from stribeck_simulation.pictures.walk import Pose, WalkPicture
+from stribeck_simulation.pictures.walk import POSES, Pose, WalkPicture, stances, stick_figure, walk_picture
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole
@@ -164,16 +160,13 @@ def test_a_touch_is_no_stance_and_a_bounce_no_swing():
 
 def test_point_feet_are_points():
     go2 = example_robot("go2")
-    figure = stick_figure(go2, {})
-    rows = [k for k, name in enumerate(figure.names) if name in go2.contacts]
-    assert len(rows) == 8  # there and back again
     data = go2.tree.model.createData()
-    q = pin.neutral(go2.tree.model)
-    pin.framesForwardKinematics(go2.tree.model, data, q)
-    ends = figure.at(data)[rows].reshape(-1, 3)
+    pin.framesForwardKinematics(go2.tree.model, data, pin.neutral(go2.tree.model))
+    lines = [line for name, line in stick_figure(go2, data, {}) if name in go2.contacts]
+    assert len(lines) == 8  # there and back again
     for contact in go2.contacts.values():
         foot = data.oMf[go2.tree.model.getFrameId(contact.frame)].translation
-        assert np.linalg.norm(ends - foot, axis=1).min() < 1e-12
+        assert np.linalg.norm(np.array(lines).reshape(-1, 3) - foot, axis=1).min() < 1e-12
 
 
 def test_an_arm_does_not_walk(walked):
@@ -195,30 +188,3 @@ def test_truth_beside_the_result_is_the_law():
     assert np.diff(velocity).max() < 0.02 * np.ptp(velocity)
     assert shown.parameters == joints
     assert truth_reference(replace(result, law="coulomb-viscous"), law, joints).parameters == {}
-
-
-def test_a_rendered_robot_covers_its_stick_figure(biped, walked: Walked, picture):
-    """Ankles and elbows of the stick figure lie within what is seen of the body, feet on the ground at z = 0."""
-    rendered = walk_picture(biped, *walked, SOLES, rendered=True)
-    if rendered.poses[0].picture is None:
-        pytest.skip("MuJoCo cannot draw without a screen here")
-    ends = [picture.segment_names.index(f"{side}_{joint}") for side in SIDES for joint in ("ankle_pitch", "elbow")]
-    for pose, sticks in zip(rendered.poses, picture.poses, strict=True):
-        np.testing.assert_array_equal(pose.segments, sticks.segments)
-        seen = pose.picture
-        height, width, _ = seen.pixels.shape
-        right, up, _ = seen_from_the_side(pose)[ends, 1].T
-        column = (width * (right - seen.left) / (seen.right - seen.left)).astype(int)
-        row = (height * (seen.top - up) / (seen.top - seen.bottom)).astype(int)
-        assert (seen.pixels[row, column, 3] == 255).all()
-        assert seen.bottom < 0.02
-        assert seen.pixels[..., 3].mean() < 200  # the rest is clear
-
-
-@pytest.mark.parametrize("backends", [(), ("no such way",)])
-def test_without_a_way_to_draw_there_is_the_stick_figure_and_silence(
-    biped, walked: Walked, backends, monkeypatch, capfd
-):
-    monkeypatch.setattr(render, "BACKENDS", backends)
-    assert walk_picture(biped, *walked, SOLES, rendered=True).poses[0].picture is None
-    assert capfd.readouterr() == ("", "")

@@ -1,19 +1,32 @@
-"""What a report draws of a simulated walk: footprints, the way of the centre of mass, and the robot's poses."""
+"""Picture of a simulated walk, from its log and the true path of its base: footprints, center of mass and poses."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from stribeck.errors import SettingsError
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.robot.kinematics import frame_pose
 from stribeck.typing import Array
+from stribeck_simulation.robots.sole import Sole
 
-SEEN_FROM = np.deg2rad(25.0)
-"""Poses are seen from the right and this much from the front, which keeps left and right limbs apart [rad]."""
+POSES = 8
+"""Poses in the strip [1], over one stride."""
+NO_SOLE = Sole((0.0, 0.0, 0.0), 0.0, 0.0)
+"""Sole of a point foot."""
+
+Stance = tuple[int, int, int]
+"""First and last sample, and number of the foot."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Footprint:
-    """Where a foot stood.
+    """Place where a foot stood.
 
     Attributes
     ----------
@@ -22,11 +35,11 @@ class Footprint:
     place
         Middle of the sole in the world [m].
     yaw
-        Of the foot in the world [rad].
+        Heading of the foot in the world [rad].
     size
         Length and width of the sole [m]; zeros for a point.
     time
-        Of the touchdown [s].
+        Time of the touchdown [s].
     """
 
     foot: str
@@ -34,27 +47,6 @@ class Footprint:
     yaw: float
     size: tuple[float, float]
     time: float
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Picture:
-    """The robot seen from the side, without perspective.
-
-    Attributes
-    ----------
-    pixels
-        Red, green, blue and opacity, from the top row down, shape (H, W, 4).
-    left, right
-        Edges, from the root link on [m].
-    bottom, top
-        Edges, from the ground on [m].
-    """
-
-    pixels: NDArray[np.uint8]
-    left: float
-    right: float
-    bottom: float
-    top: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,36 +58,36 @@ class Pose:
     time
         [s]
     segments
-        Start and end of each of the stick figure's lines in the world [m], shape (S, 2, 3).
-    place
-        Of the root link in the world, seen from above [m].
-    yaw
-        Where the robot faces [rad].
-    picture
-        To be shown in place of the stick figure; seen as `SEEN_FROM` says.
+        Start and end of each line of the stick figure in the world [m], shape (S, 2, 3).
+    configuration
+        Position and quaternion xyzw of the root link, then the tree's joints, shape (7 + n,).
     """
 
     time: float
     segments: Array
-    place: tuple[float, float]
-    yaw: float
-    picture: Picture | None = None
+    configuration: Array
+
+    @property
+    def yaw(self) -> float:
+        """Heading of the robot [rad]."""
+        turn = Rotation.from_quat(self.configuration[3:7]).as_matrix()
+        return float(np.arctan2(turn[1, 0], turn[0, 0]))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WalkPicture:
-    """A walk as it is drawn.
+    """Everything that a report draws of a walk.
 
     Attributes
     ----------
     footprints
-        In the order of their touchdowns.
+        In the order of the touchdowns.
     com_time, com
-        Way of the centre of mass, seen from above: [s], shape (N,), and [m], shape (N, 2).
+        Time [s], shape (N,), and center of mass seen from above [m], shape (N, 2).
     poses
-        Six to ten, in the order of time: over one stride, if there is one.
+        Of one stride.
     segment_names
-        Joint or contact that each line of the stick figures leads to, S of them.
+        Joint or contact to which each line of the stick figure leads, S of them.
     """
 
     footprints: tuple[Footprint, ...]
@@ -103,3 +95,137 @@ class WalkPicture:
     com: Array
     poses: tuple[Pose, ...]
     segment_names: tuple[str, ...]
+
+
+def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mapping[str, Sole]) -> WalkPicture:
+    """Compute the picture of a walk.
+
+    Parameters
+    ----------
+    robot
+        With a floating base.
+    log
+        With base orientation and contact, without noise.
+    base_position
+        Position of the root link in the world [m], shape (T, 3).
+    soles
+        By contact; other contacts are drawn as points.
+
+    Raises
+    ------
+    SettingsError
+        If the robot's base is fixed, or the log has no base orientation or contact.
+    """
+    if robot.base == "fixed" or log.base_orientation is None or log.contact is None:
+        raise SettingsError(
+            f"{robot.name}: a walk cannot be drawn; expected a floating base, base_orientation and contact"
+        )
+    found = stances(log.time, log.contact)
+    pose_rows = _pose_rows(found, base_position)
+    points = min(2000, round((log.time[-1] - log.time[0]) / 0.02) + 2, len(log.time))  # one per 20 ms
+    com_rows = np.unique(np.linspace(0, len(log.time) - 1, points).round().astype(np.int64))
+    model, data = robot.tree.model, robot.tree.model.createData()
+    poses, names = [], ()
+    for row, configuration in zip(pose_rows, _configurations(robot, log, base_position, pose_rows), strict=True):
+        pin.forwardKinematics(model, data, configuration)
+        names, segments = zip(*stick_figure(robot, data, soles), strict=True)
+        poses.append(Pose(time=float(log.time[row]), segments=np.array(segments), configuration=configuration))
+    ways = _configurations(robot, log, base_position, com_rows)
+    return WalkPicture(
+        footprints=tuple(_footprints(robot, log, base_position, found, soles)),
+        com_time=log.time[com_rows],
+        com=np.array([pin.centerOfMass(model, data, configuration)[:2] for configuration in ways]),
+        poses=tuple(poses),
+        segment_names=names,
+    )
+
+
+def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
+    """Find the stances of each foot from contact flags, shape (T, feet), in the order of the touchdowns.
+
+    A foot that stands for less than 50 ms has only touched the ground, and one in the air for less than 100 ms has
+    only bounced.
+    """
+    found = []
+    for foot, flags in enumerate(contact.T):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+        spans = edges.reshape(-1, 2) - [0, 1]
+        spans = spans[time[spans[:, 1]] - time[spans[:, 0]] >= 0.05]
+        lifted = np.flatnonzero(time[spans[1:, 0]] - time[spans[:-1, 1]] >= 0.1) + 1
+        found += [(int(run[0, 0]), int(run[-1, 1]), foot) for run in np.split(spans, lifted) if len(run)]
+    return sorted(found)
+
+
+def _pose_rows(found: list[Stance], base_position: Array) -> NDArray[np.int64]:
+    """Select rows of one stride, between touchdowns of a foot: the longest one, to 0.1 m, nearest to the middle.
+
+    A robot that stands is shown over all of the time.
+    """
+    middle = len(base_position) // 2
+    touchdowns = [(start, foot) for start, _, foot in found if start > 0]
+    strides = [
+        (start, next_start)
+        for k, (start, foot) in enumerate(touchdowns)
+        if (next_start := next((later for later, other in touchdowns[k + 1 :] if other == foot), None)) is not None
+    ]
+
+    def rank(stride: tuple[int, int]) -> tuple[int, float]:
+        way = np.linalg.norm(base_position[stride[1], :2] - base_position[stride[0], :2])
+        return -round(float(way) / 0.1), abs(sum(stride) / 2 - middle)
+
+    start, end = min(strides, key=rank, default=(0, len(base_position) - 1))
+    return np.linspace(start, end, POSES).round().astype(np.int64)
+
+
+def _configurations(robot: Robot, log: RobotLog, base_position: Array, rows: NDArray[np.int64]) -> Array:
+    """Compute configurations of the tree, shape (rows, 7 + n); the log's orientation may be another frame's."""
+    assert log.base_orientation is not None
+    in_root, _ = frame_pose(robot.tree, robot.tree.model.getFrameId(robot.base_frame), log.position[rows])
+    rotation = Rotation.from_quat(log.base_orientation[rows]) * Rotation.from_matrix(in_root).inv()
+    return np.hstack([base_position[rows], rotation.as_quat(), log.position[rows][:, robot.tree.columns]])
+
+
+def _footprints(
+    robot: Robot, log: RobotLog, base_position: Array, found: list[Stance], soles: Mapping[str, Sole]
+) -> Iterator[Footprint]:
+    """Yield the feet's places half way through each stance, where they rest."""
+    rows = np.array([(start + end) // 2 for start, end, _ in found], dtype=np.int64)
+    for row, base, (start, _, foot) in zip(rows, _configurations(robot, log, base_position, rows), found, strict=True):
+        name = log.foot_names[foot]
+        sole, base_turn = soles.get(name, NO_SOLE), Rotation.from_quat(base[3:7])
+        rotation, translation = robot.foot_pose(name, log.position[[row]])
+        turn = base_turn.as_matrix() @ rotation[0]
+        place = base[:3] + base_turn.apply(translation[0]) + turn @ sole.centre
+        yield Footprint(
+            foot=name,
+            place=(float(place[0]), float(place[1])),
+            yaw=float(np.arctan2(turn[1, 0], turn[0, 0])),
+            size=(2 * sole.half_length, 2 * sole.half_width),
+            time=float(log.time[start]),
+        )
+
+
+def stick_figure(robot: Robot, data: pin.Data, soles: Mapping[str, Sole]) -> Iterator[tuple[str, Array]]:
+    """Yield the lines of a robot after `pin.forwardKinematics`: joint or contact, start and end [m], shape (2, 3).
+
+    Lines lead from joint to joint, to the ends of limbs, which the center of mass of their last body shows, and around
+    soles. Lines shorter than 1 mm are left out.
+    """
+    model, origin = robot.tree.model, np.zeros(3)
+    lines: list[tuple[str, int, Array, Array]] = []
+    standing = set()
+    for name, contact in robot.contacts.items():
+        frame = model.frames[model.getFrameId(contact.frame)]
+        standing.add(joint := int(frame.parentJoint))
+        sole = soles.get(name, NO_SOLE)
+        ahead = np.array([sole.half_length, 0.0, 0.0])
+        heel, toe = (frame.placement.act(np.array(sole.centre) + way) for way in (-ahead, ahead))
+        lines += [(name, joint, *ends) for ends in ((origin, heel), (heel, toe), (toe, origin))]
+    for joint in range(2 if robot.tree.floating else 1, model.njoints):
+        placement = model.jointPlacements[joint]  # a sliding joint's own way is not drawn: lines keep their lengths
+        lines.append((model.names[joint], int(model.parents[joint]), origin, placement.translation))
+        if joint not in standing and joint not in set(model.parents):
+            lines.append((model.names[joint], joint, origin, 2 * model.inertias[joint].lever))
+    for name, joint, start, end in lines:
+        if np.linalg.norm(end - start) > 1e-3:
+            yield name, np.array([data.oMi[joint].act(start), data.oMi[joint].act(end)])

@@ -1,11 +1,5 @@
-"""Draws poses of a robot with MuJoCo, as a program of its own.
+"""Poses of a robot drawn by MuJoCo's renderer, for the README's picture."""
 
-It reads what to draw from its standard input, and writes the pictures to its standard output, both as npz. It imports
-nothing of the package, which would take longer than the drawing.
-"""
-
-import io
-import sys
 from pathlib import Path
 
 import mujoco
@@ -105,13 +99,11 @@ def _smooth(colour: NDArray[np.uint8], opaque: NDArray[np.bool_]) -> NDArray[np.
     return np.concatenate([shade, 255 * share[..., None]], axis=-1).round().astype(np.uint8)
 
 
-def _main() -> None:
-    asked = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
-    pixels = draw(str(asked["model_file"]), *(asked[key] for key in ("names", "colours", "configurations", "azimuth")))
-    answer = io.BytesIO()
-    np.savez_compressed(answer, allow_pickle=False, pixels=pixels)
-    sys.stdout.buffer.write(answer.getvalue())
-
-
-if __name__ == "__main__":
-    _main()
+def cropped(pixels: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
+    """Crop a picture to the robot; return it with left, right, bottom and top edge relative to root and ground [m]."""
+    metres = EXTENT / len(pixels)
+    rows, columns = (np.flatnonzero(pixels[..., 3].any(axis=axis)) for axis in (1, 0))
+    top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
+    across = left * metres - EXTENT / 2, right * metres - EXTENT / 2
+    up = EXTENT - BELOW - bottom * metres, EXTENT - BELOW - top * metres
+    return pixels[top:bottom, left:right], (*across, *up)
