@@ -12,19 +12,6 @@ from stribeck.friction.stribeck import split_stribeck
 from stribeck.friction.stribeck_exponent import StribeckExponent
 from stribeck.typing import Array
 
-TRAVEL = Parameter(
-    name="bristle_travel",
-    symbol="d",
-    unit="rad",
-    lower=1e-6,
-    upper=1.0,
-    starts=(1e-3, 3e-3, 1e-2, 3e-2),
-    start_speed_power=1,
-    logarithmic=True,
-)
-DAMPING = Parameter(name="bristle_damping", symbol="sigma1", unit="N m s/rad")
-
-
 STEADY = StribeckExponent()
 """Law of steady sliding, with the exponent 2."""
 
@@ -55,8 +42,17 @@ class LuGre(LawWithState):
         STRIBECK_GAIN,
         STRIBECK_VELOCITY,
         OFFSET,
-        TRAVEL,
-        DAMPING,
+        Parameter(
+            name="bristle_travel",
+            symbol="d",
+            unit="rad",
+            lower=1e-6,
+            upper=1.0,
+            starts=(1e-3, 3e-3, 1e-2, 3e-2),
+            start_speed_power=1,
+            logarithmic=True,
+        ),
+        Parameter(name="bristle_damping", symbol="sigma1", unit="N m s/rad"),
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
     jumps: ClassVar[bool] = True

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -82,8 +83,7 @@ class JointAdvice:
     candidates: tuple[Candidate, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Motion:
+class Motion(NamedTuple):
     """A motion in which one joint swings between speeds [rad/s], [m/s] and the others rest."""
 
     name: str
@@ -122,7 +122,7 @@ def advise(
     for each in motions_of(joint, posture):
         covariance = covariances(dynamics, each.state, [joint], PERIOD)[0]
         curve = expected_curve(joint, covariance, top, DURATION)
-        found.append(_candidate(each.name, each.slowest, each.fastest, each.reversals, DURATION, curve))
+        found.append(_candidate(*each[:4], DURATION, curve))
     if not still:
         found += [of_pace(pace, factor, joint, motion, top) for pace, factor in PACES.items()]
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
@@ -170,8 +170,7 @@ def _sweep(name: str, slow: float, fast: float, joint: PlannedJoint, posture: Ar
     position[:, joint.column] = joint.reach.middle - amplitude * np.cos(angle)
     velocity[:, joint.column] = speed * np.sin(angle)
     acceleration[:, joint.column] = np.gradient(velocity[:, joint.column], PERIOD)
-    state = State(position, velocity, acceleration)
-    return Motion(name=name, slowest=slow, fastest=fast, reversals=int(angle[-1] / np.pi), state=state)
+    return Motion(name, slow, fast, int(angle[-1] / np.pi), State(position, velocity, acceleration))
 
 
 def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> Candidate:
