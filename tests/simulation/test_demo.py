@@ -136,5 +136,5 @@ def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:
 def test_the_report_shows_the_walk_and_the_truth(made: Made) -> None:
     page = (made.folder / "report.html").read_text()
     assert "The robot from" in page
-    assert "Footprints and centre of mass" in page
+    assert "From above; strong: while the poses last" in page
     assert "truth" in page
