@@ -267,6 +267,14 @@ def test_a_model_that_does_not_fit_is_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_log_that_is_too_short_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    log = save_npz(arm_log(robot, duration=1, rate=500.0), tmp_path / "log.npz")
+    for end in ("0.01", "0.03", "0.06", "0.1"):
+        sentence = refused(capsys, "replay", log, "-r", robot.path, "-m", robot.model_path, "--to", end)
+        assert "log.npz: " in sentence
+
+
 def test_other_orders_and_further_joints_change_nothing(tmp_path: Path) -> None:
     """A gripper's joint is locked, and joints may come in another order."""
     robot = Robot.from_file(write_arm(tmp_path))

@@ -1,7 +1,7 @@
 """A log against two models, with and without their friction: the robot's own, and that of another file."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
@@ -15,9 +15,8 @@ from stribeck.identification.judgement.torque_error import TorqueError, torque_e
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog, Progress, prepare, quiet
-from stribeck.replay.model_friction import JointFriction, ModelFriction
+from stribeck.replay.model_friction import JointFriction, ModelFriction, read_friction
 from stribeck.replay.other_model import other_model, with_joints
-from stribeck.replay.read_friction import read_friction
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -154,7 +153,11 @@ def replay(
         ]
         settings, _ = with_filter(prepared, robot, settings)
         logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
-        massless = _massless((robot, other), logs)
+        massless = [
+            (name, Path(each.model_path).name)
+            for each, own in zip((robot, other), logs, strict=True)
+            for name in massless_joints(each, own.log.position[0])
+        ]
         notes += [f"{file}: joint '{name}' moves no mass, so rollouts take it as measured" for name, file in massless]
         found: list[Replayed] = []
         with errors_about(prepared.log.path), np.errstate(all="ignore"):  # numbers that no robot has are refused
@@ -200,26 +203,17 @@ def _torque_errors(
 def _require_finite(
     robot: Robot, torque: list[dict[str, TorqueError]], rollouts: list[dict[str, list[RolloutError | None]]]
 ) -> None:
-    for of_joints, of_rollouts in zip(torque, rollouts, strict=True):
-        for name, error in of_joints.items():
-            if not np.isfinite([error.rms, error.r2]).all():
-                raise _impossible(robot, f"its torque of joint '{name}' is not finite")
-        for name, errors in of_rollouts.items():
-            if not all(np.isfinite([error.rms, error.relative]).all() for error in errors if error):
-                raise _impossible(robot, f"its simulated velocity of joint '{name}' is not finite")
+    numbers = [("torque", name, [own.rms, own.r2]) for each in torque for name, own in each.items()]
+    for each in rollouts:
+        for name, errors in each.items():
+            numbers.append(("simulated velocity", name, [x for own in errors if own for x in (own.rms, own.relative)]))
+    for what, name, values in numbers:
+        if not np.isfinite(values).all():
+            raise _impossible(robot, f"its {what} of joint '{name}' is not finite")
 
 
 def _impossible(robot: Robot, what: str) -> RobotFileError:
     return RobotFileError(f"{robot.model_path}: {what}; expected masses, lengths and friction that a robot can have")
-
-
-def _massless(robots: Sequence[Robot], logs: Sequence[PreparedLog]) -> list[tuple[str, str]]:
-    """Return the joints that some model cannot simulate, and the model's file."""
-    return [
-        (name, Path(robot.model_path).name)
-        for robot, prepared in zip(robots, logs, strict=True)
-        for name in massless_joints(robot, prepared.log.position[0])
-    ]
 
 
 def _flight(prepared: PreparedLog) -> list[str]:

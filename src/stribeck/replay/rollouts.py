@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.contact import SupportPhase
 from stribeck.dynamics.rooted import RootMotion, joint_inertia, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.auto_filter import MASSLESS
@@ -33,17 +34,11 @@ from stribeck.settings import Settings
 from stribeck.typing import Array
 
 HORIZONS = (0.05, 0.2, 0.5)
-"""[s] after which the velocities are compared."""
+"""Times after which the velocities are compared [s]."""
 STARTS = 100
-"""Of rollouts in a log, evenly spread over what can be simulated."""
+"""Rollouts in a log, evenly spread over the rows that can be simulated."""
 STEP = 1e-3
-"""[s]."""
-ITERATIONS = 5
-"""That find the friction at the end of a step [1]; with one, exact logs of an arm are left four times as fast."""
-FASTEST = 1e3
-"""Speed at which a rollout that runs away is stopped [rad/s], [m/s]."""
-FEWEST = 5
-"""Rollouts of a joint that an error is taken from."""
+"""Step of the simulation [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,21 +60,11 @@ class RolloutError:
     rollouts: int
 
 
-@dataclass(frozen=True)
-class _Start:
-    """The row that a rollout starts at, the row that it ends before, its contact mode, and that mode's steady rows."""
-
-    row: int
-    stop: int
-    mode: ContactMode
-    steady: slice
-
-
 @dataclass(frozen=True, eq=False)
 class _Batch:
-    """S rollouts of one contact mode, their measured signals at T rows from the start on, the last one repeated.
+    """S rollouts of one contact mode: signals at T rows from the start on, the last row repeated.
 
-    State and torque have shape (S, T, n); `reach` is how long each goes on [s], `steady` how long the feet are at rest.
+    The torque has shape (S, T, n); `reach` is the duration of each rollout [s], `steady` how long the feet rest [s].
     """
 
     mode: ContactMode
@@ -103,12 +88,12 @@ def rollout_errors(
     massless: Collection[str],
     settings: Settings,
 ) -> list[dict[str, list[RolloutError | None]]]:
-    """Return the velocity errors of a model with each of some frictions, by joint, after each of `HORIZONS`.
+    """Compute the velocity errors of a model with each of some frictions, by joint, after each of `HORIZONS`.
 
     Joints that are `massless`, and those that are position-controlled, move as measured.
     """
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
-    batches = [_read(prepared, robot, starts, settings) for starts in _starts(prepared, robot, moving, settings)]
+    batches = _batches(prepared, robot, moving, settings)
     found = []
     for friction in frictions:
         parts = [_compared(robot, batch, friction, moving, settings) for batch in batches]
@@ -117,55 +102,38 @@ def rollout_errors(
     return found
 
 
-def _starts(prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings: Settings) -> list[list[_Start]]:
-    """Return the starts, those of one contact mode together."""
+def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings: Settings) -> list[_Batch]:
+    """Read the measured signals of rollouts, those of one contact mode together."""
     period, log, phases = prepared.sampling.period, prepared.log, prepared.support.phases
     motion_filter = make_filter(settings.filter, period)
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     margin = max(motion_filter.half_width, turn_filter.half_width)
-    shortest = int(np.ceil(HORIZONS[0] / period)) + 1
-    spans: list[_Start] = []
+    shortest, longest = int(np.ceil(HORIZONS[0] / period)) + 1, int(np.ceil(HORIZONS[-1] / period)) + 2
+    rows = owners = np.zeros(0, dtype=int)
+    spans: list[tuple[int, SupportPhase, ContactMode]] = []
     for segment in prepared.sampling.segments:
         for phase, mode in zip(phases, contact_modes(phases), strict=True):
-            row = max(phase.first, segment.start + margin)
-            stop = min(phase.last, segment.stop - margin)
+            row, stop = max(phase.first, segment.start + margin), min(phase.last, segment.stop - margin)
             seen = bool(mode.feet) and seen_joints(robot, mode.feet, settings)[moving].any()
             if stop - row > shortest and seen:
-                spans.append(_Start(row, stop, mode, slice(phase.steady_first, phase.steady_last)))
-    lengths = np.array([span.stop - shortest - span.row for span in spans], dtype=np.int64)
-    ends = np.cumsum(lengths)
-    total = int(ends[-1]) if len(ends) else 0
-    by_mode: dict[ContactMode, list[_Start]] = {}
-    for place in np.unique(np.linspace(0, total - 1, min(STARTS, total)).astype(int)):
-        k = int(np.searchsorted(ends, place, side="right"))
-        row = spans[k].row + int(place - ends[k] + lengths[k])
-        by_mode.setdefault(spans[k].mode, []).append(_Start(row, spans[k].stop, spans[k].mode, spans[k].steady))
-    return list(by_mode.values())
-
-
-def _read(prepared: PreparedLog, robot: Robot, starts: Sequence[_Start], settings: Settings) -> _Batch:
-    """Read the measured signals of rollouts of one contact mode."""
-    period, log = prepared.sampling.period, prepared.log
-    motion_filter = make_filter(settings.filter, period)
-    turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
-    longest = int(np.ceil(HORIZONS[-1] / period)) + 2
-    states, torques = [], []
-    for start in starts:
-        rows = slice(start.row, min(start.stop, start.row + longest))
-        state, torque = differentiate(robot, log, rows, motion_filter, turn_filter, settings)
-        kept = np.minimum(np.arange(longest), len(torque) - 1)
-        states.append(state.take(kept))
-        torques.append(torque[kept])
-    steady = [(start.steady.stop - 1 - start.row) * (start.row >= start.steady.start) for start in starts]
-    reach = [start.stop - 1 - start.row for start in starts]
-    return _Batch(
-        mode=starts[0].mode,
-        states=states,
-        torque=np.stack(torques),
-        period=period,
-        reach=np.array(reach) * period,
-        steady=np.array(steady) * period,
-    )
+                rows = np.append(rows, np.arange(row, stop - shortest))
+                owners = np.append(owners, np.full(stop - shortest - row, len(spans)))
+                spans.append((stop, phase, mode))
+    by_mode: dict[ContactMode, list[tuple[int, int, SupportPhase]]] = {}
+    for place in np.unique(np.linspace(0, len(rows) - 1, min(STARTS, len(rows))).astype(int)):
+        stop, phase, mode = spans[owners[place]]
+        by_mode.setdefault(mode, []).append((int(rows[place]), stop, phase))
+    batches = []
+    for mode, starts in by_mode.items():
+        used = [slice(row, min(stop, row + longest)) for row, stop, _ in starts]
+        read = [differentiate(robot, log, each, motion_filter, turn_filter, settings) for each in used]
+        kept = [np.minimum(np.arange(longest), len(torque) - 1) for _, torque in read]
+        states = [state.take(each) for (state, _), each in zip(read, kept, strict=True)]
+        torque = np.stack([torque[each] for (_, torque), each in zip(read, kept, strict=True)])
+        reach = [stop - 1 - row for row, stop, _ in starts]
+        steady = [(phase.steady_last - 1 - row) * (row >= phase.steady_first) for row, _, phase in starts]
+        batches.append(_Batch(mode, states, torque, period, *(np.array([reach, steady]) * period)))
+    return batches
 
 
 def _compared(
@@ -201,15 +169,16 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
             now = _at(measured, at)
             now[:, free] = simulated[:, free]
             simulated[:] = now
-        _, bias = rooted_inverse_dynamics(rooted, position, velocity, _at(acceleration, at), _root_at(root, at))
+        moved = RootMotion(**{name: _at(signal, at) for name, signal in root.items()}) if root else None
+        _, bias = rooted_inverse_dynamics(rooted, position, velocity, _at(acceleration, at), moved)
         force = (_at(batch.torque, at) - bias)[:, free]
         inertia = joint_inertia(rooted, position)[:, free[:, None], free]
         before = velocity.copy()
-        for _ in range(ITERATIONS if friction else 1):
+        for _ in range(5 if friction else 1):  # with one, exact logs of an arm are left four times as fast
             damping = friction.damping(velocity)[:, free]
             resisted = inertia + STEP * damping[:, :, free]
             change = np.linalg.solve(resisted, force[:, :, None] - damping @ before[:, :, None])[:, :, 0]
-            velocity[:, free] = np.clip(before[:, free] + STEP * change, -FASTEST, FASTEST)
+            velocity[:, free] = np.clip(before[:, free] + STEP * change, -1e3, 1e3)  # [rad/s], [m/s]
         position[:, free] += STEP * velocity[:, free]
         if step + 1 in steps:
             found.append(velocity.copy())
@@ -223,20 +192,15 @@ def _at(signal: Array, row: float) -> Array:
     return np.asarray((1 - share) * signal[:, before] + share * signal[:, before + 1])
 
 
-def _root_at(root: dict[str, Array], row: float) -> RootMotion | None:
-    """Return how the roots of all rollouts move at a row between two; None of a fixed base."""
-    return RootMotion(**{name: _at(signal, row) for name, signal in root.items()}) if root else None
-
-
 def _of_joint(error: Array, change: Array, counts: NDArray[np.bool_]) -> list[RolloutError | None]:
-    """Return the errors of a joint after each horizon, from those of the rollouts, shape (S, H) each."""
-    return [_error(error[counts[:, k], k], change[counts[:, k], k]) for k in range(len(HORIZONS))]
+    """Summarize a joint's errors after each horizon, from those of the rollouts, shape (S, H) each.
 
-
-def _error(error: Array, change: Array) -> RolloutError | None:
-    """Return the error over rollouts, None where they are too few."""
-    moved = float(np.sqrt(np.mean(change**2))) if len(change) >= FEWEST else 0.0
-    if moved <= 0:
-        return None
-    rms = float(np.sqrt(np.mean(error**2)))
-    return RolloutError(relative=rms / moved, rms=rms, rollouts=len(error))
+    A horizon that fewer than five rollouts reach, or without any change of the velocity, has None.
+    """
+    found: list[RolloutError | None] = []
+    for k, counted in enumerate(counts.T):
+        rollouts = int(np.count_nonzero(counted))
+        moved = float(np.sqrt(np.mean(change[counted, k] ** 2))) if rollouts >= 5 else 0.0
+        rms = float(np.sqrt(np.mean(error[counted, k] ** 2))) if moved > 0 else 0.0
+        found.append(RolloutError(relative=rms / moved, rms=rms, rollouts=rollouts) if moved > 0 else None)
+    return found
