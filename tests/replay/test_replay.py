@@ -207,7 +207,7 @@ def test_a_log_that_makes_every_number_wrong_is_refused(tmp_path: Path, capsys: 
     command = ("replay", path, "-r", robot.path, "-m", robot.model_path, "-o", tmp_path / "out")
     sentence = refused(capsys, *command)
     assert "degrees" in sentence
-    assert "--force goes on" in sentence
+    assert "--force continues" in sentence
     assert not (tmp_path / "out").exists()
     assert run(*command, "--force", "--json") == 0
     assert any("degrees" in note for note in json.loads(capsys.readouterr().out)["notes"])
