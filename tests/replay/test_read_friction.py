@@ -9,7 +9,8 @@ from tests.export.test_sweep import EFFECT
 from tests.models import EXAMPLES, MODELS
 
 from stribeck import export
-from stribeck.replay.model_friction import CREEP, JointFriction, ModelFriction, read_friction
+from stribeck.replay.model_friction import CREEP, JointFriction, ModelFriction
+from stribeck.replay.replay import read_friction
 
 MJCF = """<mujoco><default><joint damping="0.3" frictionloss="0.2"/></default>
 <worldbody><body name="a"><joint name="hinge" {}/><inertial mass="1" pos="0 0 .1" diaginertia=".1 .1 .1"/></body>

@@ -1,4 +1,4 @@
-"""The joint friction that a model file states: `<dynamics>` of a URDF, or MuJoCo's reading of an MJCF.
+"""The joint friction that a model file states itself, as its simulator would apply it.
 
 R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 """
@@ -6,12 +6,9 @@ R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
-from stribeck.robot.model_file import kind_of
-from stribeck.robot.xml_file import read_xml
 from stribeck.typing import Array
 
 CREEP = 1e-3
@@ -90,29 +87,3 @@ class StatedFriction:
     joints: dict[str, JointFriction]
     couplings: dict[str, tuple[dict[str, float], JointFriction]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-
-
-def read_friction(path: Path) -> StatedFriction:
-    """Read the friction of a model file.
-
-    Raises
-    ------
-    RobotFileError
-        If the file cannot be read, or a number is none or negative.
-    """
-    if kind_of(path) == "mjcf":
-        from stribeck.replay.mjcf_friction import read_mjcf_friction  # which is slow to import
-
-        return read_mjcf_friction(path)
-    xml, found = read_xml(path), {}
-    for joint in xml.root.iter("joint"):
-        numbers, name = {"friction": 0.0, "damping": 0.0}, joint.get("name", "")
-        for dynamics in joint.iter("dynamics"):
-            for word in numbers.keys() & dynamics.keys():
-                of = f"{word} of joint '{name}'"
-                (numbers[word],) = xml.numbers(dynamics, dynamics.get(word), 1, of)
-                if numbers[word] < 0:
-                    xml.refuse(dynamics, f"{of} is {dynamics.get(word)}; expected zero or more")
-        if joint.get("type"):  # no transmission's
-            found[name] = JointFriction(coulomb=numbers["friction"], viscous=numbers["damping"])
-    return StatedFriction(joints=found)

@@ -15,10 +15,12 @@ from stribeck.identification.judgement.torque_error import TorqueError, torque_e
 from stribeck.log import RobotLog
 from stribeck.motion import make_filter
 from stribeck.preparation import PreparedLog, Progress, prepare, quiet
-from stribeck.replay.model_friction import JointFriction, ModelFriction, read_friction
+from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
 from stribeck.robot import Robot
+from stribeck.robot.model_file import kind_of
+from stribeck.robot.xml_file import read_xml
 from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
 from stribeck.version import __version__
@@ -239,3 +241,29 @@ def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
     if not found:
         notes.append(f"{path.name}: states no joint friction")
     return found
+
+
+def read_friction(path: Path) -> StatedFriction:
+    """Read the friction of a model file.
+
+    Raises
+    ------
+    RobotFileError
+        If the file cannot be read, or a number is none or negative.
+    """
+    if kind_of(path) == "mjcf":
+        from stribeck.replay.mjcf_friction import read_mjcf_friction  # which is slow to import
+
+        return read_mjcf_friction(path)
+    xml, found = read_xml(path), {}
+    for joint in xml.root.iter("joint"):
+        numbers, name = {"friction": 0.0, "damping": 0.0}, joint.get("name", "")
+        for dynamics in joint.iter("dynamics"):
+            for word in numbers.keys() & dynamics.keys():
+                of = f"{word} of joint '{name}'"
+                (numbers[word],) = xml.numbers(dynamics, dynamics.get(word), 1, of)
+                if numbers[word] < 0:
+                    xml.refuse(dynamics, f"{of} is {dynamics.get(word)}; expected zero or more")
+        if joint.get("type"):  # no transmission's
+            found[name] = JointFriction(coulomb=numbers["friction"], viscous=numbers["damping"])
+    return StatedFriction(joints=found)
