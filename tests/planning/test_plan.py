@@ -1,6 +1,7 @@
 """What a plan says of joints that are weak or do not move, and what it refuses."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -199,3 +200,16 @@ def test_a_base_that_moves_gets_no_trajectory_unless_it_is_held(out: Path) -> No
 def test_a_held_robot_feels_gravity_along_the_axis_that_points_down() -> None:
     robot = Robot.from_model(Path(__file__).parents[2] / "src/stribeck_simulation/robots/models/quadruped.urdf")
     assert gravity(robot, "-x") == pytest.approx([9.81, 0, 0])
+
+
+def test_a_trajectory_respects_the_velocity_limit_of_the_model(out: Path, tmp_path: Path) -> None:
+    urdf, slow = (out / "arm.urdf").read_text(), 0.25  # [m/s]; the slide is fast enough for more
+    (tmp_path / "arm.urdf").write_text(re.sub('velocity="[^"]*"', f'velocity="{slow}"', urdf))
+    robot = Robot.from_model(tmp_path / "arm.urdf", base="fixed")
+    np.testing.assert_array_equal(robot.speed_limits, [slow, np.inf, slow])
+    fastest = []
+    for limited in (robot, Robot.from_model(out / "arm.urdf", base="fixed")):
+        trajectory = plan(out / "result.json", limited, joints=["slide"], duration=10.0).trajectory
+        assert trajectory is not None
+        fastest.append(np.abs(trajectory.at(np.arange(0, 10, 0.01)).velocity).max())
+    assert fastest[0] <= 0.8 * slow * 1.001 < fastest[1]

@@ -62,7 +62,7 @@ def test_mass_inertia_rotors_and_limits_stay(name, foot):
         offset = pin.SE3(np.eye(3), data.com[0])
         composite.append(pose.actInv(offset).act(data.Ig).matrix())
     np.testing.assert_allclose(composite[0], composite[1], atol=1e-9)
-    for attribute in ("lowerPositionLimit", "upperPositionLimit", "armature"):
+    for attribute in ("lowerPositionLimit", "upperPositionLimit", "armature", "effortLimit", "velocityLimit"):
         ours, before = (np.empty(len(joints)) for _ in range(2))
         ours[tree.columns] = np.asarray(getattr(tree.model, attribute))[-len(joints) :]
         before[own.columns] = np.asarray(getattr(own.model, attribute))[-len(joints) :]

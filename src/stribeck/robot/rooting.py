@@ -135,8 +135,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     rooted.gravity = model.gravity
     new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint") if floating else 0
     placed = {root_body: (new_root, in_root)}  # old body -> new joint, and the old body's pose in its frame
-    columns, axes, armature = [], [], [0.0] * (6 if floating else 0)
-    effort = [np.inf] * len(armature)
+    columns, axes = [], []
     limits: list[tuple[float, float]] = []
 
     # Depth first, as Pinocchio's recursions need: the joints of a subtree follow one another.
@@ -156,13 +155,15 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         placed[child] = (new, pin.SE3.Identity() if forward else model.jointPlacements[joint].inverse())
         columns.append(joint - base - 1)
         axes.append(Axis(direction, axis.prismatic))
-        armature.append(float(model.armature[model.joints[joint].idx_v]))
         limits.append(_limits(model, joint))
-        effort.append(float(model.effortLimit[model.joints[joint].idx_v]))
         pending += _edges(model, child, base)
 
     _carry_bodies(model, rooted, placed, base)
-    rooted.armature, rooted.effortLimit = np.array(armature), np.array(effort)
+    root = rooted.nv - len(columns)
+    for name in ("armature", "effortLimit", "velocityLimit"):
+        values = np.array(getattr(rooted, name))
+        values[root:] = np.asarray(getattr(model, name))[root:][columns]
+        setattr(rooted, name, values)
     lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
     first = rooted.nq - len(limits)
     lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
