@@ -8,10 +8,6 @@ from stribeck.result import Result
 from stribeck.typing import Array
 from stribeck_simulation.friction.parameters import Parameters
 
-EVEN_POINTS = 201
-"""Of a truth curve over the whole range of velocities."""
-NEAR_POINTS = 60
-"""Of a truth curve on either side of rest, where friction turns."""
 NEAR = (1e-4, 0.1)
 """From where to where these lie, as shares of the largest speed."""
 
@@ -39,6 +35,8 @@ def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) ->
 def _velocities(low: float, high: float) -> Array:
     """Return velocities from low to high, dense about zero [rad/s]."""
     reach = max(abs(low), abs(high))
-    near = np.geomspace(NEAR[0] * reach, NEAR[1] * reach, NEAR_POINTS)
-    velocities = np.concatenate([np.linspace(low, high, EVEN_POINTS), -near, near, [0.0]])
+    # of a truth curve on either side of rest, where friction turns
+    near = np.geomspace(NEAR[0] * reach, NEAR[1] * reach, 60)
+    # of a truth curve over the whole range of velocities
+    velocities = np.concatenate([np.linspace(low, high, 201), -near, near, [0.0]])
     return np.unique(velocities[(velocities >= low) & (velocities <= high)])

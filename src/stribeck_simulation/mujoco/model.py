@@ -16,13 +16,6 @@ PHYSICS_STEP = 0.00025
 """[s]"""
 SOLE_THICKNESS = 0.02
 """[m]"""
-GROUND_FRICTION = 0.9
-STIFFNESS = (0.001, 1.0)
-"""`solref`: time constant [s] and damping ratio of a contact. MuJoCo's own softness lets the stance foot rock."""
-IMPEDANCE = (0.99, 0.999, 0.0005, 0.5, 2.0)
-"""`solimp` of a contact."""
-FRICTION_IMPEDANCE_RATIO = 10.0
-"""`impratio`: keeps standing feet from creeping."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +108,7 @@ def _set_physics(spec: mujoco.MjSpec, step: float) -> None:
     spec.option.timestep = step
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = FRICTION_IMPEDANCE_RATIO
+    spec.option.impratio = 10.0  # `impratio`: keeps standing feet from creeping
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one robot is one island
 
 
@@ -166,6 +159,7 @@ def _add_sole(spec: mujoco.MjSpec, body: str, sole: Sole, rotation: Array, trans
 
 def _set_contact(geom: mujoco.MjsGeom) -> None:
     geom.condim, geom.priority = 3, 2
-    geom.friction[0] = GROUND_FRICTION
-    geom.solref[:2] = STIFFNESS
-    geom.solimp[:] = IMPEDANCE
+    geom.friction[0] = 0.9
+    # `solref`: time constant [s] and damping ratio of a contact. MuJoCo's own softness lets the stance foot rock
+    geom.solref[:2] = (0.001, 1.0)
+    geom.solimp[:] = (0.99, 0.999, 0.0005, 0.5, 2.0)  # `solimp` of a contact

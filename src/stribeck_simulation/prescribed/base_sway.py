@@ -9,10 +9,6 @@ from stribeck.typing import Array
 from stribeck_simulation.prescribed.limb import BodyMotion, Limb, end_motion
 from stribeck_simulation.prescribed.trajectory import Sines, Trajectory, random_sines
 
-SWAY_SHARE = 0.03
-"""Largest sway of the base position along each axis, as a share of its height above the feet."""
-TILT = 0.06
-"""Largest roll, pitch and yaw [rad]."""
 FREQUENCIES = (0.2, 1.0)
 """Of the base's sway [Hz]."""
 
@@ -51,5 +47,6 @@ class BaseSway:
 def random_sway(height: float, generator: np.random.Generator) -> BaseSway:
     """Draw a sway of a base that stands `height` [m] above its feet, which are near z = 0."""
     centre = np.array([0, 0, height, 0, 0, 0])
-    reach = np.repeat([SWAY_SHARE * height, TILT], 3)
+    # largest sway of the base position along each axis, as a share of its height above the feet
+    reach = np.repeat([0.03 * height, 0.06], 3)  # largest roll, pitch and yaw [rad]
     return BaseSway(random_sines(centre, reach, 2 * np.pi * FREQUENCIES[1] * reach, FREQUENCIES, generator))

@@ -12,8 +12,6 @@ from stribeck_simulation.prescribed.trajectory import Trajectory, bell, smooth_s
 
 Gait = Literal["walk", "trot", "stand"]
 
-SWING_TIME = 0.9
-"""Time that a foot is in the air in each step [s]."""
 TROT_SWING_TIME = 0.4
 """The same in a trot, where the robot tips over the two feet it stands on [s]."""
 STAND_TIME = 0.2
@@ -44,7 +42,7 @@ def plan_swings(gait: Gait, feet: tuple[str, ...], duration: float) -> tuple[Swi
     if gait == "trot" and len(feet) != 4:
         raise SettingsError(f"gait: 'trot' needs four contacts, the robot has {len(feet)}; expected 'walk' or 'stand'")
     groups = [(feet[0], feet[3]), (feet[1], feet[2])] if gait == "trot" else [(foot,) for foot in feet]
-    time = TROT_SWING_TIME if gait == "trot" else SWING_TIME
+    time = TROT_SWING_TIME if gait == "trot" else 0.9  # time that a foot is in the air in each step [s]
     swings: list[Swing] = []
     start = STAND_TIME
     while start + time + STAND_TIME <= duration:

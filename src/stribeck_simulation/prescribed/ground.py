@@ -13,13 +13,6 @@ from stribeck_simulation.prescribed.limb import BodyMotion, end_motion
 from stribeck_simulation.prescribed.posture import Leg
 from stribeck_simulation.prescribed.trajectory import Trajectory
 
-LEVER = 0.1
-"""A moment on a foot is as dear as a force at this lever [m]."""
-LEAST_SHARE = 1e-6
-"""Share of load of a standing foot at the least, so that the feet can always carry the base."""
-SINGULAR = 1e-11
-"""Relative size below which a direction counts as one that the standing feet cannot carry."""
-
 
 def inverse_dynamics(robot: Robot, joints: Trajectory, base: BodyMotion | None) -> tuple[Array, Array]:
     """Return the torques that a motion needs, by one recursion from the root link with gravity in the world.
@@ -115,10 +108,13 @@ def ground_reactions(
         block[:] = np.eye(6)
         block[:, 3:, :3] = np.cross(arm[:, None, :], np.eye(3)).transpose(0, 2, 1)
         size = leg.contact.size
-        load = np.where(standing[:, k], np.maximum(share[:, k], LEAST_SHARE), 0.0)
-        weights[:, 6 * k : 6 * k + size] = load[:, None] * np.array([1.0] * 3 + [LEVER**2] * 3)[:size]
+        # share of load of a standing foot at the least, so that the feet can always carry the base
+        load = np.where(standing[:, k], np.maximum(share[:, k], 1e-6), 0.0)
+        # a moment on a foot is as dear as a force at this lever [m]
+        weights[:, 6 * k : 6 * k + size] = load[:, None] * np.array([1.0] * 3 + [0.1**2] * 3)[:size]
     spread = weights[:, :, None] * maps.transpose(0, 2, 1)
-    multipliers = np.linalg.pinv(maps @ spread, rcond=SINGULAR, hermitian=True) @ wrench[:, :, None]
+    # relative size below which a direction counts as one that the standing feet cannot carry
+    multipliers = np.linalg.pinv(maps @ spread, rcond=1e-11, hermitian=True) @ wrench[:, :, None]
     carried = (spread @ multipliers)[:, :, 0].reshape(samples, len(legs), 6)
     effect = np.zeros_like(joints.position)
     reactions = np.empty_like(carried)

@@ -16,16 +16,8 @@ from stribeck_simulation.prescribed.trajectory import Sines, Trajectory, random_
 
 FREQUENCIES = (0.2, 2.0)
 """Of free joints [Hz]."""
-SWING_FREQUENCIES = (0.6, 2.0)
-"""Of swinging limbs, which have less time [Hz]."""
-SPEED = 2.8
-"""Bound of a revolute joint's speed [rad/s]; what it reaches is about 0.7 of it."""
 PRISMATIC_SPEED = 0.7
 """The same of a prismatic joint [m/s]."""
-LIMIT_SHARE = 0.9
-"""Share of the way from the posture to the nearer limit that a joint may go."""
-SWING_REACH = 0.4
-"""Largest distance of a swinging limb's joints from those of the planted limb [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +68,15 @@ def random_motion(
         If the posture is unknown to the robot, or its feet cannot stand.
     """
     centre = default_posture(robot, posture)
-    speed = np.where(robot.prismatic, PRISMATIC_SPEED, SPEED)
+    # bound of a revolute joint's speed [rad/s]; what it reaches is about 0.7 of it
+    speed = np.where(robot.prismatic, PRISMATIC_SPEED, 2.8)
     if robot.base == "fixed":
         return Motion(robot, random_sines(centre, _room(robot, centre), speed, FREQUENCIES, generator), centre)
     centre, height, legs = stand(robot, centre)
     free = random_sines(centre.copy(), _room(robot, centre), speed, FREQUENCIES, generator)
-    swing = random_sines(np.zeros(len(centre)), np.full(len(centre), SWING_REACH), speed, SWING_FREQUENCIES, generator)
+    # of swinging limbs, which have less time [Hz]
+    # largest distance of a swinging limb's joints from those of the planted limb [rad]
+    swing = random_sines(np.zeros(len(centre)), np.full(len(centre), 0.4), speed, (0.6, 2.0), generator)
     for leg in legs:
         for signal, replacement in ((free.amplitude, swing.amplitude), (free.pulsation, swing.pulsation)):
             signal[:, leg.limb.columns] = replacement[:, leg.limb.columns]
@@ -92,5 +87,6 @@ def random_motion(
 def _room(robot: Robot, centre: Array) -> Array:
     """Return how far joints may go from the centre [rad] or [m], shape (n,)."""
     low, high = robot.position_limits
-    room = LIMIT_SHARE * np.minimum(high - centre, centre - low)
+    # share of the way from the posture to the nearer limit that a joint may go
+    room = 0.9 * np.minimum(high - centre, centre - low)
     return np.asarray(np.where(np.isfinite(room), np.maximum(room, 0.0), 2 * np.pi))

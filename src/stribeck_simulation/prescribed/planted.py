@@ -10,15 +10,8 @@ from stribeck.typing import Array
 from stribeck_simulation.prescribed.limb import BodyMotion, Limb, end_motion
 from stribeck_simulation.prescribed.trajectory import Trajectory
 
-MAX_ITERATIONS = 60
-LARGEST_STEP = 0.3
-"""Newton steps are cut to this [rad], for starts far from the solution."""
 COARSE = 25
 """Newton first solves one of this many samples, and starts from there for the others."""
-FEW = 100
-"""Fewer samples than this many times `COARSE` are solved at once."""
-CLOSE_ENOUGH = 1e-13
-"""Newton ends when no joint moves by more [rad]; it converges quadratically."""
 
 
 def place_end(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, place: Array, start: Array) -> Array:
@@ -44,7 +37,7 @@ def place_end(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, p
     """
     position: Array = _start(limb, contact, base, rotation, place, start)
     zero = np.zeros_like(position)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(60):
         end, jacobian = end_motion(limb, base, position, zero, zero)
         error = np.empty((len(position), 6))
         error[:, :3] = place - end.position
@@ -54,8 +47,9 @@ def place_end(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, p
         except np.linalg.LinAlgError:
             break
         largest = np.abs(step).max(axis=1, keepdims=True)
-        position = position + step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))
-        if largest.max() < CLOSE_ENOUGH:
+        # Newton steps are cut to this [rad], for starts far from the solution
+        position = position + step * np.minimum(1.0, 0.3 / np.maximum(largest, 1e-300))
+        if largest.max() < 1e-13:  # Newton ends when no joint moves by more [rad]; it converges quadratically
             return position
         if not np.abs(position).max() < 100:
             break
@@ -68,7 +62,7 @@ def place_end(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, p
 def _start(limb: Limb, contact: Contact, base: BodyMotion, rotation: Array, place: Array, start: Array) -> Array:
     """Return joint positions near the solution, shape (T, k): a spline through that of every few samples."""
     samples = len(base.position)
-    if samples < FEW * COARSE:
+    if samples < 100 * COARSE:  # fewer samples than this many times `COARSE` are solved at once
         return np.tile(start, (samples, 1))
     rows = np.append(np.arange(0, samples - 1, COARSE), samples - 1)
     some = BodyMotion(base.rotation[rows], base.position[rows], base.velocity[rows], base.acceleration[rows])

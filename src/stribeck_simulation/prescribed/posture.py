@@ -11,9 +11,6 @@ from stribeck.typing import Array
 from stribeck_simulation.prescribed.limb import BodyMotion, Limb, limb_to
 from stribeck_simulation.prescribed.planted import place_end
 
-LIMIT_MARGIN = 0.25
-"""Share of its range that a joint keeps off its limits where no posture is given: knees are bent then."""
-
 
 @dataclass(frozen=True, eq=False)
 class Leg:
@@ -34,7 +31,8 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
         If the posture names a joint that the robot does not have, or is beyond a limit.
     """
     low, high = robot.position_limits
-    margin = np.where(np.isfinite(high - low), LIMIT_MARGIN * (high - low), 0.0)
+    # share of its range that a joint keeps off its limits where no posture is given: knees are bent then
+    margin = np.where(np.isfinite(high - low), 0.25 * (high - low), 0.0)
     centre = np.clip(0.0, low + margin, high - margin)
     for name, value in posture.items():
         if name not in robot.joint_names:

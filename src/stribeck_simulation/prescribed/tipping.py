@@ -21,9 +21,6 @@ from stribeck_simulation.prescribed.trajectory import Trajectory
 
 NODES = 48
 """Collocation points of each swing."""
-MAX_ITERATIONS = 20
-BALANCED = 1e-12
-"""Newton ends when the displacement changes by less [m]."""
 STEP = 1e-4
 """Of the difference quotients [m], and in m/s and m/s^2: the moment is smooth, and Newton forgives their error."""
 
@@ -76,7 +73,7 @@ def keep_from_tipping(motion: Motion, sway: BaseSway) -> Shift:
     times, first, second = zip(*(_collocation(line.swing) for line in lines), strict=True)
     time, D, DD = np.array(times), np.array(first), np.array(second)
     phi = np.zeros_like(time)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(20):
         derivatives = np.array([phi, *(np.einsum("sij,sj->si", matrix, phi) for matrix in (D, DD))])
         moment = _moment(motion, sway, lines, time, derivatives)
         slopes = []
@@ -90,7 +87,7 @@ def keep_from_tipping(motion: Motion, sway: BaseSway) -> Shift:
             moment[:, end] = 0.0
         change = -np.linalg.solve(system, moment[:, :, None])[:, :, 0]
         phi = phi + change
-        if np.abs(change).max() < BALANCED:
+        if np.abs(change).max() < 1e-12:  # Newton ends when the displacement changes by less [m]
             return Shift(
                 lines, [_pieces(line.swing, nodes, row) for line, nodes, row in zip(lines, time, phi, strict=True)]
             )

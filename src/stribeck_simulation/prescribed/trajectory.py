@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 
 from stribeck.typing import Array
 
-COMPONENTS = 4
-"""Sines in each random signal."""
-
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
@@ -90,7 +87,7 @@ def random_sines(
     generator
         Of random numbers.
     """
-    shape = (COMPONENTS, len(centre))
+    shape = (4, len(centre))  # sines in each random signal
     low, high = frequencies
     lowest = np.clip(0.5 * speed / (2 * np.pi * reach), low, 0.7 * high)
     pulsation = 2 * np.pi * np.exp(generator.uniform(np.log(lowest), np.log(high), shape))

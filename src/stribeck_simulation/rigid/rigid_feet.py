@@ -9,12 +9,6 @@ from stribeck.typing import Array
 
 STIFFNESS, DAMPING = 900.0, 60.0
 """Of Baumgarte's correction while a foot settles [1/s^2], [1/s]: critically damped at 30 rad/s."""
-SETTLING = 0.3
-"""How long after touchdown a foot is turned level and set down to the ground [s]; 5 deg are then 0.006 deg."""
-
-
-EARLY = 1e-9
-"""Rounding of times [s]."""
 
 
 class RigidFeet:
@@ -53,14 +47,15 @@ class RigidFeet:
         changed = feet != self.feet
         if changed:
             landed = [foot for foot in feet if foot not in self.feet]
-            settled = time + SETTLING if self._begun and self._corrected else time
+            # how long after touchdown a foot is turned level and set down to the ground [s]; 5 deg are then 0.006 deg
+            settled = time + 0.3 if self._begun and self._corrected else time
             self._constraints |= {foot: self._plant(foot, configuration) for foot in landed}
             self._settled |= dict.fromkeys(landed, settled)
             self.feet, self._begun = feet, True
             if self._corrected:
                 data = self._model.createData()
                 velocity = self._projected(data, self._load(data, feet), configuration, velocity)
-        held = tuple(foot for foot in feet if self._settled[foot] <= time + EARLY)
+        held = tuple(foot for foot in feet if self._settled[foot] <= time + 1e-9)  # rounding of times [s]
         if changed or held != self._held:
             self._hold(held)
         return velocity

@@ -15,11 +15,6 @@ from stribeck.log import RobotLog
 from stribeck.typing import Array
 from stribeck_simulation.sensors.profiles import SensorProfile
 
-WANDERING = 5.0
-"""Correlation time of the wandering error of an orientation [s]: an attitude filter forgets in some seconds."""
-LARGEST_JITTER = 0.45
-"""A time stamp is off by at most this share of the period, so that time goes on."""
-
 Samples = int | slice
 """One sample, or some."""
 Reading = Callable[[Samples, Array], Array]
@@ -64,7 +59,7 @@ class Sensors:
         self._rate = _errors(inertial, samples, 3, profile.gyroscope_noise * density, profile.gyroscope_bias)
         self._force = _errors(inertial, samples, 3, profile.accelerometer_noise * density, profile.accelerometer_bias)
         self._wrench = _errors(foot, samples, 6 * feet, wrench_noise, wrench_bias).reshape(samples, feet, 6)
-        largest = LARGEST_JITTER * period
+        largest = 0.45 * period  # a time stamp is off by at most this share of the period, so that time goes on
         self._clock = np.clip(profile.jitter * clock.standard_normal(samples), -largest, largest)
 
     def time(self, k: Samples, exact: Array) -> Array:
@@ -179,7 +174,8 @@ def _errors(
 
 def _wandering(generator: np.random.Generator, samples: int, period: float, deviation: float) -> Array:
     """Return a first-order Gauss-Markov process of this standard deviation from the start, shape (T, 3)."""
-    memory = np.exp(-period / WANDERING)
+    # correlation time of the wandering error of an orientation [s]: an attitude filter forgets in some seconds
+    memory = np.exp(-period / 5.0)
     drive = np.sqrt(1 - memory**2) * generator.standard_normal((samples, 3))
     drive[:1] = generator.standard_normal((min(samples, 1), 3))
     return np.asarray(deviation * lfilter([1.0], [1.0, -memory], drive, axis=0))

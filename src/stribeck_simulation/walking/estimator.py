@@ -11,9 +11,6 @@ from stribeck.typing import Array
 from stribeck_simulation.walking.attitude import AttitudeFilter
 from stribeck_simulation.walking.balance.terms import Dynamics
 
-LOADED = (0.05, 0.35)
-"""A foot is not trusted to stand below, and fully above, these shares of the weight."""
-
 
 class Measurement(NamedTuple):
     """What the sensors give at one instant; joints in the tree's order.
@@ -77,7 +74,8 @@ class StateEstimator:
         self._turning[3:7] = pin.Quaternion(self._attitude.turn(measured.angular_velocity)).coeffs()
         self._turning[7:], self._rates[3:6], self._rates[6:] = joints, measured.angular_velocity, rates
         soles, arms, swings = self._feet()
-        low, high = (share * self.dynamics.weight for share in LOADED)
+        # a foot is not trusted to stand below, and fully above, these shares of the weight
+        low, high = (share * self.dynamics.weight for share in (0.05, 0.35))
         load = [min(max((force - low) / (high - low), 0.0), 1.0) for force in measured.foot_force.tolist()]
         rotation = self._attitude.correct(measured.orientation, soles, load)
 

@@ -10,8 +10,6 @@ from stribeck.typing import Array
 from stribeck_simulation.walking.dcm import Stretch, min_jerk, plan_dcm
 from stribeck_simulation.walking.footsteps import Footprint, Step, Steps, plan_steps
 
-FINAL_STAND = 1.0
-"""On both feet at the end [s]."""
 BOTH = -1
 """In `swing`: no foot swings."""
 
@@ -138,7 +136,7 @@ def _phases(walk: Sequence[Steps], steps: list[Step], feet: tuple[Footprint, Foo
         shift(2 * kind.double_support, _middle(now)[0], 0.5, len(steps))
     for kind in pending:
         shift(kind.stand, zmp, 0.5, len(steps))
-    shift(FINAL_STAND, zmp, 0.5, len(steps))
+    shift(1.0, zmp, 0.5, len(steps))  # on both feet at the end [s]
     return phases
 
 

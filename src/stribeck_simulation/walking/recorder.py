@@ -15,11 +15,6 @@ from stribeck_simulation.mujoco.simulator import TOUCH, Snapshot, foot_wrenches
 from stribeck_simulation.prescribed.exact import Truth
 from stribeck_simulation.span import span
 
-CONTACT_SHARE = 0.02
-"""A foot that bears more than this share of the weight is in contact."""
-BOUNCE = 0.1
-"""A foot that leaves the ground for less time [s] has bounced as it landed; its contact goes on."""
-
 
 class Recorder:
     """Collects one sample a period of the log; the arrays are in the tree's order of joints until the end.
@@ -75,7 +70,9 @@ class Recorder:
             angular_velocity=self.velocity[rows, 3:6].copy(),
             linear_acceleration=self.specific_force[rows].copy(),
             foot_names=tuple(self.robot.contacts),
-            contact=without_bounces(wrench[:, :, 2] > CONTACT_SHARE * weight, round(BOUNCE / self.period)),
+            # a foot that bears more than this share of the weight is in contact
+            # a foot that leaves the ground for less time [s] has bounced as it landed; its contact goes on
+            contact=without_bounces(wrench[:, :, 2] > 0.02 * weight, round(0.1 / self.period)),
             foot_wrench=wrench,
             torque_source=self.robot.torque_source,
         )

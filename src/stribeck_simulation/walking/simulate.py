@@ -32,8 +32,6 @@ PERIOD = 1e-3
 """Of sensors and log [s]."""
 HELD = 2
 """Periods that a torque is held: estimator and controller run at 500 Hz, which costs 40 % less time than 1 kHz."""
-FALLEN = 0.6
-"""A robot whose base is below this share of its first height has fallen."""
 
 
 class FellError(StribeckError):
@@ -186,7 +184,8 @@ def _run(
     plan, robot = controller.plan, recorder.robot
     errors = np.empty((plan.samples, 3))
     touch, torque = np.zeros((len(robot.contacts), TOUCH)), np.zeros(len(robot.joint_names))
-    lowest = FALLEN * controller.start.configuration[2]
+    # a robot whose base is below this share of its first height has fallen
+    lowest = 0.6 * controller.start.configuration[2]
     for k in range(plan.samples):
         now = sim.now()
         recorder.see(now, touch)

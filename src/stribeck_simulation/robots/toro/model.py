@@ -14,20 +14,8 @@ from stribeck_simulation.robots.toro.table import FOOT_SIZE, PELVIS, SIDES, SOLE
 MODELS = Path(__file__).parents[1] / "models"
 MODEL_FILE = MODELS / "toro.xml"
 ROBOT_FILE = MODELS / "toro.toml"
-TIMESTEP = 0.00025
-"""Of the physics [s]."""
-IMPEDANCE_RATIO = 10.0
-"""How much harder friction holds than the normal force [1]: keeps a standing foot from creeping."""
-FOOT_SOLREF = (0.001, 1.0)
-"""Time constant [s] and damping ratio of the contact: MuJoCo's default is soft enough for the foot to rock."""
-FOOT_SOLIMP = (0.99, 0.999, 0.0005, 0.5, 2.0)
-FOOT_FRICTION = (0.9, 0.005, 0.0001)
-"""Sliding [1], torsional [m] and rolling [m]; with three-dimensional contacts only the first acts."""
 FOOT_THICKNESS = 0.03
 """Of the sole's box [m]."""
-SHELL = (0.75, 0.78, 0.82, 1.0)
-DRIVE = (0.25, 0.30, 0.38, 1.0)
-"""Colours of boxes and of cylinders, red, green, blue, alpha."""
 
 
 def toro_mjcf() -> str:
@@ -36,10 +24,11 @@ def toro_mjcf() -> str:
     spec.modelname = "toro-like"
     spec.compiler.degree = False
     spec.compiler.saveinertial = True
-    spec.option.timestep = TIMESTEP
+    spec.option.timestep = 0.00025  # of the physics [s]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = IMPEDANCE_RATIO
+    # how much harder friction holds than the normal force [1]: keeps a standing foot from creeping
+    spec.option.impratio = 10.0
     pelvis = spec.worldbody.add_body(name="pelvis")
     pelvis.add_freejoint(name="root")
     pelvis.add_site(name="imu", size=[0.01] * 3)
@@ -84,7 +73,8 @@ def _add_solids(body: mujoco.MjsBody, solids: tuple[Solid, ...]) -> None:
             contype=0,
             conaffinity=0,
             group=1,
-            rgba=SHELL if len(solid.size) == 3 else DRIVE,
+            # colours of boxes and of cylinders, red, green, blue, alpha
+            rgba=(0.75, 0.78, 0.82, 1.0) if len(solid.size) == 3 else (0.25, 0.30, 0.38, 1.0),
         )
 
 
@@ -104,9 +94,11 @@ def _add_sole(foot: mujoco.MjsBody, side: str) -> None:
         mass=0,
         group=3,
         condim=3,
-        friction=FOOT_FRICTION,
-        solref=FOOT_SOLREF,
-        solimp=FOOT_SOLIMP,
+        # sliding [1], torsional [m] and rolling [m]; with three-dimensional contacts only the first acts
+        friction=(0.9, 0.005, 0.0001),
+        # time constant [s] and damping ratio of the contact: MuJoCo's default is soft enough for the foot to rock
+        solref=(0.001, 1.0),
+        solimp=(0.99, 0.999, 0.0005, 0.5, 2.0),
         priority=1,
     )
     foot.add_site(name=f"{side}_sole", pos=SOLE, size=[0.01] * 3)

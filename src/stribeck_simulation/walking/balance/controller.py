@@ -19,11 +19,6 @@ from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck_simulation.walking.plan import BOTH, Plan
 from stribeck_simulation.walking.start import Start
 
-NEAR = 0.7
-"""A torque above this share of its limit may reach it in the next period."""
-SLACK = 1e-6
-"""A torque may exceed its limit by this [N m]."""
-
 
 class BalanceError(StribeckError):
     """No torques keep the robot up."""
@@ -137,13 +132,15 @@ class WalkingController:
         them in the period before. If the others keep theirs too, the solution is that of the whole program.
         """
         standing, cones = [terms.feet[foot] for foot in stand], [self._cones[foot] for foot in stand]
-        near = np.abs(self._torque) > NEAR * self.limit
+        # a torque above this share of its limit may reach it in the next period
+        near = np.abs(self._torque) > 0.7 * self.limit
         program = build(terms, standing, cones, tasks, wishes, self._weights[len(stand) == 1])
         for watched in (near, self._everyone, self._nobody):
             torque = solve(program, terms, standing, self.limit, watched)
             if torque is None:
                 continue
-            if watched is self._nobody or not np.any(np.abs(torque) > self.limit + SLACK):
+            # a torque may exceed its limit by this [N m]
+            if watched is self._nobody or not np.any(np.abs(torque) > self.limit + 1e-6):
                 return torque
         raise BalanceError("balance: no torques at all keep the feet on the ground")
 

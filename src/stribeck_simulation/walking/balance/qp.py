@@ -28,8 +28,6 @@ from stribeck_simulation.walking.balance.terms import FootState, Terms
 BASE = 6
 STANCE_DAMPING = 20.0
 """With which a standing foot's velocity is taken out [1/s]."""
-FREE = -1e30
-"""A bound that is none."""
 INEQUALITY, EQUALITY = 0, 5
 """What daqp calls them."""
 
@@ -128,7 +126,7 @@ def build(
 
     size = len(cones[0])
     rows = np.zeros((size * len(cones) + len(reduced) - asked, m))
-    lower, upper = np.full(len(rows), FREE), np.zeros(len(rows))
+    lower, upper = np.full(len(rows), -1e30), np.zeros(len(rows))  # a bound that is none
     rows[:size], upper[:size] = cones[0] @ wrench, cones[0] @ -wrench_rest
     if others:
         rows[size : 2 * size, n:] = cones[1]

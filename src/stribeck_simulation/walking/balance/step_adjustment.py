@@ -16,8 +16,6 @@ from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.dcm import Stretch, plan_dcm
 from stribeck_simulation.walking.plan import BOTH, Plan
 
-BORNE = 0.7
-"""Share of the sole that balances before a step is changed."""
 LEFT = 0.3
 """Share of the next sole that is left to bear an error."""
 REACH = (0.25, 0.2)
@@ -110,7 +108,8 @@ class StepAdjuster:
         wanted = np.zeros(2)
         sizes = (sole.half_length, sole.half_width)
         for k, (off, half, (low, high)) in enumerate(zip(turn @ error, sizes, reach, strict=True)):
-            over = abs(off) * growth - BORNE * half * (growth - 1) - LEFT * half
+            # share of the sole that balances before a step is changed
+            over = abs(off) * growth - 0.7 * half * (growth - 1) - LEFT * half
             wanted[k] = min(max(copysign(max(over, 0.0), off) / lead, low), high)
         return np.asarray(wanted @ turn)
 

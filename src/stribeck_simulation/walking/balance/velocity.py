@@ -8,9 +8,6 @@ from stribeck.typing import Array
 from stribeck_simulation.walking.balance.qp import BASE, Task
 from stribeck_simulation.walking.balance.terms import FootState
 
-REST = 1e-3
-"""Weight of joints at rest [m^2] beside the tasks: with it arms rest, and a stretched knee stays slow."""
-
 
 def desired_velocity(standing: Sequence[FootState], tasks: Sequence[Task]) -> Array:
     """Return the joint velocities that the tasks want while the standing feet rest [rad/s], shape (n,).
@@ -29,4 +26,5 @@ def desired_velocity(standing: Sequence[FootState], tasks: Sequence[Task]) -> Ar
     jacobian = np.concatenate([*(task.jacobian for task in tasks), *(foot.jacobian for foot in others)])
     wanted = np.concatenate([*(task.velocity for task in tasks), np.zeros(BASE * len(others))])
     reduced = jacobian[:, BASE:] - jacobian[:, :BASE] @ root.to_base @ root.jacobian[:, BASE:]
-    return np.linalg.solve(reduced.T @ reduced + REST**2 * np.eye(reduced.shape[1]), reduced.T @ wanted)
+    # weight of joints at rest [m^2] beside the tasks: with it arms rest, and a stretched knee stays slow
+    return np.linalg.solve(reduced.T @ reduced + 1e-3**2 * np.eye(reduced.shape[1]), reduced.T @ wanted)
