@@ -21,9 +21,9 @@ USED = (
     *(
         "stribeck.result.compare",
         "stribeck.robot.mjcf",
-        "stribeck.log.readers.hdf5",
+        "stribeck.log.readers.arrays",
         "stribeck.log.readers.matlab",
-        "stribeck.log.readers.table",
+        "stribeck.log.readers.tables",
     ),
     *("stribeck.log.readers.bags", "stribeck_simulation.run", "stribeck.cli.console"),
 )

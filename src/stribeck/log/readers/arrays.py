@@ -1,17 +1,33 @@
-"""Channels of files that hold whole arrays under names (npz, HDF5)."""
+"""Files that contain whole arrays under names: NumPy archives (`.npz`, nothing pickled is ever opened) and HDF5."""
 
+import io
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import IO, Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log.readers.aliases import alias_note, find_aliases
-from stribeck.log.readers.source import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, Channel, Loaded, Source, listed
-from stribeck.log.storage import allocate, check_size
+from stribeck.log.readers.source import (
+    CHANNELS,
+    FOOT_CHANNELS,
+    JOINT_CHANNELS,
+    WRENCH,
+    Channel,
+    Loaded,
+    Source,
+    alias_note,
+    find_aliases,
+    foreign,
+    listed,
+)
+from stribeck.log.storage import BLOCK_ROWS, allocate, check_size
 from stribeck.settings import LogTable
 
 WORDS = ("joint_names", "foot_names", "torque_source")
@@ -20,55 +36,168 @@ WORDS = ("joint_names", "foot_names", "torque_source")
 
 @dataclass(frozen=True)
 class StoredArray:
-    """An array in a file: its shape, its type, and its rows in blocks."""
+    """An array in a file: its shape, its type, and a function that reads it."""
 
     shape: tuple[int, ...]
-    dtype: np.dtype[np.generic]
-    blocks: Callable[[], Iterator[NDArray[np.generic]]]
+    dtype: np.dtype[Any]
+    read: Callable[[], NDArray[Any]]
 
     @property
     def columns(self) -> int:
-        """How many columns it has when everything after the first axis is laid side by side."""
+        """Number of columns if everything after the first axis is laid side by side."""
         return math.prod(self.shape[1:])
 
     @property
     def size(self) -> int:
-        """How many bytes it is said to take, at least one value a row: rows are worked through even if empty."""
+        """Number of bytes by the file's own account, at least one value per row."""
         return self.dtype.itemsize * math.prod(max(1, length) for length in self.shape)
 
 
+def open_npz(path: Path, table: LogTable) -> Source:
+    """Open an `.npz` file with arrays named as the channels of RobotLog.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, holds pickled objects where numbers are wanted, or lacks an array that `[log]` names.
+    """
+    with foreign(str(path), "NumPy .npz"), zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            archive.open(member).close()  # its own header must name it as the directory does
+        members = [name for name in archive.namelist() if name.endswith(".npy")]
+        arrays = {name.removesuffix(".npy"): _member(path, archive, name) for name in members}
+        words = {name: _words_of_npz(arrays[name], name, path) for name in WORDS if name in arrays}
+        if not arrays:
+            raise LogError(f"{path}: holds no arrays; expected at least 'position' and 'torque'")
+    return source_of_arrays(str(path), "NumPy .npz", arrays, words, table)
+
+
+def _member(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArray:
+    with archive.open(member) as file:
+        shape, dtype = _header(file)
+        if math.prod(shape) * dtype.itemsize + file.tell() > archive.getinfo(member).file_size:
+            raise ValueError(f"array {member} is shorter than its own header says")
+
+    def read() -> NDArray[Any]:
+        with zipfile.ZipFile(path) as archive, archive.open(member) as file:
+            return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
+
+    return StoredArray(shape, dtype, read)
+
+
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Read an array's header, which may claim to be gigabytes long."""
+    start = io.BytesIO(file.read(1 << 16))
+    version = np.lib.format.read_magic(start)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"array format {version} is not supported")
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(start)
+    file.seek(start.tell())
+    return shape, dtype
+
+
+def _words_of_npz(stored: StoredArray, name: str, path: Path) -> tuple[str, ...]:
+    check_size(str(path), stored.size)
+    if stored.dtype.kind not in "US":
+        raise LogError(f"{path}: array '{name}' holds values of type {stored.dtype}; expected text")
+    return tuple(value.decode() if isinstance(value, bytes) else str(value) for value in np.ravel(stored.read()))
+
+
+def open_hdf5(path: Path, table: LogTable) -> Source:
+    """Open an HDF5 file with datasets named as the channels of RobotLog at its root.
+
+    `[log] <channel>.name` reaches datasets in groups by their path. `joint_names`, `foot_names` and `torque_source`
+    may be datasets or attributes of the root.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, holds anything but numbers where numbers are wanted, or lacks a dataset that `[log]` names.
+    """
+
+    def read(name: str) -> NDArray[Any]:
+        with h5py.File(path, "r") as file:
+            return np.asarray(file[name])
+
+    with foreign(str(path), "HDF5"), h5py.File(path, "r") as file:
+        arrays = {
+            name: StoredArray(node.shape, node.dtype, partial(read, name))
+            for name, node in datasets(file, path).items()
+            if node.shape is not None
+        }
+        check_size(str(path), sum(arrays[name].size for name in WORDS if name in arrays))
+        words = {name: _words_of_hdf5(file, name, path) for name in WORDS if name in arrays or name in file.attrs}
+    if not arrays:
+        raise LogError(f"{path}: holds no datasets; expected at least 'position' and 'torque'")
+    return source_of_arrays(str(path), "HDF5", arrays, words, table)
+
+
+def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
+    """Find the datasets of an HDF5 file by their paths, refused where other files would have to be opened."""
+    found: dict[str, h5py.Dataset] = {}
+
+    def visit(name: str, node: h5py.Dataset | h5py.Group) -> None:
+        name = name if isinstance(name, str) else repr(name)  # h5py gives bytes for what is not UTF-8
+        if isinstance(node, h5py.Dataset):
+            if node.is_virtual or node.external:  # even its shape may be elsewhere
+                raise LogError(
+                    f"{path}: '{name}' is stored in other files, which are not opened; expected it in this file"
+                )
+            found[name] = node
+
+    file.visititems(visit)  # which follows no links to other files
+    return found
+
+
+def _words_of_hdf5(file: h5py.File, name: str, path: Path) -> tuple[str, ...]:
+    """Read the texts of a dataset or an attribute."""
+    node = file[name] if name not in file.attrs else file.attrs[name]
+    values = np.ravel(np.asarray(node[()] if isinstance(node, h5py.Dataset) else node, dtype=object))
+    if not all(isinstance(value, (bytes, str)) for value in values):
+        raise LogError(f"{path}: '{name}' holds something else than text")
+    return tuple(value.decode() if isinstance(value, bytes) else value for value in values)
+
+
 def source_of_arrays(
-    path: str, arrays: Mapping[str, StoredArray], words: Mapping[str, tuple[str, ...]], table: LogTable
+    path: str, what: str, arrays: Mapping[str, StoredArray], words: Mapping[str, tuple[str, ...]], table: LogTable
 ) -> Source:
-    """Return the source of a file with these arrays and these texts (`joint_names`, `foot_names`, `torque_source`)."""
-    offers = {key: array.columns for key, array in arrays.items() if key in CHANNELS or _is_plain(array)}
+    """Return the source of a file (`what` it is, for messages) with these arrays and texts (see `WORDS`)."""
+    offers = {
+        key: array.columns
+        for key, array in arrays.items()
+        if key in CHANNELS or (array.dtype.kind in "fiu" and 1 <= len(array.shape) <= 2)
+    }
     aliases = find_aliases(table, offers)
     used = {name: _names_of(name, arrays, table, aliases.get(name, name), path) for name in CHANNELS}
-    parts = {name: [arrays[key] for key in keys] for name, keys in used.items() if keys}
-    for name, stored in parts.items():
-        for key, array in zip(used[name], stored, strict=True):
-            _check(array, key, name, path)
-    channels = {
-        name: Channel(sum(part.columns for part in stored), _labels(name, used[name], stored, words))
-        for name, stored in parts.items()
-    }
+    used = {name: keys for name, keys in used.items() if keys}
+    parts = {name: [arrays[key] for key in keys] for name, keys in used.items()}
+    for name, keys in used.items():
+        for key in keys:
+            _check(arrays[key], key, name, path)
+
+    def load(wanted: Mapping[str, Sequence[int]]) -> Loaded:
+        check_size(path, sum(part.size for name in wanted for part in parts[name]))
+        with foreign(path, what):
+            loaded = {name: _load(name, parts[name], list(columns), path) for name, columns in wanted.items()}
+        return Loaded(loaded, tuple(alias_note(aliases)))
+
     taken = {key for keys in used.values() for key in keys} | set(WORDS)
     return Source(
         path=path,
-        channels=channels,
-        load=partial(_load, parts, path, alias_note(aliases)),
+        channels={
+            name: Channel(sum(part.columns for part in stored), _labels(name, used[name], stored, words))
+            for name, stored in parts.items()
+        },
+        load=load,
         others=tuple(key for key in arrays if key not in taken),
         wide=frozenset(key for key, array in arrays.items() if array.columns > 1),
         torque_source=next(iter(words.get("torque_source", ())), None),
     )
 
 
-def _is_plain(array: StoredArray) -> bool:
-    return array.dtype.kind in "fiu" and 1 <= len(array.shape) <= 2
-
-
 def _names_of(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, usual: str, path: str) -> list[str]:
-    """Return the arrays that hold a channel: as `[log]` names them, or the one of the channel's own or usual name."""
+    """Return the arrays of a channel: as `[log]` names them, or the one of the channel's own or usual name."""
     asked = getattr(table, channel).name
     if asked is None:
         return [usual] if usual in arrays else []
@@ -106,41 +235,19 @@ def _labels(
     return None
 
 
-def _load(
-    parts: Mapping[str, Sequence[StoredArray]], path: str, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]
-) -> Loaded:
-    check_size(path, sum(part.size for name in wanted for part in parts[name]))
-    arrays = {name: _load_channel(name, parts[name], list(columns), path) for name, columns in wanted.items()}
-    return Loaded(arrays, tuple(notes))
-
-
-def _load_channel(name: str, parts: Sequence[StoredArray], columns: list[int], path: str) -> NDArray[np.generic]:
-    """Return the wanted columns of arrays laid side by side, block by block, so that memory holds them once."""
-    rows = {part.shape[0] for part in parts}
-    if len(rows) > 1:
+def _load(name: str, parts: Sequence[StoredArray], columns: list[int], path: str) -> NDArray[Any]:
+    """Read the wanted columns of arrays laid side by side."""
+    if len(rows := {part.shape[0] for part in parts}) > 1:
         raise LogError(f"{path}: the arrays of channel '{name}' have unequal lengths {sorted(rows)}")
     if name == "time":
-        blocks = [block.reshape(len(block), -1) for block in parts[0].blocks()]
-        return np.concatenate(blocks) if blocks else np.zeros((0, 1))
+        return parts[0].read().reshape(parts[0].shape[0], parts[0].columns)
     result = allocate((rows.pop(), len(columns)))
     first = 0
     for part in parts:
         here = [place for place, column in enumerate(columns) if first <= column < first + part.columns]
         source = [columns[place] - first for place in here]
         first += part.columns
-        if here:
-            _copy_blocks(part, source, result, here)
+        flat = part.read().reshape(len(result), part.columns) if here else result[:, :0]
+        for start in range(0, len(result) if here else 0, BLOCK_ROWS):
+            result[start : start + BLOCK_ROWS, here] = flat[start : start + BLOCK_ROWS, source]
     return result
-
-
-def _copy_blocks(part: StoredArray, source: list[int], result: NDArray[np.float64], target: list[int]) -> None:
-    everything = source == list(range(part.columns)) and target == list(range(result.shape[1]))
-    row = 0
-    for block in part.blocks():
-        flat = block.reshape(len(block), -1)
-        rows = slice(row, row + len(flat))
-        if everything:
-            result[rows] = flat
-        else:
-            result[rows, target] = flat[:, source]
-        row += len(flat)

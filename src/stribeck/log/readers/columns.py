@@ -3,24 +3,32 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log.readers.aliases import alias_note, find_aliases
-from stribeck.log.readers.source import CHANNELS, JOINT_CHANNELS, Arrays, Channel, Loaded, Source, listed
+from stribeck.log.readers.source import (
+    CHANNELS,
+    JOINT_CHANNELS,
+    Arrays,
+    Channel,
+    Loaded,
+    Source,
+    alias_note,
+    find_aliases,
+    listed,
+)
 from stribeck.log.storage import allocate, check_size
 from stribeck.settings import LogTable
-
-Batches = Callable[[list[str], Collection[str]], Iterator[pa.RecordBatch]]
-"""Reads columns; those of the second argument need not be floating-point numbers, but may be flags or dates."""
+from stribeck.typing import Array
 
 NUMBER = r"[._]?(?:(\d+)|\[(\d+)\])"
-"""What follows a channel's name where its columns are numbered: `q_0`, `q0`, `q.0`, `q[0]`."""
+"""Suffix of numbered columns: `q_0`, `q0`, `q.0`, `q[0]`."""
 
 
 @dataclass(frozen=True)
@@ -30,22 +38,53 @@ class Table:
     Attributes
     ----------
     path
-        For messages.
+        The file, for messages.
     names
-        Of its columns.
+        Column names; a column `q` that has a list in every row counts as `q[0]`, `q[1]`, ...
+    places
+        {name: column in the file, place in its list or None}.
     rows
-        At most so many.
-    batches
-        Gives the rows of some columns, batch by batch.
+        Upper bound of the number of rows.
+    read
+        Reads columns of the file, batch by batch; those of the second argument need not be floating-point numbers, but
+        may be flags or dates.
+    kind
+        Returns the type of a column of the file.
+    widths
+        {column in the file: values in each of its lists}.
     on_disk
-        Whether `path` is a file, whose size says how much it can hold.
+        Whether `path` is a file, whose size bounds its content.
     """
 
     path: str
     names: list[str]
+    places: Mapping[str, tuple[str, int | None]]
     rows: int
-    batches: Batches
+    read: Callable[[list[str], Collection[str]], Iterator[pa.RecordBatch]]
+    kind: Callable[[str], pa.DataType]
+    widths: Mapping[str, int] = field(default_factory=dict)
     on_disk: bool = True
+
+
+def spread(
+    names: Sequence[str], first: Mapping[str, Sequence[int]]
+) -> tuple[list[str], dict[str, tuple[str, int | None]], dict[str, int]]:
+    """Return names, places and widths of a `Table`, given the sizes of the first lists of its columns of lists.
+
+    A column with more than 1000 values in a row contains pictures or the like, and is not spread.
+    """
+    widths = {name: next((size for size in sizes if size), 0) for name, sizes in first.items()}
+    widths = {name: width for name, width in widths.items() if 0 < width <= 1000}
+    columns: list[tuple[str, str, int | None]] = []
+    for name in names:
+        columns += [(f"{name}[{k}]", name, k) for k in range(widths[name])] if name in widths else [(name, name, None)]
+    return [name for name, _, _ in columns], {name: (column, k) for name, column, k in columns}, widths
+
+
+def is_list(kind: pa.DataType) -> bool:
+    """Return whether a column of this type has a list of numbers in every row."""
+    of_lists = pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind)
+    return bool(of_lists and (pa.types.is_floating(kind.value_type) or pa.types.is_integer(kind.value_type)))
 
 
 def source_of_columns(table: Table, settings: LogTable) -> Source:
@@ -57,17 +96,15 @@ def source_of_columns(table: Table, settings: LogTable) -> Source:
         If it lacks a column that `[log]` names, or has one of the wanted twice.
     """
     path, names = table.path, table.names
-    aliases = find_aliases(settings, _offers(names))
+    aliases = find_aliases(settings, Counter(group_of(name) for name in names))
     used = {channel: _columns_of(channel, names, settings, aliases.get(channel, channel), path) for channel in CHANNELS}
     for channel in ("velocity", "acceleration", "temperature"):  # numbers of joints only beside as many positions
         labels, columns = used[channel]
         if labels and labels[0].isdecimal() and len(columns) != len(used["position"][1]):
             used[channel] = (None, [])
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    clash = sorted({name for _, columns in used.values() for name in columns if name in twice})
-    if clash:
-        raise LogError(f"{path}: holds column {listed(clash)} more than once; expected one column a name")
     taken = {name for _, columns in used.values() for name in columns}
+    if clash := sorted(taken & {name for name, count in Counter(names).items() if count > 1}):
+        raise LogError(f"{path}: holds column {listed(clash)} more than once; expected one column a name")
     time = used["time"][1]
     return Source(
         path=path,
@@ -75,7 +112,7 @@ def source_of_columns(table: Table, settings: LogTable) -> Source:
         load=partial(_load, {name: columns for name, (_, columns) in used.items()}, table, alias_note(aliases)),
         others=tuple(dict.fromkeys(re.sub(r"\[\d+\]$", "", name) for name in names if name not in taken)),
         wide=frozenset(name[: bracket.start()] for name in names if (bracket := re.search(r"\[\d+\]$", name))),
-        time_unit="ns" if time and _is_stamp(_type_of_first(table, time[0])) else None,
+        time_unit="ns" if time and _is_stamp(table.kind(table.places[time[0]][0])) else None,
     )
 
 
@@ -83,10 +120,6 @@ def group_of(name: str) -> str:
     """Return what a column's name begins with: `q` of `q.hip`, `q_0`, `q[0]` or `q` itself."""
     numbered = re.fullmatch(rf"([^.]*?){NUMBER}", name)
     return numbered[1] if numbered else name.partition(".")[0]
-
-
-def _offers(names: Sequence[str]) -> Mapping[str, int]:
-    return Counter(group_of(name) for name in names)
 
 
 def _columns_of(
@@ -125,25 +158,36 @@ def _columns_of(
 def _load(
     used: Mapping[str, list[str]], table: Table, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]
 ) -> Loaded:
-    """Return the wanted columns, copied batch by batch to where they belong, so that memory holds them once."""
-    plan = {name: [used[name][index] if index >= 0 else "" for index in columns] for name, columns in wanted.items()}
+    """Read the wanted columns, copied batch by batch to their arrays, so that memory holds them once."""
+    plan = {
+        channel: [table.places[used[channel][k]] if k >= 0 else None for k in columns]
+        for channel, columns in wanted.items()
+    }
     if table.on_disk:
         check_size(table.path, 8 * table.rows * sum(map(len, plan.values())))
-    channels = {name: allocate((table.rows, len(names))) for name, names in plan.items() if name != "time"}
-    columns = list(dict.fromkeys(name for names in plan.values() for name in names if name))
-    free = {name for channel in ("time", "contact") for name in plan.get(channel, ())}
+    stored = list(dict.fromkeys(place[0] for places in plan.values() for place in places if place))
+    free = {place[0] for channel in ("time", "contact") for place in plan.get(channel, ()) if place}
+    channels = {name: allocate((table.rows, len(places))) for name, places in plan.items() if name != "time"}
     stamps: list[NDArray[np.generic]] = []
     row = 0
-    for batch in table.batches(columns, free):
+    for batch in table.read(stored, free):
         here = slice(row, row + batch.num_rows)
+        lists = {
+            name: _matrix(batch.column(name), table.widths[name], row, name, table.path)
+            for name in stored
+            if name in table.widths
+        }
+        for channel, places in plan.items():
+            for k, (name, place) in ((k, at) for k, at in enumerate(places) if at):
+                if place is not None:
+                    values: NDArray[np.generic] = lists[name][:, place]
+                else:
+                    values = (_stamps if channel == "time" else _numbers)(batch.column(name), name, table.path)
+                if channel == "time":
+                    stamps.append(values)
+                else:
+                    channels[channel][here, k] = values
         row = here.stop
-        for name, names in plan.items():
-            if name == "time":
-                stamps.append(_stamps(batch.column(names[0]), names[0], table.path))
-                continue
-            for place, column in enumerate(names):
-                if column:
-                    channels[name][here, place] = _numbers(batch.column(column), column, table.path)
     pa.default_memory_pool().release_unused()  # hundreds of megabytes that the stages after this one can use
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
     if "time" in plan:
@@ -151,13 +195,47 @@ def _load(
     return Loaded(arrays, tuple(notes))
 
 
+def _matrix(column: pa.Array, width: int, row: int, name: str, path: str) -> Array:
+    """Return lists as shape (rows, width), NaN where there is none; `row` is the first row's number."""
+    sizes, flat = _cells(column, row, name, path)
+    uneven = np.flatnonzero((sizes != width) & (sizes != 0))
+    if uneven.size:
+        raise LogError(
+            f"{path}: column '{name}' holds {sizes[uneven[0]]} values in row {row + uneven[0] + 1} and {width} before; "
+            "expected as many in every row"
+        )
+    values = np.full((len(column), width), np.nan)
+    values[sizes > 0] = flat.reshape(-1, width)
+    return values
+
+
+def _cells(column: pa.Array, row: int, name: str, path: str) -> tuple[NDArray[np.int64], Array]:
+    """Return how many values each cell has, 0 for an empty one, and all of them in a row."""
+    if pa.types.is_string(column.type):
+        texts = [numbers_in(text, row + k, name, path) for k, text in enumerate(column.to_pylist(), 1)]
+        return np.array([len(text) for text in texts], dtype=np.int64), np.concatenate([np.zeros(0), *texts])
+    sizes = pyarrow.compute.fill_null(pyarrow.compute.list_value_length(column), 0)
+    flat = np.asarray(column.flatten().to_numpy(zero_copy_only=False), dtype=np.float64)
+    return np.asarray(sizes.to_numpy(zero_copy_only=False), dtype=np.int64), flat
+
+
+def numbers_in(text: str | None, row: int, name: str, path: str) -> Array:
+    """Read the numbers of a cell like `[1.0, 2.0]`, with commas or blanks between them."""
+    if not text or not text.strip():
+        return np.zeros(0)
+    inner = text.strip()
+    try:
+        if not (inner.startswith("[") and inner.endswith("]")):
+            raise ValueError
+        return np.array(inner[1:-1].replace(",", " ").split(), dtype=np.float64)
+    except ValueError as error:
+        raise LogError(
+            f"{path}: column '{name}' holds '{inner[:40]}' in row {row}; expected a list of numbers like [1.0, 2.0]"
+        ) from error
+
+
 def _is_stamp(kind: pa.DataType) -> bool:
     return bool(pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
-
-
-def _type_of_first(table: Table, column: str) -> pa.DataType:
-    """Return the type of a column's first block; null if there is none."""
-    return next((batch.schema.field(0).type for batch in table.batches([column], {column})), pa.null())
 
 
 def _stamps(column: pa.Array, name: str, path: str) -> NDArray[np.generic]:
@@ -170,7 +248,7 @@ def _stamps(column: pa.Array, name: str, path: str) -> NDArray[np.generic]:
     return _numbers(column, name, path)
 
 
-def _numbers(column: pa.Array, name: str, path: str) -> NDArray[np.float64]:
+def _numbers(column: pa.Array, name: str, path: str) -> Array:
     """Return a column as float64, empty cells as NaN."""
     kind = column.type
     if pa.types.is_boolean(kind):

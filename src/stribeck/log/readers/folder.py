@@ -1,20 +1,19 @@
 """Folders of tables of one run, side by side: `position.csv`, `torque.csv`, ..., each on its own clock."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log.readers.aliases import ALIASES
-from stribeck.log.readers.columns import Table, group_of, source_of_columns
+from stribeck.log.readers.columns import group_of, source_of_columns
 from stribeck.log.readers.join import NANO, Stream, fast_enough, load_on_one_clock
 from stribeck.log.readers.mapping import TIME
 from stribeck.log.readers.source import (
+    ALIASES,
     CHANNELS,
     JOINT_CHANNELS,
     VECTOR_CHANNELS,
@@ -23,7 +22,7 @@ from stribeck.log.readers.source import (
     foreign,
     listed,
 )
-from stribeck.log.readers.table import csv_table, first_line, is_data, parquet_table
+from stribeck.log.readers.tables import csv_table, first_line, is_data, parquet_table
 from stribeck.settings import LogTable
 from stribeck.typing import Array
 
@@ -141,7 +140,10 @@ def _read(path: Path, settings: LogTable) -> _File:
     own = settings.model_copy(
         update={name: getattr(settings, name).model_copy(update={"name": None}) for name in elsewhere}
     )
-    source = source_of_columns(_renamed(table, full), own)
+    renamed = replace(
+        table, names=full, places={name: table.places[own] for name, own in zip(full, table.names, strict=True)}
+    )
+    source = source_of_columns(renamed, own)
     channels = {name: channel for name, channel in source.channels.items() if name == "time" or name not in elsewhere}
     loaded = source.load({name: range(channel.columns) for name, channel in channels.items()})
     stamps = loaded.arrays.pop("time", None)
@@ -169,18 +171,6 @@ def _full_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -> st
 
 def _offers(asked: str | list[str], names: Sequence[str]) -> bool:
     return all(one in names for one in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
-
-
-def _renamed(table: Table, names: list[str]) -> Table:
-    """Return a table whose columns have other names."""
-    stored = dict(zip(names, table.names, strict=True))
-
-    def batches(columns: list[str], free: Collection[str]) -> Iterator[pa.RecordBatch]:
-        own = [stored[name] for name in columns]
-        for batch in table.batches(own, {stored[name] for name in free}):
-            yield pa.record_batch(batch.select(own).columns, names=columns)  # of no columns, CSV gives all
-
-    return replace(table, names=names, batches=batches)
 
 
 def _nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> NDArray[np.int64]:

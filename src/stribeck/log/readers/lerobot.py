@@ -13,7 +13,7 @@ import pyarrow as pa
 from stribeck.errors import LogError
 from stribeck.log.readers.columns import Table, source_of_columns
 from stribeck.log.readers.source import Loaded, Source, foreign, listed
-from stribeck.log.readers.table import parquet_table
+from stribeck.log.readers.tables import parquet_table
 from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
 from stribeck.typing import Array
@@ -78,11 +78,15 @@ def open_lerobot(path: Path, table: LogTable) -> Source:
     twice = [name for name in stored if names.count(name) > 1]
     if twice:
         raise LogError(f"{path / INFO}: names more than one place {listed(twice)}; expected one a joint and channel")
+    places = {name: tables[0].places[column] for name, column in stored.items()}
     whole = Table(
         path=str(path),
         names=list(stored) + ["time"] * (time is not None),
+        places=places | {"time": ("time", None)} if time is not None else places,
         rows=sum(one.rows for one in tables),
-        batches=partial(_batches, tables, stored, time),
+        read=partial(_read, tables, time),
+        kind=lambda name: pa.float64() if name == "time" and time is not None else tables[0].kind(name),
+        widths=tables[0].widths,
         on_disk=False,
     )
     source = source_of_columns(whole, table)
@@ -152,11 +156,10 @@ def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
     wanted = ["timestamp", "episode_index"]
     if not set(wanted) <= set(tables[0].names):
         return None, 1
-    batches = [batch for one in tables for batch in one.batches(wanted, wanted) if batch.num_rows]
+    batches = [batch for batch in _read(tables, None, wanted, wanted) if batch.num_rows]
     with foreign(tables[0].path, "a LeRobot dataset"):
         stamps, episode = (
-            np.concatenate([np.asarray(batch.column(k), dtype=np.float64).reshape(-1) for batch in batches])
-            for k in range(2)
+            np.concatenate([np.asarray(batch[name], dtype=np.float64) for batch in batches]) for name in wanted
         )
     first = np.flatnonzero(np.diff(episode, prepend=np.nan) != 0)
     pause = max(BETWEEN_EPISODES, 2 * (table.max_gap or 0.0))
@@ -165,24 +168,16 @@ def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
     return stamps + np.repeat(shift, np.diff(first, append=len(stamps))), len(first)
 
 
-def _batches(
-    tables: Sequence[Table],
-    stored: Mapping[str, str],
-    time: Array | None,
-    columns: list[str],
-    free: Collection[str],
+def _read(
+    tables: Sequence[Table], time: Array | None, columns: list[str], free: Collection[str]
 ) -> Iterator[pa.RecordBatch]:
-    """Give the columns of all files, by the names that `stored` has given them."""
+    """Read columns of all files one after the other, and the time that was made for them."""
+    stored = [name for name in columns if name != "time" or time is None]
     row = 0
-    there = [name for name in columns if name in stored]
-    for one in tables:
-        of_file = [stored[name] for name in there]
-        for batch in one.batches(of_file or [one.names[0]], {stored.get(name, name) for name in free}):
-            arrays = {name: batch.column(stored[name]) for name in there}
-            if time is not None:
-                arrays["time"] = pa.array(time[row : row + batch.num_rows])
+    for table in tables:
+        for batch in table.read(stored or [table.places[table.names[0]][0]], free):
+            yield batch if time is None else batch.append_column("time", pa.array(time[row : row + batch.num_rows]))
             row += batch.num_rows
-            yield pa.record_batch([arrays[name] for name in columns], names=columns)
 
 
 def _load(source: Source, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]) -> Loaded:

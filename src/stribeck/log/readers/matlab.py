@@ -2,8 +2,7 @@
 
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,10 @@ import scipy.io
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log.readers.aliases import ALIASES
-from stribeck.log.readers.arrays import WORDS, StoredArray, source_of_arrays
-from stribeck.log.readers.source import Source, foreign
+from stribeck.log.readers.arrays import WORDS, StoredArray, datasets, source_of_arrays
+from stribeck.log.readers.source import ALIASES, Source, foreign
 from stribeck.log.readers.yarp import is_telemetry, open_telemetry
-from stribeck.log.storage import BLOCK_ROWS, check_size
+from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
 
 HEADER = 128  # bytes
@@ -28,17 +26,8 @@ UNREAD = {"MATLAB_empty", "MATLAB_object_decode"}
 """Attributes of what is empty in version 7.3, or an object of a class, such as a string or a table."""
 
 
-@dataclass(frozen=True)
-class Variable:
-    """Numbers in a file, in MATLAB's shape without axes of length one; `read(axis, start, stop)` gives part of them."""
-
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    read: Callable[[int, int, int], NDArray[Any]]
-
-
-Contents = tuple[dict[str, Variable], dict[str, tuple[str, ...]]]
-"""Numbers and texts of a file by their names, those of structs with dots."""
+Contents = tuple[dict[str, StoredArray], dict[str, tuple[str, ...]]]
+"""Numbers and texts of a file by their names, structs with dots; shapes are MATLAB's without axes of length one."""
 
 
 def open_matlab(path: Path, table: LogTable) -> Source:
@@ -63,37 +52,30 @@ def open_matlab(path: Path, table: LogTable) -> Source:
     asked = table.time.name or ("time", *ALIASES["time"])
     time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
     samples = max(variables[time].shape) if time else None
-    arrays = {name: _stored(variable, samples, path) for name, variable in variables.items()}
-    return source_of_arrays(str(path), arrays, {name: texts[name] for name in WORDS if name in texts}, table)
+    arrays = {name: _stored(variable, samples) for name, variable in variables.items()}
+    return source_of_arrays(str(path), "MATLAB", arrays, {name: texts[name] for name in WORDS if name in texts}, table)
 
 
-def _stored(variable: Variable, samples: int | None, path: Path) -> StoredArray:
+def _stored(variable: StoredArray, samples: int | None) -> StoredArray:
     """Return a variable with its samples along the first axis: the one of that length, or else its longest."""
     shape = variable.shape
     axis = shape.index(max(shape)) if samples is None else shape.index(samples) if samples in shape else 0
     moved = (shape[axis], *shape[:axis], *shape[axis + 1 :])
-    return StoredArray(moved, variable.dtype, partial(_blocks, variable, axis, path))
+    return StoredArray(moved, variable.dtype, lambda: np.moveaxis(variable.read(), axis, 0))
 
 
-def _blocks(variable: Variable, axis: int, path: Path) -> Iterator[NDArray[np.generic]]:
-    with foreign(str(path), "MATLAB"):
-        for start in range(0, variable.shape[axis], BLOCK_ROWS):
-            stop = min(start + BLOCK_ROWS, variable.shape[axis])
-            yield np.moveaxis(variable.read(axis, start, stop), axis, 0)
-
-
-def _whole(path: str, variable: Variable) -> NDArray[np.float64]:
+def _whole(path: str, variable: StoredArray) -> NDArray[np.float64]:
     if variable.dtype.kind not in "fiub":
         raise LogError(f"{path}: holds values of type {variable.dtype}; expected numbers")
     check_size(path, 8 * math.prod(variable.shape))
-    return np.asarray(variable.read(0, 0, variable.shape[0]), dtype=np.float64)
+    return np.asarray(variable.read(), dtype=np.float64)
 
 
 def _read_before_7_3(path: Path) -> Contents:
     """Read a file of version 4 to 7 whole; those that unpack to far more than they are would fill the memory."""
     check_size(str(path), _unpacked(path))
     found: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
-    variables: dict[str, Variable] = {}
+    variables: dict[str, StoredArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
 
     def visit(name: str, value: object) -> None:
@@ -107,7 +89,7 @@ def _read_before_7_3(path: Path) -> Contents:
         elif isinstance(value, (int, float, complex, np.generic, np.ndarray)):
             array = np.atleast_1d(np.squeeze(np.asarray(value)))
             if array.dtype.kind in "fiubc":
-                variables[name] = Variable(array.shape, array.dtype, partial(_slab, array))
+                variables[name] = StoredArray(array.shape, array.dtype, array.view)
 
     for name, value in found.items():
         if not name.startswith("__"):
@@ -118,10 +100,6 @@ def _read_before_7_3(path: Path) -> Contents:
 def _all_text(values: list[Any] | NDArray[Any]) -> bool:
     flat = np.ravel(np.asarray(values, dtype=object))
     return bool(flat.size) and all(isinstance(one, str) for one in flat)
-
-
-def _slab(array: NDArray[Any], axis: int, start: int, stop: int) -> NDArray[Any]:
-    return array[(slice(None),) * axis + (slice(start, stop),)]
 
 
 def _unpacked(path: Path) -> int:
@@ -148,18 +126,12 @@ def _unpacked(path: Path) -> int:
 
 
 def _read_hdf5(path: Path) -> Contents:
-    variables: dict[str, Variable] = {}
+    variables: dict[str, StoredArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
     with h5py.File(path, "r") as file:
-
-        def visit(name: str, node: h5py.Dataset | h5py.Group) -> None:
-            name = name if isinstance(name, str) else repr(name)  # h5py gives bytes for what is not UTF-8
-            if name.startswith("#") or not isinstance(node, h5py.Dataset) or not UNREAD.isdisjoint(node.attrs):
-                return
-            if node.is_virtual or node.external:
-                raise LogError(
-                    f"{path}: '{name}' is stored in other files, which are not opened; expected it in this file"
-                )
+        for name, node in datasets(file, path).items():
+            if name.startswith("#") or not UNREAD.isdisjoint(node.attrs):
+                continue
             dotted = name.replace("/", ".")
             kind = bytes(node.attrs.get("MATLAB_class", b"")).decode(errors="replace")
             if kind == "char" or (kind == "cell" and h5py.check_ref_dtype(node.dtype)):
@@ -169,10 +141,14 @@ def _read_hdf5(path: Path) -> Contents:
                     texts[dotted] = tuple(line or "" for line in lines)
             elif node.shape is not None and node.dtype.kind != "O":
                 shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
-                variables[dotted] = Variable(shape, node.dtype, partial(_hyperslab, path, name, shape))
-
-        file.visititems(visit)  # which follows no links to other files
+                variables[dotted] = StoredArray(shape, node.dtype, partial(_dataset, path, name, shape))
     return variables, texts
+
+
+def _dataset(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Read a dataset, whose axes are MATLAB's in the opposite order."""
+    with h5py.File(path, "r") as file:
+        return np.asarray(file[name]).T.reshape(shape)
 
 
 def _text(node: h5py.Dataset | h5py.Group) -> str | None:
@@ -183,12 +159,3 @@ def _text(node: h5py.Dataset | h5py.Group) -> str | None:
         return ""
     check_size(str(node.file.filename), node.size * node.dtype.itemsize)
     return "".join(chr(letter) for letter in np.ravel(node[()])).rstrip()
-
-
-def _hyperslab(path: Path, name: str, shape: tuple[int, ...], axis: int, start: int, stop: int) -> NDArray[Any]:
-    """Return part of a dataset, whose axes are MATLAB's in the opposite order."""
-    with foreign(str(path), "MATLAB"), h5py.File(path, "r") as file:
-        dataset = file[name]
-        long = [place for place, length in enumerate(dataset.shape) if length != 1][::-1]  # MATLAB's order
-        part = [slice(start, stop) if place in long[axis : axis + 1] else slice(None) for place in range(dataset.ndim)]
-        return np.asarray(dataset[tuple(part)]).T.reshape(*shape[:axis], stop - start, *shape[axis + 1 :])

@@ -12,18 +12,16 @@ from numpy.typing import NDArray
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
+from stribeck.log.readers.arrays import open_hdf5, open_npz
 from stribeck.log.readers.bags import open_bag
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
-from stribeck.log.readers.frame import table_of_frame
-from stribeck.log.readers.hdf5 import open_hdf5
 from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
-from stribeck.log.readers.npz import open_npz
 from stribeck.log.readers.selection import MOTION, Selection, select
 from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
-from stribeck.log.readers.table import open_csv, open_parquet
+from stribeck.log.readers.tables import open_csv, open_parquet, table_of_frame
 from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
 from stribeck.outputs import check_name

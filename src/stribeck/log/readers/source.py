@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError, StribeckError
 from stribeck.log.storage import too_large
+from stribeck.settings import LogTable
 
 QUATERNION = ("x", "y", "z", "w")
 VECTOR = ("x", "y", "z")
@@ -93,6 +94,44 @@ class Source:
     torque_source: str | None = None
     motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)
     expected: Mapping[str, str] = field(default_factory=dict)
+
+
+ALIASES = {
+    "time": ("t", "timestamp", "timestamps", "stamp", "stamps"),
+    "position": ("q", "positions", "joint_position", "joint_positions", "joint_pos"),
+    "velocity": ("qd", "dq", "qdot", "velocities", "joint_velocity", "joint_velocities", "joint_vel"),
+    "acceleration": ("qdd", "ddq", "qddot", "accelerations", "joint_acceleration", "joint_accelerations"),
+    "torque": ("tau", "effort", "efforts", "torques", "joint_torque", "joint_torques", "joint_effort", "joint_efforts"),
+}
+"""Channel -> its other names. Quaternions and IMUs have none: a name does not tell their order and frame."""
+
+
+def find_aliases(table: LogTable, offers: Mapping[str, int]) -> dict[str, str]:
+    """Return under which other name a log holds a channel: {channel: name}.
+
+    A name counts where it is the only one of its channel, and neither the channel's own name nor a setting says where
+    the channel is. A channel that no fit needs counts only next to as many columns of positions.
+
+    Parameters
+    ----------
+    offers
+        {name in the log: its number of columns}.
+    """
+    found: dict[str, str] = {}
+    for channel, names in ALIASES.items():
+        there = [name for name in names if name in offers]
+        if channel in offers or getattr(table, channel).name is not None or len(there) != 1:
+            continue
+        positions = offers.get(found.get("position", "position"))
+        if channel in ("time", "position", "torque") or offers[there[0]] == positions:
+            found[channel] = there[0]
+    return found
+
+
+def alias_note(found: Mapping[str, str]) -> list[str]:
+    """Return the sentence that says which names were taken for what."""
+    pairs = ", ".join(f"'{name}' as {channel}" for channel, name in found.items())
+    return [f"Read by their usual names: {pairs}."] if found else []
 
 
 @contextmanager
