@@ -4,14 +4,14 @@ import json
 import subprocess
 import sys
 
-from fuzz.kinds import KINDS
+from tests.fuzz.kinds import KINDS
 
 PER_KIND = 8
 BEHAVIOURS = """
 import ctypes, json, sys, tempfile, time
 from pathlib import Path
-import fuzz.attempt
-from fuzz.kinds import KINDS, Kind
+import tests.fuzz.attempt as fuzzing
+from tests.fuzz.kinds import KINDS, Kind
 
 def ends(words, code):
     print(*words, sep="\\n", file=sys.stderr)
@@ -32,14 +32,14 @@ behaviours = {
     "hang": [lambda: time.sleep(60)],
     "crash": [lambda: ctypes.string_at(0)],
 }
-fuzz.attempt.TIMEOUT = 0.5
+fuzzing.TIMEOUT = 0.5
 KINDS["any"] = Kind(lambda *_: [], 1.0)
 found = {}
 for outcome, actions in behaviours.items():
     found[outcome] = []
     for action in actions:
-        fuzz.attempt.main = action
-        found[outcome].append(fuzz.attempt.attempt("any", 0, 0, Path()).outcome)
+        fuzzing.main = action
+        found[outcome].append(fuzzing.attempt("any", 0, 0, Path()).outcome)
 print(json.dumps(found))
 """
 
@@ -49,7 +49,7 @@ def run(*arguments):
 
 
 def test_no_wrong_input_breaks_the_command_line():
-    done = run("-m", "fuzz", "--seed", "1", "--inputs", str(PER_KIND * len(KINDS)))
+    done = run("-m", "tests.fuzz", "--seed", "1", "--inputs", str(PER_KIND * len(KINDS)))
     assert done.returncode == 0, done.stdout + done.stderr
     rows = {words[0]: words[1:] for words in map(str.split, done.stdout.splitlines())}
     for kind in KINDS:
