@@ -45,10 +45,10 @@ bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
 
 benchmark: .venv/.dev
-	$(BIN)/python -m contest install
-	$(BIN)/python -m contest make build/benchmark
-	$(BIN)/python -m contest run build/benchmark --jobs 2 --save build/benchmark/scores.json
-	$(BIN)/python -m contest table build/benchmark/scores.json
+	$(BIN)/python -m benchmarks.contest install
+	$(BIN)/python -m benchmarks.contest make build/benchmark
+	$(BIN)/python -m benchmarks.contest run build/benchmark --jobs 2 --save build/benchmark/scores.json
+	$(BIN)/python -m benchmarks.contest table build/benchmark/scores.json
 
 fuzz: .venv/.dev
 	$(BIN)/python -m tests.fuzz --seed 0 --inputs 10100

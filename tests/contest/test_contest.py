@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contest.__main__ import main
-from contest.cases import CONDITIONS, SLOPE
-from contest.make import friction, make
-from contest.model_errors import publish_model
-from contest.picture import draw
-from contest.run import chosen, contestants, read_scores, run, write_scores
-from contest.schema import ANSWER, CASE, PARAMETERS, SUMS, TRUTH, Answer, Case, Truth, cases_of, read, write
-from contest.score import Score, curve_of, score
-from contest.table import lines, real_table
+from benchmarks.contest.__main__ import main
+from benchmarks.contest.cases import CONDITIONS, SLOPE
+from benchmarks.contest.make import friction, make
+from benchmarks.contest.model_errors import publish_model
+from benchmarks.contest.picture import draw
+from benchmarks.contest.run import chosen, contestants, read_scores, run, write_scores
+from benchmarks.contest.schema import ANSWER, CASE, PARAMETERS, SUMS, TRUTH, Answer, Case, Truth, cases_of, read, write
+from benchmarks.contest.score import Score, curve_of, score
+from benchmarks.contest.table import lines, real_table
 
 from stribeck import Robot, read_log
 from stribeck.errors import SettingsError
@@ -192,7 +192,7 @@ def test_a_curve_follows_from_parameters_where_there_is_none(folder: Path) -> No
 
 
 def test_the_tables_and_the_picture_shown_are_those_of_the_saved_scores(tmp_path: Path) -> None:
-    scores = read_scores(ROOT / "contest/scores.json")
+    scores = read_scores(ROOT / "benchmarks/contest/scores.json")
     page = (ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
     for line in "\n".join(lines(scores)).splitlines():
         assert line in page

@@ -30,6 +30,8 @@ def main():
     parser.add_argument("--only", type=int, help="only the input of this number, of each kind")
     parser.add_argument("--keep", type=Path, help="folder in which inputs that broke something are kept")
     options = parser.parse_args()
+    if options.keep:
+        options.keep.mkdir(parents=True, exist_ok=True)
 
     kinds = options.kind or list(KINDS)
     total = sum(KINDS[kind].share for kind in kinds)

@@ -42,7 +42,7 @@ class Attempt:
 
 def attempt(kind, seed, number, seeds, keep=None):
     """Make an input from a folder of sound ones and give it to the command line; keep it if it breaks something."""
-    folder = Path(tempfile.mkdtemp(prefix="fuzz."))
+    folder = Path(tempfile.mkdtemp(prefix="fuzz.", dir=keep))
     try:
         work = folder / "input"
         work.mkdir()
@@ -54,10 +54,7 @@ def attempt(kind, seed, number, seeds, keep=None):
         said = (folder / "stderr").read_text(encoding="utf-8", errors="replace")
         outcome = _outcome(status, said, [path.name for path in work.iterdir()])
         if keep and outcome not in ("accepted", "refused"):
-            names = [path for path in work.iterdir() if path.is_file() or path.is_dir()]  # pipes stay behind
-            (keep / f"{kind}-{number}").mkdir(parents=True, exist_ok=True)
-            for path in names:
-                (shutil.copytree if path.is_dir() else shutil.copy)(path, keep / f"{kind}-{number}" / path.name)
+            work.rename(keep / f"{kind}-{number}")  # a copy would fill the holes of files with zeros
         last = said.strip().splitlines()[-1] if said.strip() else ""
         return Attempt(kind, number, outcome, usage.ru_maxrss << 10, last)
     finally:

@@ -16,7 +16,7 @@ WORDS = (
     *("root_joint", "__model__", "../..", "/dev/zero", "x" * 5000, "%s%n", "{}", "true", "fixed", "floating", "ball"),
     *("\x00", "\n", "&amp;", "world", "shoulder", "elbow"),
 )
-VALUES = (
+VALUES: tuple[object, ...] = (
     *(None, True, False, 0, -1, 1, 3, 0.5, float("nan"), float("inf"), -1e300, 1e300, 1e-300, 10**30, 100_000_001),
     *(2**63, -(2**63) - 1, "", "x", "[left]", "[/]", "nan", "\ud83e\udd16", [], {}, [1], [[]], ["x"], {"x": 1}),
     *([1.0, 2.0], [0.0] * 6),

@@ -10,14 +10,14 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from contest.schema import ANSWER, CASE, Case, read
-from contest.score import Score, score
+from benchmarks.contest.schema import ANSWER, CASE, Case, read
+from benchmarks.contest.score import Score, score
 from stribeck.errors import SettingsError
 from stribeck.methods import METHODS
 from stribeck.outputs import whole_or_not_at_all
 
-ROOT = Path(__file__).parents[1]
-ENVIRONMENTS = ROOT / "contest" / "environments"
+ROOT = Path(__file__).parents[2]
+ENVIRONMENTS = ROOT / "benchmarks/contest/environments"
 INSTALLED = ROOT / "build" / "contest"
 """Where the environments of others are installed."""
 LONGEST = 900.0
@@ -35,12 +35,14 @@ Command = Sequence[str]
 
 def contestants() -> dict[str, Command | str]:
     """Return the command of every contestant, or why it cannot take part."""
-    own = {name: [sys.executable, "-m", "contest.contestants.stribeck_method", name] for name in sorted(METHODS)}
-    plain = [sys.executable, "-m", "contest.contestants.least_squares"]
+    own = {
+        name: [sys.executable, "-m", "benchmarks.contest.contestants.stribeck_method", name] for name in sorted(METHODS)
+    }
+    plain = [sys.executable, "-m", "benchmarks.contest.contestants.least_squares"]
     found: dict[str, Command | str] = {**own, "least squares": plain}
     for name, label in OTHERS.items():
         python = INSTALLED / label / "bin" / "python"
-        program = ROOT / "contest" / "contestants" / f"with_{label}.py"
+        program = ROOT / "benchmarks/contest/contestants" / f"with_{label}.py"
         missing = f"its environment is not installed: {INSTALLED.relative_to(ROOT) / label}"
         found[name] = [str(python), str(program)] if python.exists() else missing
     return found | BLANKS

@@ -1,6 +1,6 @@
 """mujoco.sysid: friction loss and damping whose rollouts, driven by the logged torques, follow the log.
 
-    python contest/contestants/with_mujoco_sysid.py CASE OUT
+    python benchmarks/contest/contestants/with_mujoco_sysid.py CASE OUT
 
 Needs mujoco[sysid] alone. Used as its integration test identifies an arm: parameters with a modifier each, sensors
 of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and `calculate_intervals`. Its rollouts
@@ -31,8 +31,8 @@ START, MOST = 0.5, 60.0
 """Friction loss [N m] and damping [N m s/rad] to begin with, and bound."""
 OFFSET = 20.0
 """Largest offset of a motor [N m], which starts at none."""
-ROTOR = 0.01, 2.0
-"""Rotor inertia likewise [kg m^2]."""
+LEAST_ROTOR, ROTOR = 0.005, (0.1, 2.0)
+"""Rotor inertia [kg m^2]: a joint that moves a link without inertia needs one, or its rollouts diverge."""
 LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-6
 """Of bodies for which a model has less, which MuJoCo refuses [kg], [kg m^2]."""
 ITERATIONS = 20
@@ -105,7 +105,7 @@ def parameters(joints: list[str], rotors: bool) -> Any:
     for joint in joints:
         for name in [*NAMES.values(), *["armature"] * rotors]:
             start, most = {"armature": ROTOR, "offset": (0.0, OFFSET)}.get(name, (START, MOST))
-            least = -most if name == "offset" else 0.0
+            least = {"armature": LEAST_ROTOR, "offset": -most}.get(name, 0.0)
 
             def modify(spec: Any, parameter: Any, joint: str = joint, name: str = name) -> None:
                 value = parameter.value[0]

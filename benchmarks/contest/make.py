@@ -18,7 +18,7 @@ from studies.accuracy_cases import ROBOTS as HUMANOIDS
 from studies.accuracy_cases import walk_scenario
 from studies.walking_cases import WALKERS
 
-from contest.cases import (
+from benchmarks.contest.cases import (
     BRISTLES,
     CONDITIONS,
     COULOMB,
@@ -34,8 +34,8 @@ from contest.cases import (
     WRENCHES,
     Condition,
 )
-from contest.model_errors import publish_model
-from contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, write
+from benchmarks.contest.model_errors import publish_model
+from benchmarks.contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, write
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log

@@ -1,6 +1,6 @@
 """FIGAROH: base parameters, friction, rotors and offsets at once, by least squares on the regressor of a fixed robot.
 
-    python contest/contestants/with_figaroh.py CASE OUT
+    python benchmarks/contest/contestants/with_figaroh.py CASE OUT
 
 Needs figaroh alone. Used as its authors' example of the Staubli TX40 does: `BaseIdentification` with its own filter,
 decimation and QR decomposition, `solve(decimate=True)`, intervals from its standard deviations.

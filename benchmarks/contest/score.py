@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 from scipy.signal import butter, sosfiltfilt
 
-from contest.schema import (
+from benchmarks.contest.schema import (
     ANSWER,
     CASE,
     PARAMETERS,

@@ -166,5 +166,5 @@ def cases_of(folder: Path) -> list[str]:
     """
     found = [str(path.parent.relative_to(folder / "cases")) for path in sorted((folder / "cases").glob(f"*/*/{CASE}"))]
     if not found:
-        raise SettingsError(f"{folder}: has no cases; make them first with `python -m contest make {folder}`")
+        raise SettingsError(f"{folder}: has no cases; make them with `python -m benchmarks.contest make {folder}`")
     return found

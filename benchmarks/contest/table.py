@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from contest.cases import CONDITIONS, PRESCRIBED, WALKS
-from contest.score import Score
+from benchmarks.contest.cases import CONDITIONS, PRESCRIBED, WALKS
+from benchmarks.contest.score import Score
 
 GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in PRESCRIBED}}
 """Robots that stand in one row."""

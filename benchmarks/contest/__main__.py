@@ -1,11 +1,11 @@
 """The public benchmark (docs/benchmark.md).
 
-    python -m contest make FOLDER                        logs and truth, from a seed
-    python -m contest run FOLDER --save contest/scores.json
-    python -m contest table contest/scores.json          as in docs/benchmark.md
-    python -m contest picture contest/scores.json docs/assets/benchmark.svg
+    python -m benchmarks.contest make FOLDER                        logs and truth, from a seed
+    python -m benchmarks.contest run FOLDER --save benchmarks/contest/scores.json
+    python -m benchmarks.contest table benchmarks/contest/scores.json          as in docs/benchmark.md
+    python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 
-A method of your own: `python -m contest run FOLDER --entry "mine=python my_method.py"`.
+A method of your own: `python -m benchmarks.contest run FOLDER --entry "mine=python my_method.py"`.
 """
 
 import argparse
@@ -16,23 +16,21 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from contest.cases import ROBOTS
-from contest.make import make
-from contest.picture import draw
-from contest.real import NO_LOGS, make_real
-from contest.run import chosen, install, read_scores, run, write_scores
-from contest.schema import SUMS, cases_of
-from contest.score import Score
-from contest.table import lines
+from benchmarks.contest.cases import ROBOTS
+from benchmarks.contest.make import make
+from benchmarks.contest.picture import draw
+from benchmarks.contest.real import NO_LOGS, make_real
+from benchmarks.contest.run import chosen, install, read_scores, run, write_scores
+from benchmarks.contest.schema import SUMS, cases_of
+from benchmarks.contest.score import Score
+from benchmarks.contest.table import lines
 from stribeck.errors import StribeckError
-
-ROOT = Path(__file__).parents[1]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, and return the exit code."""
     parser = argparse.ArgumentParser(
-        prog="contest", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="benchmarks.contest", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     commands = parser.add_subparsers(required=True)
     making = commands.add_parser("make", help="make the logs")

@@ -1,6 +1,6 @@
 """What a user would write instead: inverse dynamics, a lowpass, and least squares joint by joint.
 
-    python -m contest.contestants.least_squares CASE OUT
+    python -m benchmarks.contest.contestants.least_squares CASE OUT
 
 Positions, torques and the IMU are filtered, velocities and accelerations are central differences. Of a robot that
 walks, the IMU says how the base moves, and a joint counts while no foot beyond it stands. Nothing of stribeck is used.

@@ -15,9 +15,9 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 from studies.held_out import BANDS, ORDER, PARTS, WIDER
 
-from contest.make import asked_joints, publish_robot
-from contest.model_errors import publish_model
-from contest.schema import CASE, PREDICT, SUMS, TORQUE, TRUTH, Case, Truth, checksums, write
+from benchmarks.contest.make import asked_joints, publish_robot
+from benchmarks.contest.model_errors import publish_model
+from benchmarks.contest.schema import CASE, PREDICT, SUMS, TORQUE, TRUTH, Case, Truth, checksums, write
 from stribeck import Robot, read_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
@@ -30,7 +30,7 @@ HELD_OUT = 2
 SHORTEST = 1.0
 """Segment between gaps that is given to contestants [s]."""
 NO_LOGS = "no logs of real robots: set STRIBECK_REAL_LOGS to their folder"
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def make_real(folder: Path, data: Path, progress: Callable[[str], None] = print) -> None:

@@ -1,6 +1,6 @@
 """A method of stribeck, with no setting but its name.
 
-python -m contest.contestants.stribeck_method METHOD CASE OUT
+python -m benchmarks.contest.contestants.stribeck_method METHOD CASE OUT
 """
 
 import sys
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from studies.held_out import predicted_torque
 
-from contest.schema import (
+from benchmarks.contest.schema import (
     ANSWER,
     CASE,
     PARAMETERS,

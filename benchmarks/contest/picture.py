@@ -1,6 +1,6 @@
 """The picture of docs/benchmark.md: the errors of the curves, method by method and condition by condition.
 
-python -m contest picture contest/scores.json docs/assets/benchmark.svg
+python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 """
 
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from contest.cases import CONDITIONS
-from contest.score import Score
-from contest.table import GROUPS, median_curve, names
+from benchmarks.contest.cases import CONDITIONS
+from benchmarks.contest.score import Score
+from benchmarks.contest.table import GROUPS, median_curve, names
 
 INK, PALE, GRID = "#22262b", "#6b7280", "#e3e6ea"
 MARKS = dict(zip(CONDITIONS, "osD^v<P", strict=True))
