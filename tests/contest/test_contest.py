@@ -128,7 +128,7 @@ def test_what_is_left_out_is_a_blank_and_no_zero(folder: Path, tmp_path: Path) -
         ({"joints": {"knee": {}}}, "joint 'knee' was not asked for"),
         ({"joints": {"elbow": {"curve": [1.0]}}}, "the curve of joint 'elbow' has 1 values"),
         ({"joints": {"elbow": {"coulomb": {"valu": 1.0}}}}, "unknown key"),
-        ({"joints": {"elbow": {"coulomb": {"value": float("nan")}}}}, "finite"),
+        ({"joints": {"elbow": {"coulomb": {"value": float("nan")}}}}, "value. is nan"),
     ],
 )
 def test_answers_that_break_the_contract_are_refused(

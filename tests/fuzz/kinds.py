@@ -87,7 +87,8 @@ def make_seeds(folder):
 
 def import_all():
     """Import what commands import when they need it, once for all inputs, and keep its memory shared with children."""
-    for name in ("inspection", "report", "export", "replay.replay", "result.compare", "cli.console", "robot.mjcf"):
+    commands = ("inspection", "report", "export", "replay.replay", "result.compare", "cli.console", "robot.mjcf")
+    for name in (*commands, *(f"log.readers.{each}" for each in ("arrays", "matlab", "tables", "bags"))):
         import_module(f"stribeck.{name}")
     import_module("stribeck_simulation.run")
     gc.freeze()
