@@ -27,6 +27,7 @@ from tests.log.readers.formats import (
     write_arrays,
     write_csv,
     write_messages,
+    write_npz,
     write_parquet,
     write_rosbag2,
 )
@@ -265,6 +266,20 @@ BAD_SAMPLING = [
     ("no torque at all", partial(arrays, with_value("torque", np.zeros_like)), ["'torque' is zero"]),
     ("long quaternions", partial(arrays, with_value("base_orientation", lambda q: 1.1 * q)), ["norm 1.1"]),
     ("positions in degrees", partial(arrays, with_value("position", np.rad2deg)), ["degrees", "[log.position] unit"]),
+    (
+        "positions beyond any robot",
+        partial(arrays, with_value("position", lambda q: 1e11 * q)),
+        ["position of '", "expected at most 1e8 in rad or m, set its unit by [log.position] unit"],
+    ),
+    (
+        "velocities beyond any joint",
+        partial(arrays, with_value("velocity", lambda v: 1e11 + v)),
+        ["velocity of '", "1e8 in rad or m/s"],
+    ),
+    *(
+        (f"{rows} samples", lambda folder, rows=rows: write_npz(folder, synthetic_log(rows)), [f"has {rows} samples;"])
+        for rows in (2, 15)
+    ),
     ("velocities in rpm", partial(arrays, with_value("velocity", lambda v: v * 30 / np.pi)), ["rpm"]),
     ("hardly a torque", partial(arrays, with_value("torque", mostly_missing)), ["torque.knee (59)"]),
     ("all positions missing", partial(arrays, with_value("position", lambda q: q * np.nan)), ["0 of 60 rows"]),

@@ -27,13 +27,25 @@ def check_plausible(log: RobotLog) -> list[str]:
     Raises
     ------
     LogError
-        Where numbers cannot be meant: torques that are zero throughout, orientations that are no unit quaternions,
-        velocities in another unit than positions.
+        Where numbers cannot be meant: torques that are zero throughout, joints further away than any robot moves,
+        orientations that are no unit quaternions, velocities in another unit than positions.
     """
     where = log.path or "log"
     if not log.torque.any():
         raise LogError(f"{where}: 'torque' is zero at every sample of every joint; expected the torques of the joints")
+    _refuse_far(log, where)
     return [*_orientation(log, where), *_velocity_unit(log, where), *_wide(log)]
+
+
+def _refuse_far(log: RobotLog, where: str) -> None:
+    """Refuse positions and velocities beyond 1e8, of which float64 does not resolve the steps that friction needs."""
+    for name, channel in (("position", log.position), ("velocity", log.velocity)):
+        if channel is not None and (largest := np.abs(channel).max(axis=0)).max() > 1e8:
+            joint = int(np.argmax(largest))
+            raise LogError(
+                f"{where}: {name} of '{log.joint_names[joint]}' goes up to {largest[joint]:.3g}; expected at most 1e8 "
+                f"in rad or m{'/s' * (name == 'velocity')}, set its unit by [log.{name}] unit"
+            )
 
 
 def _orientation(log: RobotLog, where: str) -> list[str]:

@@ -91,7 +91,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     lost = 1 - sum(usable) / rows
     if lost > 0 and len(segments) > len(usable):
         notes.append(
-            f"{100 * lost:.2g} % of the samples are not used: they are cut out, or lie in parts between gaps that are "
+            f"{100 * lost:.3g} % of the samples are not used: they are cut out, or lie in parts between gaps that are "
             f"shorter than {SHORT:g} s."
         )
     with findings_kept(notes):
