@@ -44,10 +44,18 @@ class MotorTable(Table):
 
 
 class LoopTable(Table):
-    """`[[robot.loops]]`: two frames of the tree that are held together."""
+    """`[[robot.loops]]`: frames of the tree held together, by their origins (`point`) or rigidly (`weld`)."""
 
     frames: Annotated[tuple[str, str], Field(strict=False)]
     kind: Literal["point", "weld"] = "point"
+
+    def __str__(self) -> str:
+        return " and ".join(f"'{frame}'" for frame in self.frames)
+
+    @property
+    def size(self) -> int:
+        """Number of constraints."""
+        return 3 if self.kind == "point" else 6
 
 
 class RobotTable(Table):
@@ -67,11 +75,7 @@ class RobotTable(Table):
     motors: dict[str, MotorTable] = {}
     kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
     kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
-    gravity: Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)] = (
-        0.0,
-        0.0,
-        -9.81,
-    )  # world or fixed base
+    gravity: Gravity = (0.0, 0.0, -9.81)  # world or fixed base
 
 
 class ContactTable(Table):

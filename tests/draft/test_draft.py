@@ -275,7 +275,7 @@ def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
 def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) -> None:
     log, robot = logs("ur5"), example_robot("ur5")
     noise = np.random.default_rng(0).normal(size=log.torque.shape)
-    columns, _ = find_columns_by_dynamics(replace(log, torque=noise), robot, range(6))
+    columns = find_columns_by_dynamics(replace(log, torque=noise), robot, range(6))
     assert columns.order == as_given(6).order
     assert np.all(columns.position == 1)
     assert np.all(columns.torque == 1)
@@ -293,7 +293,7 @@ def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], Ro
     external = np.tile(np.arange(6.0), (len(log.time), 1)) * 1e-3
     arrays = {name: getattr(log, name)[:, order] for name in ("position", "torque")}
     mixed = replace(log, external_torque=external[:, order], **arrays)
-    columns, _ = find_columns_by_dynamics(mixed, robot, range(4))
+    columns = find_columns_by_dynamics(mixed, robot, range(4))
     assert columns.order == tuple(np.argsort(order))
     np.testing.assert_array_equal(columns.of(mixed).external_torque, external)
 
@@ -312,9 +312,9 @@ def test_a_change_after_which_nothing_is_explained_is_not_made(
     lift = np.where(np.arange(6) == 1, -1.0, 1.0)
     likelier = replace(given, position=lift, torque=lift)  # by feet that another posture sets down, say
     monkeypatch.setattr(search, "_descend", lambda *_: likelier)
-    columns, _ = find_columns_by_dynamics(log, robot, [])
+    columns = find_columns_by_dynamics(log, robot, [])
     assert not columns.changed_since(given).any()
-    columns, _ = find_columns_by_dynamics(turned(log, [1]), robot, [])
+    columns = find_columns_by_dynamics(turned(log, [1]), robot, [])
     assert not columns.changed_since(likelier).any()
 
 

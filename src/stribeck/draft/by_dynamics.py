@@ -48,7 +48,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
             break  # a torque without a sign says nothing of signs
         searched = True
         columns = [robot.joint_names.index(joint) for joint in unsure]
-        if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns)[0], read):
+        if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
     for finding in left:
         draft.ask("robot", f"{finding.text}; {finding.cure}." if finding.cure else f"{finding.text}.")

@@ -12,18 +12,13 @@ import pinocchio as pin
 from stribeck.draft.names import words
 from stribeck.robot import Contact
 from stribeck.robot.model_file import joint_names, kind_of, load_model
+from stribeck.robot.rooting import position_range
 from stribeck.robot.xml_file import read_xml
 
 FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "toe": 2.0, "ankle": 1.0}
 """Words of a frame that is a foot: the larger number is the one that stands."""
 PARTS = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
 """Words of frames beside it."""
-LEAST_OF_SURFACE = 5
-"""Joints [1] of a leg that can lay a sole on the ground; legs with less stand on points."""
-UPRIGHT = 0.9
-"""Cosine between the z axis of a sole's frame and the vertical, with all joints at zero."""
-GROUND = ("world", "map", "odom", "universe", "ground")
-"""Root links that do not move."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,28 +56,22 @@ def read_model(path: Path) -> ModelFacts:
     kind, root = kind_of(path), read_xml(path).root
     model, _ = load_model(path, "floating")
     feet, tilted = _feet(model, {link.get("name", "") for link in root.iter("link") if _is_ball(link)})
-    limits = {}
-    for name in joint_names(model):
-        place = model.joints[model.getJointId(name)]
-        one = place.nq == 1
-        low, high = (getattr(model, f"{end}PositionLimit")[place.idx_q] for end in ("lower", "upper"))
-        limits[name] = (float(low), float(high)) if one else (float("-inf"), float("inf"))
+    limits = {name: position_range(model, model.getJointId(name)) for name in joint_names(model)}
     free = kind == "mjcf" and any(
         joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
     )
     base: Literal["floating", "fixed"] = "fixed"
     links = [link.get("name", "") for link in root.iter("link")]
     children = {child.get("link", "") for child in root.iter("child")}
-    fixed_to = [name for name in links if name not in children and name.lower() in GROUND] if kind == "urdf" else []
+    ground = ("world", "map", "odom", "universe", "ground")
+    fixed_to = [name for name in links if name not in children and name.lower() in ground] if kind == "urdf" else []
     if free:
         base, evidence = "floating", "the model has a free joint"
     elif len(feet) > 1 and not fixed_to:
         base, evidence = "floating", "the model has feet, " + ", ".join(foot.frame for foot in feet)
     else:
         evidence = f"the model's root is '{fixed_to[0]}'" if fixed_to else "the model has no feet"
-    return ModelFacts(
-        joints=tuple(joint_names(model)), range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted
-    )
+    return ModelFacts(joints=tuple(limits), range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted)
 
 
 def _is_ball(link: Element) -> bool:
@@ -102,7 +91,7 @@ def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
             continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
-        score = max(named) - 0.6 * len(PARTS & set(words(str(frame.name)))) + 0.3 * (up > UPRIGHT)
+        score = max(named) - 0.6 * len(PARTS & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
         score += 0.2 * (frame.type != pin.FrameType.FIXED_JOINT)
         best[joint] = max(best.get(joint, (float("-inf"), 0)), (score, -index))
     frames = {joint: model.frames[-index] for joint, (_, index) in best.items()}
@@ -111,9 +100,10 @@ def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple
     for (joint, frame), name in zip(frames.items(), names, strict=True):
         others = {above for other in frames if other != joint for above in model.supports[other]}
         leg = set(model.supports[joint]) - others - {0, 1}
-        point = len(leg) < LEAST_OF_SURFACE or str(frame.name) in balls
+        # A leg of five joints or more can lay a sole flat on the ground.
+        point = len(leg) < 5 or str(frame.name) in balls
         contacts.append(Contact(name, str(frame.name), "point" if point else "surface"))
-        if not point and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < UPRIGHT:
+        if not point and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
             tilted.append(name)
     return tuple(contacts), tuple(tilted)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stribeck.audit import gather
 from stribeck.audit.positions import OUTSIDE
 from stribeck.audit.regression import unexplained
+from stribeck.draft.names import words
 from stribeck.errors import LogError, SettingsError
 from stribeck.log import RobotLog
 from stribeck.preparation import prepare
@@ -19,24 +20,8 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.typing import Array
 
-ENOUGH_RATE = 200.0
-"""[Hz] that motions are compared at."""
-ENOUGH_ROWS = 2000
-"""Samples [1] that are compared."""
-POOR = 0.2
-"""Share of a torque's variance that model and friction may leave before signs and order are looked at."""
 BETTER = 30.0
 """Product of the factors by which a change leaves less of the torques' variances, from which it is made."""
-EXPLAINED = 0.5
-"""Share of its torque's variance that may be left of each joint whose column or sign is changed."""
-EXACT = 1e-3
-"""A smaller share that is left says nothing more."""
-MOST_TOGETHER = 7
-"""Joints [1] of which any number is turned round together; of more, two."""
-MOST_ORDERED = 5
-"""Columns [1] without telling names that every order is tried of; of more, exchanges of two and known orders."""
-MOST_TRIED = 1500
-"""Changes that are tried at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +34,10 @@ class Columns:
 
     def of(self, log: RobotLog) -> RobotLog:
         """Return the log with these columns and signs."""
-        order = list(self.order)
-        moved = {
-            name: getattr(log, name)[:, order] * self.position
-            for name in ("position", "velocity", "acceleration")
-            if getattr(log, name) is not None
-        }
-        if log.external_torque is not None:
-            moved["external_torque"] = log.external_torque[:, order]
-        return replace(log, torque=log.torque[:, order] * self.torque, **moved)
+        signs = dict.fromkeys(("position", "velocity", "acceleration"), self.position)
+        signs |= {"torque": self.torque, "external_torque": np.ones(len(self.order))}
+        given = {name: array for name in signs if (array := getattr(log, name)) is not None}
+        return replace(log, **{name: array[:, list(self.order)] * signs[name] for name, array in given.items()})
 
     def changed_since(self, before: Columns) -> NDArray[np.bool_]:
         """Return which joints have another column or sign than before, shape (n,)."""
@@ -70,8 +50,8 @@ def as_given(joints: int) -> Columns:
     return Columns(tuple(range(joints)), np.ones(joints), np.ones(joints))
 
 
-def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> tuple[Columns, Agreement]:
-    """Return the order and signs that agree best with the model, and how well they do.
+def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> Columns:
+    """Find the order and signs that agree best with the model.
 
     Steps are made from the given ones while each makes the log far more likely: a joint that counts the other way, or
     two of them, or its torque or position alone, all torques at once, and, of joints whose names say nothing, two that
@@ -86,23 +66,20 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     unsure
         Columns whose joint is not known by its name.
     """
-    log = excerpt(log)
-    best = as_given(len(robot.joint_names))
-    changed = _descend(best, log, robot, unsure)
-    after = agreement(changed.of(log), robot)
-    left = after.left[changed.changed_since(best)[robot.torque_controlled]]
-    if np.any(left > EXPLAINED):
-        return best, agreement(best.of(log), robot)
-    return changed, after
+    log = _excerpt(log)
+    given = as_given(len(robot.joint_names))
+    best = _descend(given, log, robot, unsure)
+    left = _agreement(best.of(log), robot).left[best.changed_since(given)[robot.torque_controlled]]
+    return given if np.any(left > 0.5) else best  # share of the torque's variance
 
 
 def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> Columns:
     """Return the columns after all steps that make the log far more likely."""
-    now = agreement(best.of(log), robot)
+    now = _agreement(best.of(log), robot)
     tried = 0
-    while tried < MOST_TRIED and (bad := now.poor(robot)):
+    while tried < 1500 and (bad := now.poor(robot)):
         for changes in (_changes(best, robot, bad, unsure), _turned(best, bad)):
-            scored = [(agreement(change.of(log), robot), change) for change in changes]
+            scored = [(_agreement(change.of(log), robot), change) for change in changes]
             tried += len(scored)
             after, change = min(scored, key=lambda one: one[0].cost, default=(now, best))
             if now.cost - after.cost > np.log(BETTER):
@@ -132,53 +109,42 @@ class Agreement:
     def cost(self) -> float:
         """Logarithm of the product of the shares, larger where joints leave their range."""
         shares = np.nan_to_num(self.left, nan=1.0)
-        return float(np.log(np.clip(shares, EXACT, 1.0)).sum() + 1.1 * np.log(BETTER) * self.outside.sum())
+        return float(np.log(np.clip(shares, 1e-3, 1.0)).sum() + 1.1 * np.log(BETTER) * self.outside.sum())
 
     def poor(self, robot: Robot) -> list[int]:
-        """Return columns of joints that may be wrong: those that agree poorly, and all of their limbs."""
-        columns = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > POOR)}
-        columns |= set(np.flatnonzero(self.outside).tolist())
-        return _with_their_limbs(robot, columns)
+        """Find the joints whose columns may be wrong: those that agree poorly, and all below and above them."""
+        poor = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > 0.2)}
+        poor |= set(np.flatnonzero(self.outside).tolist())
+        paths = _paths(robot)
+        beyond = {column for column, path in paths.items() if poor & set(path)}
+        return sorted(beyond.union(*(paths[column] for column in poor)))
 
 
-def agreement(log: RobotLog, robot: Robot) -> Agreement:
-    """Return how well a log agrees with the model: torques and ranges."""
+def _agreement(log: RobotLog, robot: Robot) -> Agreement:
+    """Compare the torques and ranges of a log with the model."""
     settings = Settings(support=robot.settings.support)
-    try:
-        prepared = prepare(log, robot, settings)
-        evidence = gather(prepared, robot, settings)
-    except (LogError, SettingsError):
-        return Agreement(np.ones(len(robot.torque_controlled)), _outside(log, robot))
-    shares = [unexplained(evidence, k, 1.0) for k in range(len(evidence.joints))]
-    return Agreement(np.array(shares), _outside(log, robot))
-
-
-def _outside(log: RobotLog, robot: Robot) -> NDArray[np.bool_]:
     low, high = robot.position_limits
-    return np.asarray((log.position.min(axis=0) < low - OUTSIDE) | (log.position.max(axis=0) > high + OUTSIDE))
+    outside = (log.position.min(axis=0) < low - OUTSIDE) | (log.position.max(axis=0) > high + OUTSIDE)
+    try:
+        evidence = gather(prepare(log, robot, settings), robot, settings)
+    except (LogError, SettingsError):
+        return Agreement(np.ones(len(robot.torque_controlled)), outside)
+    return Agreement(np.array([unexplained(evidence, k, 1.0) for k in range(len(evidence.joints))]), outside)
 
 
-def excerpt(log: RobotLog) -> RobotLog:
-    """Return as much of a log as is compared, from its middle."""
-    step = max(1, int(1 / float(np.median(np.diff(log.time))) / ENOUGH_RATE))
+def _excerpt(log: RobotLog) -> RobotLog:
+    """Take at most 2,000 samples at about 200 Hz from the middle of a log."""
+    step = max(1, int(1 / float(np.median(np.diff(log.time))) / 200.0))
     rows = len(log.time) // step
-    first = max(0, rows - ENOUGH_ROWS) // 2 * step
-    return log.take(slice(first, first + min(rows, ENOUGH_ROWS) * step, step))
+    first = max(0, rows - 2000) // 2 * step
+    return log.take(slice(first, first + min(rows, 2000) * step, step))
 
 
-def _with_their_limbs(robot: Robot, columns: Iterable[int]) -> list[int]:
-    """Return columns of joints and of all between them and the base, or beyond them."""
-    paths = {robot.tree.column(path[0]): {robot.tree.column(j) for j in path} for path in _paths(robot)}
-    found = set(columns)
-    found |= {above for column in found for above in paths[column]}
-    found |= {column for column, path in paths.items() if path & set(columns)}
-    return sorted(found)
-
-
-def _paths(robot: Robot) -> Iterator[list[int]]:
-    first = 2 if robot.tree.floating else 1
-    for joint in range(first, robot.tree.model.njoints):
-        yield robot.tree.path_to_root(joint)
+def _paths(robot: Robot) -> dict[int, list[int]]:
+    """List the columns from each joint to the base, by the joint's column."""
+    tree = robot.tree
+    paths = map(tree.path_to_root, range(1 + tree.floating, tree.model.njoints))
+    return {path[0]: path for path in ([tree.column(joint) for joint in joints] for joints in paths)}
 
 
 def _changes(now: Columns, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[Columns]:
@@ -188,25 +154,22 @@ def _changes(now: Columns, robot: Robot, bad: Sequence[int], unsure: Sequence[in
         yield replace(now, position=now.position * sign, torque=now.torque * sign)
         yield replace(now, torque=now.torque * sign)
         yield replace(now, position=now.position * sign)
-    if len(unsure) <= MOST_ORDERED:
+    if len(unsure) <= 5:  # every order
         for columns in permutations([now.order[column] for column in unsure]):
             placed = dict(zip(unsure, columns, strict=True))
             yield replace(now, order=tuple(placed.get(joint, column) for joint, column in enumerate(now.order)))
     else:
         if now.order == tuple(range(len(now.order))) and len(unsure) == len(now.order):
             yield from (replace(now, order=tuple(order)) for order in other_orders(robot))
-        some = [column for column in unsure if column in bad]
-        for k, one in enumerate(some):
-            for other in some[k + 1 :]:
-                order = list(now.order)
-                order[one], order[other] = order[other], order[one]
-                yield replace(now, order=tuple(order))
+        for one, other in combinations([column for column in unsure if column in bad], 2):
+            order = list(now.order)
+            order[one], order[other] = order[other], order[one]
+            yield replace(now, order=tuple(order))
 
 
 def _turned(now: Columns, bad: Sequence[int]) -> Iterator[Columns]:
     """Yield the columns with several joints that count the other way: about parallel axes one alone may seem worse."""
-    most = len(bad) if len(bad) <= MOST_TOGETHER else 2
-    for count in range(2, most + 1):
+    for count in range(2, 1 + (len(bad) if len(bad) <= 7 else 2)):
         for some in combinations(bad, count):
             sign = np.where(np.isin(np.arange(len(now.order)), some), -1.0, 1.0)
             yield replace(now, position=now.position * sign, torque=now.torque * sign)
@@ -218,24 +181,17 @@ def other_orders(robot: Robot) -> list[list[int]]:
     By depth are those of simulators that number joints breadth first: all hips, then all knees. ROS drivers have them
     by the alphabet.
     """
-    from stribeck.draft.names import words
-
-    names = robot.joint_names
-    depth = {robot.tree.column(path[0]): len(path) for path in _paths(robot)}
-    by_depth = sorted(range(len(names)), key=lambda column: (depth[column], column))
+    names, paths = robot.joint_names, _paths(robot)
+    by_depth = sorted(range(len(names)), key=lambda column: (len(paths[column]), column))
     meant = [tuple(words(name)) for name in names]
+    sides, ends = ("left", "right"), ("front", "rear")
 
     def exchanged(*pairs: tuple[str, str]) -> list[int]:
         other = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
         places = {each: k for k, each in enumerate(meant)}
         return [places.get(tuple(other.get(word, word) for word in each), k) for k, each in enumerate(meant)]
 
-    def under(order: Sequence[int]) -> list[int]:
-        place = {column: k for k, column in enumerate(by_depth)}
-        return [place[column] for column in order]
-
-    plain = [exchanged(), exchanged(("left", "right")), exchanged(("front", "rear"))]
-    plain.append(exchanged(("left", "right"), ("front", "rear")))
-    by_name = sorted(range(len(names)), key=lambda column: names[column])
-    plain.append([by_name.index(column) for column in range(len(names))])
-    return [list(order) for order in sorted({tuple(order) for each in plain for order in (each, under(each))})]
+    plain = [exchanged(), exchanged(sides), exchanged(ends), exchanged(sides, ends)]
+    plain.append([sorted(names).index(name) for name in names])
+    under = [[by_depth.index(column) for column in order] for order in plain]
+    return [list(order) for order in sorted({*map(tuple, plain), *map(tuple, under)})]

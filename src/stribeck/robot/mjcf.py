@@ -137,18 +137,16 @@ def _inertia_difference(compiled: mujoco.MjModel, model: pin.Model, names: list[
     root = range(6 if is_floating(model) else 0)  # upright, world and body coordinates of the free joint are the same
     theirs = [*root, *(int(compiled.joint(name).dofadr[0]) for name in names)]
     ours = [*root, *(int(model.joints[model.getJointId(name)].idx_v) for name in names)]
+    places = [int(compiled.joint(name).qposadr[0]) for name in names]
     worst = 0.0
     for _ in range(3):
-        configuration = pin.neutral(model)
+        positions = np.zeros(model.nv)
+        positions[ours[len(root) :]] = values = generator.uniform(-1.0, 1.0, len(names))
+        configuration = pin.integrate(model, pin.neutral(model), positions)
         simulated.qpos[:] = compiled.qpos0
         if root:
             simulated.qpos[3:7] = 1, 0, 0, 0
-        for name in names:
-            value = generator.uniform(-1.0, 1.0)
-            joint = model.joints[model.getJointId(name)]
-            entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
-            configuration[joint.idx_q : joint.idx_q + joint.nq] = entry
-            simulated.joint(name).qpos = value
+        simulated.qpos[places] = values
         mujoco.mj_forward(compiled, simulated)
         full = np.zeros((compiled.nv, compiled.nv))
         mujoco.mj_fullM(compiled, simulated, full)

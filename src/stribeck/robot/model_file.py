@@ -112,14 +112,11 @@ def _kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
 
 def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
     """Return the model with these of its joints fixed at the given positions [rad or m]."""
-    configuration = pin.neutral(model)
-    joints = [int(model.getJointId(name)) for name in locked]
+    joints, positions = [int(model.getJointId(name)) for name in locked], np.zeros(model.nv)
     for joint, value in zip(joints, locked.values(), strict=True):
-        joint_model = model.joints[joint]
-        entry = {1: [value], 2: [np.cos(value), np.sin(value)]}.get(joint_model.nq)  # unbounded: cosine and sine
-        if entry is not None:
-            configuration[joint_model.idx_q : joint_model.idx_q + joint_model.nq] = entry
-    return _without_joints(model, joints, configuration) if joints else model
+        if model.joints[joint].nv == 1:
+            positions[model.joints[joint].idx_v] = value
+    return _without_joints(model, joints, pin.integrate(model, pin.neutral(model), positions)) if joints else model
 
 
 def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -> pin.Model:

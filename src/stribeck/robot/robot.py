@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.packages import model_path
-from stribeck.robot.robot_file import Contact, Loop, read_robot_file, robot_fields, validated
+from stribeck.robot.robot_file import Contact, read_robot_file, robot_fields, validated
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import LogTable, MotorTable, RobotFile, Settings
+from stribeck.settings import LogTable, LoopTable, MotorTable, RobotFile, Settings
 from stribeck.typing import Array, TorqueSource
 
 
@@ -75,7 +75,7 @@ class Robot:
     gravity: Array
     torque_source: TorqueSource = "link_side_sensor"
     passive: tuple[str, ...] = ()
-    loops: tuple[Loop, ...] = ()
+    loops: tuple[LoopTable, ...] = ()
     motors: dict[str, MotorTable] = field(default_factory=dict)
     command_gains: tuple[Array, Array] | None = None
     couplings: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -175,31 +175,32 @@ class Robot:
     @cached_property
     def armature(self) -> Array:
         """Reflected rotor inertia that the dynamics include [kg m^2], shape (n,)."""
-        return np.asarray(self.tree.model.armature)[self.tree.root_size :].copy()
+        return self._in_order("armature")
 
     @cached_property
     def position_limits(self) -> tuple[Array, Array]:
         """Lowest and highest position of each joint [rad] or [m], shape (n,) each; infinite where unlimited."""
-        model, columns = self.tree.model, self.tree.columns
-        low, high = np.empty((2, len(columns)))
-        low[columns] = model.lowerPositionLimit[model.nq - len(columns) :]
-        high[columns] = model.upperPositionLimit[model.nq - len(columns) :]
+        low, high = self._in_order("lowerPositionLimit"), self._in_order("upperPositionLimit")
         endless = (low < -4 * np.pi) | (high > 4 * np.pi) | (high <= low)  # [rad] or [m]; a wider limit is none
         return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
     @cached_property
     def effort_limits(self) -> Array:
         """Largest torque of each joint [N m] or [N] by the model, shape (n,); infinite where it says none."""
-        found = np.empty(len(self.joint_names))
-        found[self.tree.columns] = self.tree.model.effortLimit[self.tree.root_size :]
+        found = self._in_order("effortLimit")
         return np.where(found > 0, found, np.inf)
 
     @cached_property
     def speed_limits(self) -> Array:
         """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
-        found = np.empty(len(self.joint_names))
-        found[self.tree.columns] = self.tree.model.velocityLimit[self.tree.root_size :]
+        found = self._in_order("velocityLimit")
         return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
+
+    def _in_order(self, attribute: str) -> Array:
+        """Return an attribute of the tree's joints in the order of `joint_names`, shape (n,)."""
+        found = np.empty(len(self.joint_names))
+        found[self.tree.columns] = getattr(self.tree.model, attribute)[-len(found) :]
+        return found
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:

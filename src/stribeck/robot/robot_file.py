@@ -40,22 +40,6 @@ class Contact:
         return 6 if self.kind == "surface" else 3
 
 
-@dataclass(frozen=True)
-class Loop:
-    """Two frames whose origins are held together (`point`), or that are held together completely (`weld`)."""
-
-    frames: tuple[str, str]
-    kind: Literal["point", "weld"] = "point"
-
-    def __str__(self) -> str:
-        return " and ".join(f"'{frame}'" for frame in self.frames)
-
-    @property
-    def size(self) -> int:
-        """Number of constraints."""
-        return 3 if self.kind == "point" else 6
-
-
 def read_robot_file(path: Path) -> RobotFile:
     """Parse and validate a robot file.
 
@@ -121,7 +105,7 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
         "joint_names": tuple(joints),
         "position_controlled": (*table.position_controlled, *table.passive),
         "passive": tuple(table.passive),
-        "loops": tuple(Loop(loop.frames, loop.kind) for loop in table.loops),
+        "loops": tuple(table.loops),
         "contacts": contacts,
         "base_frame": table.base_frame or BASE_FRAME,
         "gravity": np.array(table.gravity),

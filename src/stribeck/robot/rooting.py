@@ -58,20 +58,19 @@ class RootedModel:
 
     def path_to_root(self, joint: int) -> list[int]:
         """Return the one-degree-of-freedom joints from `joint` up to the root, nearest first."""
-        first = 2 if self.floating else 1
         path = []
-        while joint >= first:
+        while joint > self.floating:
             path.append(joint)
             joint = int(self.model.parents[joint])
         return path
 
     def axis(self, joint: int) -> Axis:
         """Return the axis of a joint of the model."""
-        return self.axes[joint - (2 if self.floating else 1)]
+        return self.axes[joint - 1 - self.floating]
 
     def column(self, joint: int) -> int:
         """Return the robot's joint column of a joint of the model."""
-        return int(self.columns[joint - (2 if self.floating else 1)])
+        return int(self.columns[joint - 1 - self.floating])
 
 
 def is_floating(model: pin.Model) -> bool:
@@ -155,7 +154,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         placed[child] = (new, pin.SE3.Identity() if forward else model.jointPlacements[joint].inverse())
         columns.append(joint - base - 1)
         axes.append(Axis(direction, axis.prismatic))
-        limits.append(_limits(model, joint))
+        limits.append(position_range(model, joint))
         pending += _edges(model, child, base)
 
     _carry_bodies(model, rooted, placed, base)
@@ -184,7 +183,7 @@ def _carry_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[i
         rooted.addFrame(pin.Frame(BASE_FRAME, joint, 0, pose, pin.FrameType.OP_FRAME), False)
 
 
-def _limits(model: pin.Model, joint: int) -> tuple[float, float]:
+def position_range(model: pin.Model, joint: int) -> tuple[float, float]:
     """Return the lowest and highest position of a joint [rad or m], infinite for a continuous one."""
     joint_model = model.joints[joint]
     if joint_model.nq != 1:  # stored as cosine and sine
@@ -194,6 +193,5 @@ def _limits(model: pin.Model, joint: int) -> tuple[float, float]:
 
 def _edges(model: pin.Model, body: int, base: int) -> list[tuple[int, int]]:
     """Return (body, joint) for the joints to a body's neighbours: its own and its children's, last first."""
-    own = [body] if body > base else []
-    children = [child for child in range(base + 1, model.njoints) if int(model.parents[child]) == body]
-    return [(body, joint) for joint in reversed(own + children)]
+    joints = (joint for joint in range(base + 1, model.njoints) if body in (joint, int(model.parents[joint])))
+    return [(body, joint) for joint in reversed(list(joints))]
