@@ -26,9 +26,6 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.version import __version__
 
-DIGITS = 6
-"""Of correlations [1]."""
-
 
 def compose(
     fitted: Fitted,
@@ -121,9 +118,9 @@ def _joints(
     for name, joint in joints.items():
         if joint.parameters:
             joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))
-    for name, (terms, load, deviation, direction, per_turn, travel, warm) in fitted.terms.items():
+    for name, terms in fitted.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], terms, load, deviation, direction, per_turn, travel, warm)
+            joints[name] = with_terms(joints[name], *terms)
     return joints
 
 
@@ -159,7 +156,7 @@ def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ..
     scale = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
     found = covariance * np.outer(scale, scale)
     np.fill_diagonal(found, 1.0)
-    return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), DIGITS).tolist())
+    return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), 6).tolist())
 
 
 def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:

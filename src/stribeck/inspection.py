@@ -20,9 +20,6 @@ from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
 from stribeck.typing import Array, TorqueSource
 
-AGREES = 0.3
-"""Correlation with the model from which a torque's sign agrees, unless the audit says that it is inverted."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class JointInspection:
@@ -183,7 +180,7 @@ def _inspect_joint(
         torque_range=_span(log.torque[:, column]),
         correlation=correlation,
         delay=delay,
-        sign=sign or ("agrees" if correlation is not None and correlation > AGREES else "unclear"),
+        sign=sign or ("agrees" if correlation is not None and correlation > 0.3 else "unclear"),
     )
 
 

@@ -109,7 +109,11 @@ def staged_folder(folder: str | Path) -> Iterator[Path]:
     discard = partial(_discard, staging, [place for place in (target, *target.parents) if not place.exists()])
     atexit.register(discard)  # in case an interruption comes just before the clean-up
     try:
-        _make(staging)
+        try:
+            staging.mkdir(parents=True)
+        except OSError as error:
+            reason = f"({error.strerror}); expected a place to write to"
+            raise SettingsError(f"{target}: cannot be made {reason}") from error
         with _named(target):
             yield staging
         _undisturbed(partial(_move, staging, target))
@@ -131,14 +135,6 @@ def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
     with staged_folder(target.parent) as staging, _named(target):
         check_name(target)
         yield staging / target.name
-
-
-def _make(staging: Path) -> None:
-    try:
-        staging.mkdir(parents=True)
-    except OSError as error:
-        reason = f"({error.strerror}); expected a place to write to"
-        raise SettingsError(f"{staging.parent}: cannot be made {reason}") from error
 
 
 @contextmanager

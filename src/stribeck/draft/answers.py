@@ -10,7 +10,7 @@ from stribeck.draft.by_dynamics import answer_by_dynamics
 from stribeck.draft.columns import find_columns
 from stribeck.draft.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.draft.model import read_model
-from stribeck.draft.names import Matches, match, words
+from stribeck.draft.names import match, words
 from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
@@ -24,9 +24,6 @@ from stribeck.robot.packages import PREFIX
 from stribeck.settings import LogTable
 from stribeck.threads import one_blas_thread
 from stribeck.typing import TorqueSource
-
-HANDS = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
-"""Joint-name keywords for parts that logs often omit."""
 
 
 def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
@@ -120,13 +117,11 @@ def _joints(draft: Draft, source: Source) -> list[str]:
     facts, robot = draft.facts, draft.document["robot"]
     position, torque = source.channels["position"], source.channels["torque"]
     names, unsure = _unnamed(draft, position.columns) if position.labels is None else _named(draft, source)
-    locked = {}
-    for joint in facts.joints:
-        low, high = facts.range[joint]
-        if joint not in names:
-            locked[joint] = float(np.clip(0.0, low, high)) if low <= high else 0.0
-    if locked:
-        robot["locked"] = locked
+    ranges = {joint: facts.range[joint] for joint in facts.joints if joint not in names}
+    if ranges:
+        robot["locked"] = {
+            joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
+        }
         draft.ask("robot.locked", "the log leaves these joints out; where are they held [rad or m]?")
     if torque.labels is not None and position.labels is not None:
         table = draft.table("log").get("joint_names", {})
@@ -140,31 +135,29 @@ def _named(draft: Draft, source: Source) -> tuple[list[str], list[str]]:
     """Match the log's joint names; return the model's joints that the log has, and the unsure ones."""
     joints = draft.facts.joints
     renamed: dict[str, str] = {}
-    names: list[str] = []
-    unsure: list[str] = []
+    names, unsure = list[str](), list[str]()
     for channel in JOINT_CHANNELS:
-        labels = source.channels[channel].labels if channel in source.channels else None
-        if labels is None:
+        if channel not in source.channels or (labels := source.channels[channel].labels) is None:
             continue
-        found = match(labels, joints)
+        pairs = match(labels, joints)
         counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
-        if counted and labels[0] in found.left_of_log and _as_many(joints, labels):
-            found = Matches({}, labels, joints)  # the model's numbers begin with one, and the log's with zero
-        rest = _as_many(found.left_of_model, found.left_of_log)
-        by_order = dict(zip(found.left_of_log, rest, strict=True)) if rest else {}
-        pairs = found.pairs | by_order
+        if counted and labels[0] not in pairs and _as_many(joints, labels):
+            pairs = {}  # the model's numbers begin with one, and the log's with zero
+        left = [label for label in labels if label not in pairs]
+        rest = _as_many([joint for joint in joints if joint not in pairs.values()], left)
+        by_order = dict(zip(left, rest, strict=True)) if rest else {}
+        pairs |= by_order
         renamed |= {label: joint for label, joint in pairs.items() if label != joint}
         if channel != "position":
             continue
         unsure = list(by_order.values())
         names = [joint for joint in joints if joint in pairs.values()]
-        left = [label for label in labels if label not in pairs]
         if not names:
             raise LogError(
                 f"{source.path}: has the joints {listed(labels)}, which are none of the model's {listed(joints)}; "
                 "expected a log of this robot, or its joint_names"
             )
-        if left and len(names) < len(joints):
+        if left and not rest and len(names) < len(joints):
             draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
     if renamed:
         draft.set("log", "joint_names", renamed, "matched by likeness: see whether they are right.")
@@ -175,15 +168,19 @@ def _named(draft: Draft, source: Source) -> tuple[list[str], list[str]]:
 
 def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:
     """Return the joints without hands, or all of them, if they are as many as the labels."""
-    arms = [joint for joint in joints if not HANDS & set(words(joint))]
-    return next((some for some in (arms, joints) if len(some) == len(labels)), ())
+    return next((some for some in (_without_hands(joints), joints) if len(some) == len(labels)), ())
+
+
+def _without_hands(joints: Sequence[str]) -> Sequence[str]:
+    """Leave out the joints of parts that logs often omit."""
+    hands = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
+    return [joint for joint in joints if not hands & set(words(joint))]
 
 
 def _unnamed(draft: Draft, columns: int) -> tuple[list[str], list[str]]:
     """Take columns without names in the model's order, hands left out first."""
-    joints = list(draft.facts.joints)
-    arms = [joint for joint in joints if not HANDS & set(words(joint))]
-    joints = (arms if columns <= len(arms) and columns < len(joints) else joints)[:columns]
+    every, arms = draft.facts.joints, _without_hands(draft.facts.joints)
+    joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
     order = joints + [f"unknown_{k}" for k in range(columns - len(joints))]
     draft.table("log")["joint_order"] = order
     draft.ask("log.joint_order", "the log does not name its columns; is this their order?")

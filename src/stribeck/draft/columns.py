@@ -34,8 +34,6 @@ OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "
 COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
 COMMANDS |= {"soll", "d"}
 """Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
-FILES = (".csv", ".parquet")
-"""Ends of names of files that a folder has beside its columns."""
 
 
 def words(name: str) -> list[str]:
@@ -95,7 +93,7 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
 
 def _labelled(source: Source, channel: str, kinds: set[str]) -> list[str]:
     """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`, `knee [deg]`."""
-    single = [name for name in source.others if name not in source.wide and not name.endswith(FILES)]
+    single = [name for name in source.others if name not in source.wide and not name.endswith((".csv", ".parquet"))]
     of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
     for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
         names = [name for name in single if own & set(words(name))]

@@ -122,7 +122,7 @@ def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
     facts = draft.facts
     if draft.document["robot"]["base"] == "fixed":
         return
-    names = {foot: label for label, foot in match(labels, [foot.name for foot in facts.feet]).pairs.items()}
+    names = {foot: label for label, foot in match(labels, [foot.name for foot in facts.feet]).items()}
     topics = {label: foot for foot, label in names.items() if label.startswith("/")}
     if topics:
         draft.table("log")["foot_names"] = topics

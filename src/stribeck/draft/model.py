@@ -17,8 +17,6 @@ from stribeck.robot.xml_file import read_xml
 
 FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "toe": 2.0, "ankle": 1.0}
 """Words of a frame that is a foot: the larger number is the one that stands."""
-PARTS = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
-"""Words of frames beside it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +79,7 @@ def _is_ball(link: Element) -> bool:
 
 def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple[str, ...]]:
     """Return the frame that stands of each leg, named by the leg's side."""
+    beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     parents = set(list(model.parents)[1:])
@@ -91,7 +90,7 @@ def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
             continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
-        score = max(named) - 0.6 * len(PARTS & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
+        score = max(named) - 0.6 * len(beside & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
         score += 0.2 * (frame.type != pin.FrameType.FIXED_JOINT)
         best[joint] = max(best.get(joint, (float("-inf"), 0)), (score, -index))
     frames = {joint: model.frames[-index] for joint, (_, index) in best.items()}

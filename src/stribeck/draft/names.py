@@ -2,16 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from difflib import SequenceMatcher
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-CLOSE = 0.55
-"""Likeness [1] from which two names may be of one joint."""
-CLEARER = 0.05
-"""By which it is above that of every other pair of either [1]."""
 EMPTY = {"joint", "j", "jnt", "link", "motor", "mot", "act", "actuator", "op", "pos", "position", "q", "tau", "torque"}
 EMPTY |= {"encoder", "encoders", "effort", "moment", "current", "actual", "meas", "ist", "deg", "rad", "nm", "ma"}
 """Words that say nothing of which joint it is."""
@@ -29,16 +24,6 @@ MEANINGS = {
     **dict.fromkeys(("kfe", "calf", "shank"), ("knee",)),
 }
 """What words of joints and legs mean."""
-SIDES = ({"left", "right"}, {"front", "rear"})
-
-
-@dataclass(frozen=True)
-class Matches:
-    """Names of a log -> names of the model, and those of either that have none."""
-
-    pairs: dict[str, str]
-    left_of_log: tuple[str, ...]
-    left_of_model: tuple[str, ...]
 
 
 def words(name: str) -> list[str]:
@@ -52,14 +37,16 @@ def likeness(one: str, other: str) -> float:
     """Return how much two names are of the same thing, from 0 to 1; never if they are of two sides or numbers."""
     a, b = words(one), words(other)
     numbers = [{int(word) for word in each if word.isdigit()} for each in (a, b)]
-    if any(set(a) & side != set(b) & side for side in SIDES) or (all(numbers) and numbers[0] != numbers[1]):
+    if any(set(a) & side != set(b) & side for side in ({"left", "right"}, {"front", "rear"})) or (
+        all(numbers) and numbers[0] != numbers[1]
+    ):
         return 0.0
     shared = len(set(a) & set(b)) / len(set(a) | set(b))
     return 0.5 * shared + 0.5 * SequenceMatcher(None, " ".join(sorted(a)), " ".join(sorted(b))).ratio()
 
 
-def match(of_log: Sequence[str], of_model: Sequence[str]) -> Matches:
-    """Return which name of a log is which of the model: the same ones, then those that are clearly like each other."""
+def match(of_log: Sequence[str], of_model: Sequence[str]) -> dict[str, str]:
+    """Find the model's name for each name of a log that is the same, or clearly alike; others are left out."""
     pairs = {name: name for name in of_log if name in of_model}
     log = [name for name in of_log if name not in pairs]
     model = [name for name in of_model if name not in pairs]
@@ -67,10 +54,6 @@ def match(of_log: Sequence[str], of_model: Sequence[str]) -> Matches:
         like = np.array([[likeness(one, other) for other in model] for one in log])
         for row, column in zip(*linear_sum_assignment(-like), strict=True):
             others = np.append(np.delete(like[row], column), np.delete(like[:, column], row))
-            if like[row, column] >= max(CLOSE, CLEARER + float(others.max(initial=0.0))):
+            if like[row, column] >= max(0.55, 0.05 + float(others.max(initial=0.0))):
                 pairs[log[row]] = model[column]
-    return Matches(
-        pairs,
-        tuple(name for name in log if name not in pairs),
-        tuple(name for name in model if name not in pairs.values()),
-    )
+    return pairs
