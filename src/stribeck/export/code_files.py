@@ -15,9 +15,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from stribeck.errors import SettingsError
 from stribeck.export.ranges import JointRanges
@@ -73,14 +72,20 @@ def numbers_of(joint: JointResult) -> dict[str, float]:
 
 def c_text(request: Request) -> str:
     """Return a C99 header, valid C++, too, with the friction of the joints and its compensation."""
-    rows = {}
-    for name, own in _identifiers(request.joints).items():
+    rows: dict[str, str] = {}
+    names: dict[str, str] = {}
+    for name in request.joints:
+        own = _identifier(name)
+        if (other := names.setdefault(own, name)) != name:
+            raise SettingsError(
+                f"export: joints '{other}' and '{name}' have the same identifier {own}; rename one of them"
+            )
         numbers = _with_confidence(request.result.joints[name]).values()
         rows[own] = f"{{{', '.join(f'(friction_real){number!r}' for number in numbers)}}}"
     lines = [re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode() for line in request.lines]
     lines = [" ".join(line.split()).replace("??", "?") for line in lines]  # no comment's end, no trigraphs
     robot = _identifier(request.result.robot)
-    return _rendered("friction.h.j2", lines=lines, robot=robot, joints=rows, names=list(NUMBERS))
+    return _template("friction.h.j2").render(lines=lines, robot=robot, joints=rows, names=list(NUMBERS))
 
 
 def python_text(request: Request) -> str:
@@ -144,29 +149,10 @@ def _identifier(name: str) -> str:
     return re.sub(r"[^0-9A-Z]+", "_", name.upper()).strip("_") or "ROBOT"
 
 
-def _identifiers(names: Iterable[str]) -> dict[str, str]:
-    """Return the identifier of each name.
-
-    Raises
-    ------
-    SettingsError
-        If two names have the same one.
-    """
-    found: dict[str, str] = {}
-    for name in names:
-        own = _identifier(name)
-        if own in found:
-            raise SettingsError(
-                f"export: joints '{found[own]}' and '{name}' have the same identifier {own}; rename one of them"
-            )
-        found[own] = name
-    return {name: own for own, name in found.items()}
-
-
 def _module(template: str, lines: Iterable[str], **values: object) -> str:
     """Return a Python module whose docstring is some lines, none of whose characters can end it."""
     head = [" ".join(line.split()).replace("\\", "/").replace('"', "'") for line in lines]
-    return _rendered(f"{template}.py.j2", lines=head, dictionary=_dictionary, **values)
+    return _template(f"{template}.py.j2").render(lines=head, dictionary=_dictionary, **values)
 
 
 def _dictionary(name: str, entries: Mapping[str, object]) -> str:
@@ -174,16 +160,10 @@ def _dictionary(name: str, entries: Mapping[str, object]) -> str:
     return "\n".join([f"{name} = {{", *(f"    {key!r}: {own!r}," for key, own in entries.items()), "}"])
 
 
-def _rendered(template: str, **values: Any) -> str:
-    return _environment().get_template(template).render(**values)
-
-
 @cache
-def _environment() -> Environment:
-    return Environment(  # of source code, which is no HTML  # nosec B701
-        loader=FileSystemLoader(Path(__file__).parent / "templates"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
+def _template(name: str) -> Template:
+    loader = FileSystemLoader(Path(__file__).parent / "templates")
+    environment = Environment(  # of source code, which is no HTML  # nosec B701
+        loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
+    return environment.get_template(name)

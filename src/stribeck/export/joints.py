@@ -101,26 +101,32 @@ def joint_terms(
         )
     good = ("identified", "weak") if include_weak else ("identified",)
     own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
-    terms = {name: _terms(joint, form, good) if form else _all_terms(joint, good) for name, joint in own.items()}
+    terms = {name: _terms(joint, form, good) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, form: Form, good: Collection[str]) -> JointTerms:
-    there, words, rotor = joint.parameters, form.words, {}
+def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> JointTerms:
+    there = joint.parameters
+    quantities = {name: (found.value, found.unit) for name, found in there.items()}
+    has_friction = _has_friction(joint, good)
+    if form is None:
+        left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
+        if joint.verdict == "no friction":
+            return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
+        steady = {name: own for name, own in quantities.items() if name not in UNSTEADY and has_friction}
+        return JointTerms(stated=steady, left_out=left_out)
+    words, rotor, (unit, units) = form.words, {}, _units(joint)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
-    quantities = {name: (found.value, found.unit) for name, found in there.items()}
     left_out = {
         name: own for name, own in quantities.items() if name in FORMLESS and (name != "armature" or name not in words)
     }
     if joint.verdict == "no friction" and joint.curve:
-        units = _units(joint.curve[0].unit)
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
         return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)
-    if not _has_friction(joint, good):
+    if not has_friction:
         return JointTerms(stated=rotor, left_out=left_out)
-    unit = joint.curve[0].unit if joint.curve else _unit_of(joint)
-    found, units, errors = nearest(joint, form), _units(unit), _errors(joint)
+    found, errors = nearest(joint, form), _errors(joint)
     friction = {
         words[name]: (_rounded(value, errors.get(name, 0.0)), units[name])
         for name, value in found.numbers.items()
@@ -135,17 +141,6 @@ def _terms(joint: JointResult, form: Form, good: Collection[str]) -> JointTerms:
     )
 
 
-def _all_terms(joint: JointResult, good: Collection[str]) -> JointTerms:
-    """Select all steady friction of a joint."""
-    quantities = {name: (found.value, found.unit) for name, found in joint.parameters.items()}
-    left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
-    if joint.verdict == "no friction":
-        return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
-    if not _has_friction(joint, good):
-        return JointTerms(stated={})
-    return JointTerms(stated={n: own for n, own in quantities.items() if n not in UNSTEADY}, left_out=left_out)
-
-
 def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
     """Return whether a joint's friction is known, as well as asked for."""
     names = [name for name in joint.parameters if name.startswith(("coulomb", "viscous"))]
@@ -154,17 +149,13 @@ def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
     return known and (joint.verdict in good or any(joint.parameters[name].verdict in good for name in names))
 
 
-def _unit_of(joint: JointResult) -> str:
-    """Return the unit of a joint's friction: "N m" or "N"."""
-    return next((own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")), "N m")
-
-
-def _units(torque: str) -> dict[str, str]:
-    """Return the units of a form's numbers, given the unit of the joint's friction."""
-    viscous, speed = ("N s/m", "m/s") if torque == "N" else ("N m s/rad", "rad/s")
-    stiffness = "N/m" if torque == "N" else "N m/rad"
-    units = {"coulomb": torque, "static": torque, "viscous": viscous, "stribeck_velocity": speed}
-    return units | {"bristle_stiffness": stiffness, "bristle_damping": viscous}
+def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
+    """Return the unit of a joint's friction, "N m" or "N", and those of a form's numbers."""
+    dry = [own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")]
+    unit = joint.curve[0].unit if joint.curve else (dry or ["N m"])[0]
+    length = "m" if unit == "N" else "rad"
+    units = {"coulomb": unit, "static": unit, "viscous": f"{unit} s/{length}", "stribeck_velocity": f"{length}/s"}
+    return unit, units | {"bristle_stiffness": f"{unit}/{length}", "bristle_damping": f"{unit} s/{length}"}
 
 
 def _errors(joint: JointResult) -> dict[str, float]:

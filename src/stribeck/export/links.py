@@ -8,6 +8,7 @@ inertia, and the heaviest link gets the rest.
 """
 
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -16,36 +17,25 @@ from scipy.linalg import sqrtm
 from stribeck.errors import SettingsError
 from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.result import BodyCorrection, Corrections
+from stribeck.robot import Robot
+from stribeck.robot.model_file import load_model
 from stribeck.typing import Array
 
 LARGEST = 1e9
 """Largest number of a body in SI units, and one over its least mass [kg]; beyond it rounding leaves no inertia."""
 
 
-def corrected_links(
-    file: pin.Model, tree: pin.Model, corrections: Corrections, where: str
-) -> tuple[dict[str, pin.Inertia], list[str]]:
+def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, pin.Inertia], list[str]]:
     """Compute the new inertias by link name, and list the joints whose body was found to be impossible.
 
     An impossible body, which can result from an impossible body of the model, gets the nearest possible inertia.
-
-    Parameters
-    ----------
-    file
-        What Pinocchio reads from the model file.
-    tree
-        The robot's tree, whose bodies the corrections name by their joints; some joints of the file may be locked.
-    corrections
-        Bodies before and after the correction.
-    where
-        The model file, for messages.
 
     Raises
     ------
     SettingsError
         If the model is not the one that the corrections started from, or a body has a mass or size that none has.
     """
-    inertias = _inertias_of_links(file)
+    tree, inertias = robot.tree.model, _inertias_of_links(load_model(Path(robot.model_path), robot.base)[0])
     poses: dict[int, dict[str, Array]] = defaultdict(dict)
     for frame in tree.frames:
         if frame.type == pin.FrameType.BODY and str(frame.name) in inertias:
@@ -53,16 +43,16 @@ def corrected_links(
     found: dict[str, pin.Inertia] = {}
     impossible = []
     for joint, body in corrections.bodies.items():
-        _require_a_body(joint, body, where)
-        links = poses[_require_same_body(tree, joint, body, where)]
+        _require_same_body(tree, joint, body, robot.model_path)
+        links = poses[int(tree.getJointId(joint))]
         before = np.stack([pose @ inertias[name] @ pose.T for name, pose in links.items()])
         wanted = _of_body(body, 1)
         after = share(before, wanted)
         if not _agree(after.sum(axis=0), wanted):
             impossible.append(joint)
-        for name, old, new in zip(links, before, after, strict=True):
+        for (name, pose), old, new in zip(links.items(), before, after, strict=True):
             if not np.array_equal(old, new):
-                back = np.linalg.inv(links[name])
+                back = np.linalg.inv(pose)
                 found[name] = pin.Inertia.FromPseudoInertia(pin.PseudoInertia.FromMatrix(back @ new @ back.T))
     return found, impossible
 
@@ -90,31 +80,23 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
     return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in own.items()}
 
 
-def _require_a_body(joint: str, body: BodyCorrection, where: str) -> None:
-    """Refuse numbers that no arithmetic can make an inertia of; a merely impossible body is replaced."""
+def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
+    """Refuse a body that is not the model's, or numbers that no arithmetic can make an inertia of."""
     numbers = np.concatenate([body.mass, *body.centre_of_mass, *body.inertia])
     if min(body.mass) < 1 / LARGEST or np.abs(numbers).max() > LARGEST:
         raise SettingsError(
             f"{where}: the result changes what '{joint}' carries from {body.mass[0]:g} kg to {body.mass[1]:g} kg, "
             f"or has numbers of it beyond {LARGEST:g}; expected a result that 'stribeck identify' wrote"
         )
-
-
-def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> int:
-    """Return the index of the joint that carries a body, if the body is the one that was corrected."""
-    index = int(tree.getJointId(joint))
-    if index >= tree.njoints:
-        raise SettingsError(
-            f"{where}: has no joint '{joint}', whose body the result corrects; expected the model that the log was "
-            "identified with"
-        )
-    if not _agree(_pseudo(tree.inertias[index]), _of_body(body, 0)):
+    expected = "expected the model that the log was identified with"
+    if not tree.existJointName(joint):
+        raise SettingsError(f"{where}: has no joint '{joint}', whose body the result corrects; {expected}")
+    own = tree.inertias[tree.getJointId(joint)]
+    if not _agree(_pseudo(own), _of_body(body, 0)):
         raise SettingsError(
             f"{where}: what joint '{joint}' carries has not the inertia that the result started from "
-            f"({tree.inertias[index].mass:.6g} kg, there {body.mass[0]:.6g} kg); expected the model that the log was "
-            "identified with, unchanged"
+            f"({own.mass:.6g} kg, there {body.mass[0]:.6g} kg); {expected}, unchanged"
         )
-    return index
 
 
 def _agree(one: Array, other: Array) -> bool:
@@ -183,11 +165,7 @@ def _nearest_map(before: Array, after: Array) -> Array:
     inverse = np.linalg.inv(root)
     turn = inverse @ np.real(sqrtm(root @ new_moments @ root)) @ inverse
     scale = np.sqrt(new_mass / mass)
-    carrier = np.zeros((4, 4))
-    carrier[:3, :3] = turn
-    carrier[:3, 3] = scale * new_centre - turn @ centre
-    carrier[3, 3] = scale
-    return carrier
+    return np.block([[turn, (scale * new_centre - turn @ centre)[:, None]], [np.zeros(3), scale]])
 
 
 def _split(matrix: Array) -> tuple[float, Array, Array]:

@@ -7,7 +7,6 @@ digits stay. Joints are in Pinocchio's order: by name below each link.
 import os
 from pathlib import Path
 from typing import Any
-from xml.dom.minidom import Document, parseString
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
@@ -18,8 +17,8 @@ from stribeck.robot.xml_file import read_xml
 from stribeck.typing import Array
 
 
-def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[Document, list[str]]:
-    """Convert a URDF to a document for a file in the folder, and list in words what it leaves out.
+def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list[str]]:
+    """Convert a URDF to the text of an MJCF in the folder, and list in words what it leaves out.
 
     Raises
     ------
@@ -52,7 +51,7 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[Document,
     if left_out:
         notes.append(f"Left out, as no such file is here that MuJoCo reads: {', '.join(left_out)}.")
     indent(root)
-    return parseString(tostring(root, encoding="unicode")), notes  # nosec B318
+    return tostring(root, encoding="unicode"), notes
 
 
 def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:

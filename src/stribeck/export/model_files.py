@@ -1,31 +1,24 @@
 """The robot's model again, with other inertias, joint friction and rotor inertias: URDF, URDF for Drake, and MJCF."""
 
-from collections.abc import Collection, Iterator
+import os
+import re
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from xml.dom.minidom import Document, Element, Text
+from xml.dom.minidom import Document, Element, Text, parse, parseString
 
 import numpy as np
 import pinocchio as pin
 
-from stribeck.export.document import (
-    add,
-    child,
-    children,
-    document_text,
-    moved,
-    read_document,
-    remove,
-    root_of,
-    set_numbers,
-)
 from stribeck.export.mjcf_of_urdf import mjcf_of_urdf
 from stribeck.export.target import Request
 from stribeck.robot.model_file import kind_of
+from stribeck.robot.xml_file import read_xml
+from stribeck.typing import Array
 
 
 def urdf_text(request: Request) -> str:
     """Return the robot's URDF with links and joints changed."""
-    return document_text(_changed_urdf(request, ("friction", "damping")), request.lines)
+    return _text(_changed_urdf(request, ("friction", "damping")), request.lines)
 
 
 def drake_text(request: Request) -> str:
@@ -34,17 +27,16 @@ def drake_text(request: Request) -> str:
     Drake's MultibodyPlant has no dry friction of joints (1.51 warns of a URDF's `friction`, and ignores it), so that
     the damping is the nearest to all of the friction, up to the log's top speed.
     """
-    document = _changed_urdf(request, ("damping",))
-    root = root_of(document)
+    root = _changed_urdf(request, ("damping",))
     root.setAttribute("xmlns:drake", "http://drake.mit.edu")
-    for joint in children(root, "joint"):
+    for joint in _children(root, "joint"):
         name = joint.getAttribute("name")
         stated = request.joints[name].stated if name in request.joints else {}
-        if "damping" in stated and child(joint, "dynamics").hasAttribute("friction"):
-            child(joint, "dynamics").removeAttribute("friction")  # is in the damping
+        if "damping" in stated and _child(joint, "dynamics").hasAttribute("friction"):
+            _child(joint, "dynamics").removeAttribute("friction")  # is in the damping
         if "rotor_inertia" in stated:
             _set_rotor(root, name, stated["rotor_inertia"][0])
-    return document_text(document, request.lines)
+    return _text(root, request.lines)
 
 
 def mjcf_text(request: Request) -> str:
@@ -54,45 +46,45 @@ def mjcf_text(request: Request) -> str:
     """
     notes: list[str] = []
     if kind_of(request.model) == "urdf":
-        document, notes = mjcf_of_urdf(request.model, request.folder, floating=request.robot.base == "floating")
-        root = root_of(document)
+        text, notes = mjcf_of_urdf(request.model, request.folder, floating=request.robot.base == "floating")
+        root = _root(parseString(text))  # nosec B318
     else:
-        document, root = read_document(request.model)
+        root = _read(request.model)
         _include(root, request.model.parent)
         _move_mjcf_files(root, request.model.parent, request.folder)
-    for world in children(root, "worldbody"):
+    for world in _children(root, "worldbody"):
         for name, body in _bodies(world, ""):
             if name in request.links:
-                _set_mjcf_inertia(child(body, "inertial"), request.links[name])
-            for joint in children(body, "joint"):
+                _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
+            for joint in _children(body, "joint"):
                 if terms := request.joints.get(joint.getAttribute("name")):
                     _set_mjcf_friction(root, joint, {word: value for word, (value, _) in terms.stated.items()})
-    for compiler in children(root, "compiler") if request.links else []:
+    for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
             compiler.setAttribute("inertiafromgeom", "auto")  # stated inertias count instead of the shapes'
-    return document_text(document, [*request.lines, *notes])
+    return _text(root, [*request.lines, *notes])
 
 
-def _changed_urdf(request: Request, words: Collection[str]) -> Document:
+def _changed_urdf(request: Request, words: Collection[str]) -> Element:
     """Return the robot's URDF with links and joints changed; `words` are attributes of <dynamics>."""
-    document, root = read_document(request.model)
-    for link in children(root, "link"):
+    root = _read(request.model)
+    for link in _children(root, "link"):
         if new := request.links.get(link.getAttribute("name")):
-            _set_urdf_inertia(child(link, "inertial"), new)
-    for joint in children(root, "joint"):
+            _set_urdf_inertia(_child(link, "inertial"), new)
+    for joint in _children(root, "joint"):
         if terms := request.joints.get(joint.getAttribute("name")):
             stated = {name: value for name, (value, _) in terms.stated.items() if name in words}
             if stated:
-                set_numbers(child(joint, "dynamics"), **stated)
+                _set_numbers(_child(joint, "dynamics"), **stated)
     _move_urdf_files(root, request.model.parent, request.folder)
-    return document
+    return root
 
 
 def _set_urdf_inertia(inertial: Element, link: pin.Inertia) -> None:
-    set_numbers(child(inertial, "mass"), value=float(link.mass))
-    set_numbers(child(inertial, "origin"), xyz=link.lever, rpy=np.zeros(3))
+    _set_numbers(_child(inertial, "mass"), value=float(link.mass))
+    _set_numbers(_child(inertial, "origin"), xyz=link.lever, rpy=np.zeros(3))
     entries = {f"i{'xyz'[i]}{'xyz'[j]}": float(link.inertia[i, j]) for i in range(3) for j in range(i, 3)}
-    set_numbers(child(inertial, "inertia"), **entries)
+    _set_numbers(_child(inertial, "inertia"), **entries)
 
 
 def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
@@ -100,40 +92,39 @@ def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
 
     Where MuJoCo's extension of URDF names a folder of meshes, or drops the folders of paths, that folder moves.
     """
-    compilers = [own for extension in children(root, "mujoco") for own in children(extension, "compiler")]
+    compilers = [own for extension in _children(root, "mujoco") for own in _children(extension, "compiler")]
     strips = any(compiler.getAttribute("strippath") == "true" for compiler in compilers)
     places = [compiler for compiler in compilers if compiler.hasAttribute("meshdir")] or compilers[-1:] * strips
     for compiler in places:
-        compiler.setAttribute("meshdir", moved(compiler.getAttribute("meshdir"), source, folder))
+        compiler.setAttribute("meshdir", _moved(compiler.getAttribute("meshdir"), source, folder))
     if places and not strips:
         return  # file names are relative to that folder
     for element in [*root.getElementsByTagName("mesh"), *root.getElementsByTagName("texture")]:
         name = element.getAttribute("filename")
         if name and "://" not in name:
-            element.setAttribute("filename", moved(name, source, folder))
+            element.setAttribute("filename", _moved(name, source, folder))
 
 
 def _set_rotor(root: Element, joint: str, inertia: float) -> None:
     """State a rotor inertia as it is felt at the joint, with a gear ratio of one."""
-    actuator = child(_transmission(root, joint), "actuator")
+    actuator = _child(_transmission(root, joint), "actuator")
     if not actuator.hasAttribute("name"):
         actuator.setAttribute("name", joint)
-    set_numbers(child(actuator, "drake:rotor_inertia"), value=inertia)
-    set_numbers(child(actuator, "drake:gear_ratio"), value=1.0)
+    _set_numbers(_child(actuator, "drake:rotor_inertia"), value=inertia)
+    _set_numbers(_child(actuator, "drake:gear_ratio"), value=1.0)
 
 
 def _transmission(root: Element, joint: str) -> Element:
     """Return the transmission of a joint, of the one type that Drake reads; append one if there is none."""
-    for transmission in children(root, "transmission"):
-        nodes = [node for own in children(transmission, "type") for node in own.childNodes]
+    for transmission in _children(root, "transmission"):
+        nodes = [node for own in _children(transmission, "type") for node in own.childNodes]
         kinds = [node.data.strip() for node in nodes if isinstance(node, Text)]
         simple = any(kind.endswith("SimpleTransmission") for kind in kinds)
-        if simple and joint in [own.getAttribute("name") for own in children(transmission, "joint")]:
+        if simple and joint in [own.getAttribute("name") for own in _children(transmission, "joint")]:
             return transmission
-    transmission = add(root, "transmission", name=f"rotor of {joint}")
-    child(transmission, "joint").setAttribute("name", joint)
-    own = child(transmission, "type")
-    own.appendChild(own.ownerDocument.createTextNode("SimpleTransmission"))  # type: ignore[union-attr]
+    transmission = _add(root, "transmission", name=f"rotor of {joint}")
+    _child(transmission, "joint").setAttribute("name", joint)
+    _child(transmission, "type").appendChild(_document(root).createTextNode("SimpleTransmission"))
     return transmission
 
 
@@ -151,27 +142,27 @@ def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float])
         name = joint.getAttribute("name")
         motor = {"name": f"friction of {name}", "joint": name, "input": "none", "motorconst": "0 0"}
         lugre = np.array([stiffness, damping, *own])
-        set_numbers(add(child(root, "actuator"), "dcmotor", **motor), resistance=1.0, lugre=lugre)
+        _set_numbers(_add(_child(root, "actuator"), "dcmotor", **motor), resistance=1.0, lugre=lugre)
         numbers["frictionloss"] = 0.0
-    set_numbers(joint, **numbers)
+    _set_numbers(joint, **numbers)
 
 
 def _include(parent: Element, folder: Path) -> None:
     """Put the content of included files in the place of each <include>; all paths are relative to the main file."""
     for element in [node for node in parent.childNodes if isinstance(node, Element)]:
         if element.tagName == "include":
-            _, included = read_document(folder / element.getAttribute("file"))
+            included = _read(folder / element.getAttribute("file"))
             _include(included, folder)
             for node in list(included.childNodes):
                 parent.insertBefore(node, element)
-            remove(element)
+            parent.removeChild(element)
         else:
             _include(element, folder)
 
 
 def _bodies(parent: Element, name: str) -> Iterator[tuple[str, Element]]:
     """Yield the bodies below an element with Pinocchio's names: one without a name has its parent's and "Bis"."""
-    for body in children(parent, "body"):
+    for body in _children(parent, "body"):
         own = body.getAttribute("name") or f"{name}Bis"
         yield own, body
         yield from _bodies(body, own)
@@ -182,17 +173,84 @@ def _set_mjcf_inertia(inertial: Element, link: pin.Inertia) -> None:
         if inertial.hasAttribute(name):
             inertial.removeAttribute(name)
     entries = link.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-    set_numbers(inertial, pos=link.lever, mass=float(link.mass), fullinertia=entries)
+    _set_numbers(inertial, pos=link.lever, mass=float(link.mass), fullinertia=entries)
 
 
 def _move_mjcf_files(root: Element, source: Path, folder: Path) -> None:
     """Let the folders of meshes and textures be the same, seen from another folder."""
     if source.resolve() == folder.resolve():
         return
-    compilers = children(root, "compiler") or [child(root, "compiler")]
+    compilers = _children(root, "compiler") or [_child(root, "compiler")]
     stated = [(compiler, name) for compiler in compilers for name in ("assetdir", "meshdir", "texturedir")]
     stated = [(compiler, name) for compiler, name in stated if compiler.hasAttribute(name)]
     for compiler, name in stated:
-        compiler.setAttribute(name, moved(compiler.getAttribute(name), source, folder))
+        compiler.setAttribute(name, _moved(compiler.getAttribute(name), source, folder))
     if "assetdir" not in [name for _, name in stated]:
-        compilers[-1].setAttribute("assetdir", moved("", source, folder))
+        compilers[-1].setAttribute("assetdir", _moved("", source, folder))
+
+
+def _read(path: Path) -> Element:
+    """Return the root element of a file's document, in which comments stay.
+
+    Raises
+    ------
+    RobotFileError
+        If it is not well-formed.
+    """
+    read_xml(path)  # refuses a missing file, deep nesting, and entities
+    return _root(parse(str(path)))  # nosec B318
+
+
+def _root(document: Document) -> Element:
+    assert document.documentElement is not None
+    return document.documentElement
+
+
+def _document(element: Element) -> Document:
+    assert element.ownerDocument is not None
+    return element.ownerDocument
+
+
+def _text(root: Element, comment: Iterable[str]) -> str:
+    """Return the text of a document below a comment of some lines."""
+    lines = [re.sub("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", line) for line in comment]  # not in XML
+    head = ["<!--", *("  " + re.sub("-(?=-)", "- ", line) for line in lines), "-->"]  # two hyphens would end it
+    parts = (node.toxml() for node in _document(root).childNodes)
+    return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *head, *parts]) + "\n"
+
+
+def _children(parent: Element, tag: str) -> list[Element]:
+    """Return an element's direct children of a tag."""
+    return [node for node in parent.childNodes if isinstance(node, Element) and node.tagName == tag]
+
+
+def _child(parent: Element, tag: str) -> Element:
+    """Return the first direct child of a tag; if there is none, insert one before the others."""
+    if found := _children(parent, tag):
+        return found[0]
+    first = parent.firstChild
+    new = parent.insertBefore(_document(parent).createElement(tag), first)
+    if isinstance(first, Text) and not first.data.strip():
+        parent.insertBefore(_document(parent).createTextNode(first.data), new)
+    return new
+
+
+def _add(parent: Element, tag: str, **attributes: str) -> Element:
+    """Append a new child."""
+    new = parent.appendChild(_document(parent).createElement(tag))
+    for name, value in attributes.items():
+        new.setAttribute(name, value)
+    return new
+
+
+def _set_numbers(element: Element, **attributes: float | Array) -> None:
+    """Set attributes to numbers, with all their digits."""
+    for name, value in attributes.items():
+        element.setAttribute(name, " ".join(map(repr, np.atleast_1d(value).tolist())))
+
+
+def _moved(path: str, source: Path, target: Path) -> str:
+    """Return a path that leads from the folder `target` to where it led from the folder `source`."""
+    if Path(path).is_absolute() or source.resolve() == target.resolve():
+        return path
+    return Path(os.path.relpath((source / path).resolve(), target.resolve())).as_posix()

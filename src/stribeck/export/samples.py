@@ -8,7 +8,7 @@ import numpy as np
 from stribeck.friction import get_law
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.inertial_parameters import inertia_of_shape, pseudo_inertia, shape_coordinates
-from stribeck.result import BODY_COORDINATES, BodyCorrection, JointResult, ParameterEstimate, Result
+from stribeck.result import BODY_COORDINATES, BodyCorrection, Corrections, JointResult, ParameterEstimate, Result
 from stribeck.typing import Array
 
 LARGEST = 3.0
@@ -23,7 +23,7 @@ def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
     that each could exist. Of files of earlier versions joints and bodies are independent, and shapes stay.
     """
     generator = np.random.default_rng(seed)
-    labels, root = _labels(result), _root(result)
+    labels, root = _root(result)
     for _ in range(count):
         off = dict(zip(labels, (root @ generator.standard_normal(len(labels))).tolist(), strict=True))
         joints = {name: _drawn_joint(name, joint, off) for name, joint in result.joints.items()}
@@ -34,19 +34,14 @@ def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
         yield replace(result, joints=joints, corrections=corrections)
 
 
-def _labels(result: Result) -> list[str]:
-    """Return what is drawn: parameters of joints, then coordinates of bodies."""
-    bodies = result.corrections.bodies if result.corrections else {}
-    parameters = [f"{name}.{parameter}" for name, joint in result.joints.items() for parameter in joint.parameters]
-    return parameters + [f"{name}.{coordinate}" for name in bodies for coordinate in BODY_COORDINATES]
+def _root(result: Result) -> tuple[list[str], Array]:
+    """Return the labels of all parameters of joints and coordinates of bodies, and a root of their errors' correlation.
 
-
-def _root(result: Result) -> Array:
-    """Return a root of the correlation of all errors, in the order of `_labels`, whose rows have length one.
-
-    What is told is rounded, and small correlations are left out: the nearest by the eigenvalues is taken.
+    Its rows have length one. Results are rounded and omit small correlations, so that the nearest root is taken.
     """
-    labels = _labels(result)
+    corrections = result.corrections or Corrections(chi_square=0.0)
+    labels = [f"{name}.{parameter}" for name, joint in result.joints.items() for parameter in joint.parameters]
+    labels += [f"{name}.{coordinate}" for name in corrections.bodies for coordinate in BODY_COORDINATES]
     place = {label: k for k, label in enumerate(labels)}
     correlation = np.eye(len(labels))
     for name, joint in result.joints.items():
@@ -54,12 +49,12 @@ def _root(result: Result) -> Array:
         if joint.correlation is not None and np.shape(joint.correlation) == (size, size):
             own = [place[f"{name}.{parameter}"] for parameter in joint.parameters]
             correlation[np.ix_(own, own)] = np.nan_to_num(np.array(joint.correlation))
-    for one, other, value in result.corrections.correlations if result.corrections else ():
+    for one, other, value in corrections.correlations:
         if one in place and other in place:
             correlation[place[one], place[other]] = correlation[place[other], place[one]] = value
     values, vectors = np.linalg.eigh(np.clip(correlation, -1.0, 1.0))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return np.asarray(root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), 1e-12))
+    return labels, root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), 1e-12)
 
 
 def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) -> JointResult:

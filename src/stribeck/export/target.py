@@ -1,4 +1,4 @@
-"""The contract of an export's target: a simulator's or a controller's own form of a robot's friction."""
+"""The contract of an export's target: a simulator's or a controller's own form of a robot's friction, and its head."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -74,3 +74,46 @@ class Target:
     text: Callable[[Request], str]
     models: tuple[str, ...] = ()
     ranges: Callable[[list[str], Mapping[str, JointRanges]], str] | None = None
+
+
+def summary(
+    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], impossible: list[str]
+) -> list[str]:
+    """Describe an export in the lines that it prints, and writes at the head of its file.
+
+    Parameters
+    ----------
+    result, robot
+        The result of an identification, and its robot.
+    target
+        The target of the export.
+    joints
+        Terms or ranges that the target states, by joint.
+    impossible
+        Joints whose body was found to be impossible.
+    """
+    paths = result.log.path if isinstance(result.log.path, list) else [result.log.path]
+    logs = ", ".join(Path(path).name for path in paths if path) or "a log"
+    own = result.corrections
+    bodies = ", ".join(own.bodies) if own else ""
+    temperatures = {name: result.joints[name].mean_temperature for name in joints}
+    warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
+    kept = ", ".join(name for name in result.joints if name not in joints)
+    changed, unchanged = "Corrected inertias have no place here", "Not identified, or not asked for"
+    if target.models:
+        changed = "Inertias are changed of what these joints carry"
+        unchanged = "Not identified, so that these joints keep what the model said"
+    nearest = "No body has the inertia found for these, so they have the nearest possible"
+    sentences = {
+        f"{changed}: {bodies}.": bodies,
+        f"{nearest}: {', '.join(impossible)}.": impossible,
+        **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},
+        f"It holds at the mean temperatures of the log [deg C]: {warm}.": warm,
+        f"{unchanged}: {kept}.": kept,
+        f"The friction of couplings has no place here: {', '.join(result.couplings)}.": result.couplings,
+        "Gains of torque sensors and zeros of encoders were found too; they are the sensors', not the model's.": own
+        and (own.torque_gain or own.encoder_zero),
+    }
+    model = Path(robot.model_path).name
+    first = f"Written by stribeck from {model} and what was found in {logs} (method {result.method}, law {result.law})."
+    return [first, *(sentence for sentence, holds in sentences.items() if holds)]

@@ -4,20 +4,20 @@ from stribeck.export import code_files, data_files, model_files
 from stribeck.export.forms import plain, stribeck, viscous
 from stribeck.export.target import Target
 
-LUGRE = stribeck(
-    coulomb="tau_c",
-    static="tau_s",
-    stribeck_velocity="omega_s",
-    viscous="damping",
-    bristle_stiffness="sigma_0",
-    bristle_damping="sigma_1",
-    armature="armature",
-)
-"""Friction of a `dcmotor` of MuJoCo."""
-
 TARGETS: dict[str, Target] = {
     "mjcf": Target(
-        forms={"plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"), "lugre": LUGRE},
+        forms={
+            "plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"),
+            "lugre": stribeck(  # of a dcmotor of MuJoCo
+                coulomb="tau_c",
+                static="tau_s",
+                stribeck_velocity="omega_s",
+                viscous="damping",
+                bristle_stiffness="sigma_0",
+                bristle_damping="sigma_1",
+                armature="armature",
+            ),
+        },
         suffix=".xml",
         text=model_files.mjcf_text,
         ranges=code_files.mujoco_ranges,
@@ -38,10 +38,7 @@ TARGETS: dict[str, Target] = {
     "c": Target(forms={"all": None}, suffix=".h", text=code_files.c_text),
     "python": Target(forms={"all": None}, suffix=".py", text=code_files.python_text),
     "yaml": Target(
-        forms={
-            "all": None,
-            "plain": plain(static="static", coulomb="coulomb", viscous="viscous", armature="armature"),
-        },
+        forms={"all": None, "plain": plain(**{n: n for n in ("static", "coulomb", "viscous", "armature")})},
         suffix=".yaml",
         text=data_files.yaml_text,
         ranges=data_files.yaml_ranges,

@@ -4,20 +4,17 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
-import pinocchio as pin
-
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
-from stribeck.export.joints import JointTerms, joint_terms
+from stribeck.export.joints import joint_terms
 from stribeck.export.links import corrected_links
 from stribeck.export.ranges import joint_ranges
 from stribeck.export.samples import drawn
-from stribeck.export.summary import summary
-from stribeck.export.target import Request, Target
+from stribeck.export.target import Request, summary
 from stribeck.export.targets import TARGETS
 from stribeck.outputs import staged_folder, whole_or_not_at_all
-from stribeck.result import Corrections, Result, read_result
+from stribeck.result import Result, read_result
 from stribeck.robot import Robot
-from stribeck.robot.model_file import kind_of, load_model
+from stribeck.robot.model_file import kind_of
 
 MOST_SAMPLES = 100_000
 """Files that `export_samples` writes to one folder."""
@@ -86,11 +83,16 @@ def export(
     Joint elbow
     Joint slide
     """
-    result, robot = _read(result, robot)
-    text, lines = _text(result, robot, Path(path), target, joints, include_weak, strict, friction)
+    request = _request(*_read(result, robot), Path(path), target, joints, include_weak, friction)
+    for name, own in request.joints.items():
+        if strict and (lost := [*own.projected, *own.left_out]):
+            raise SettingsError(
+                f"export: joint '{name}' has {', '.join(lost)}, which {target} cannot say; export without --strict, "
+                "or to a target that can"
+            )
     with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return lines
+        temporary.write_text(TARGETS[target].text(request), encoding="utf-8")
+    return request.lines
 
 
 def export_samples(
@@ -137,13 +139,12 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= MOST_SAMPLES:
         raise SettingsError(f"export: {count} samples are asked for; expected 1 to {MOST_SAMPLES:,}")
-    _text(result, robot, Path(folder), target, joints, include_weak, False, friction)  # which refuses what is wrong
-    if friction is None:  # the same in all
-        friction, _ = _least_lost(result, TARGETS[target], None, joints, include_weak)
-    paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
+    form = _request(result, robot, Path(folder), target, joints, include_weak, friction).form  # the same in all
+    own = TARGETS[target]
+    paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
         for path, each in zip(paths, drawn(result, count, seed), strict=True):
-            text, _ = _text(each, robot, path, target, joints, include_weak, False, friction)
+            text = own.text(_request(each, robot, path, target, joints, include_weak, form))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -210,71 +211,48 @@ def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Resul
     return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
 
 
-def _text(
+def _request(
     result: Result,
     robot: Robot,
     path: Path,
     target: str,
     joints: Collection[str] | None,
     include_weak: bool,
-    strict: bool,
     friction: str | None,
-) -> tuple[str, list[str]]:
-    """Return a file's text, and the lines of its head."""
+) -> Request:
+    """Collect the content of a file, with the form of friction that is asked for, or loses least."""
     if target not in TARGETS:
         raise SettingsError(
             f"export: the target is '{target}'; expected {_either(TARGETS)}{did_you_mean(target, TARGETS)}"
         )
     own = TARGETS[target]
-    _refuse_other_models(robot, target)
-    _check(result, robot, path)
-    form, terms = _least_lost(result, own, friction, joints, include_weak)
-    links: dict[str, pin.Inertia] = {}
-    impossible: list[str] = []
-    if own.models:
-        file, _ = load_model(Path(robot.model_path), robot.base)
-        corrections = result.corrections or Corrections(chi_square=0.0)
-        links, impossible = corrected_links(file, robot.tree.model, corrections, robot.model_path)
-    if not links and not terms:
+    _check(result, robot, path, own.models, target)
+    if friction is not None and friction not in own.forms:
+        raise SettingsError(f"export: the form of friction is '{friction}'; expected {_either(own.forms)}")
+    forms = own.forms if friction is None else {friction: own.forms[friction]}
+    terms = {name: joint_terms(result, form, joints, include_weak) for name, form in forms.items()}
+    form = min(terms, key=lambda name: round(sum(each.share for each in terms[name].values()), 6))
+    found, corrections = terms[form], result.corrections
+    links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
+    if not links and not found:
         raise NothingIdentifiedError(
             f"export: the result has neither corrected inertias nor an identified friction that {target.upper()} has a "
             "place for"
         )
-    if strict:
-        _refuse_losses(terms, target)
-    lines = summary(result, robot, own, terms, impossible)
-    request = Request(result=result, robot=robot, joints=terms, form=form, links=links, lines=lines, folder=path.parent)
-    return own.text(request), lines
+    lines = summary(result, robot, own, found, impossible)
+    return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
 
 
-def _least_lost(
-    result: Result, target: Target, friction: str | None, joints: Collection[str] | None, include_weak: bool
-) -> tuple[str, dict[str, JointTerms]]:
-    """Return the form of friction that is asked for, or loses least, and what it says of each joint."""
-    if friction is not None and friction not in target.forms:
-        raise SettingsError(f"export: the form of friction is '{friction}'; expected {_either(target.forms)}")
-    forms = target.forms if friction is None else {friction: target.forms[friction]}
-    terms = {name: joint_terms(result, form, joints, include_weak) for name, form in forms.items()}
-    best = min(terms, key=lambda name: round(sum(own.share for own in terms[name].values()), 6))
-    return best, terms[best]
-
-
-def _refuse_other_models(robot: Robot, target: str) -> None:
-    """Refuse a model of another format than those that a target writes again."""
-    model, models = Path(robot.model_path), TARGETS[target].models
-    kind = kind_of(model)
+def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
+    """Refuse a model that the target does not write again, a result of another robot, and writing over the model."""
+    kind = kind_of(Path(robot.model_path))
     if models and kind not in models:
         others = [name for name, own in TARGETS.items() if not own.models or kind in own.models]
         raise SettingsError(
-            f"{model}: is {kind.upper()}, which '{target}' does not write again; expected a robot whose model is "
-            f"{_either([own.upper() for own in models])}" + f", or export to {_either(others)}" * bool(others)
+            f"{robot.model_path}: is {kind.upper()}, which '{target}' does not write again; expected a robot whose "
+            f"model is {_either([own.upper() for own in models])}, or export to {_either(others)}"
         )
-
-
-def _check(result: Result, robot: Robot, path: Path) -> None:
-    """Refuse a result of another robot, and writing over the model."""
-    unknown = [joint for joint in result.joints if joint not in robot.joint_names]
-    if unknown:
+    if unknown := [joint for joint in result.joints if joint not in robot.joint_names]:
         raise SettingsError(
             f"{robot.path}: the result has joint '{unknown[0]}', which this robot has not; it has "
             f"{', '.join(robot.joint_names)}"
@@ -283,15 +261,5 @@ def _check(result: Result, robot: Robot, path: Path) -> None:
         raise SettingsError(f"{path}: is the robot's own model; expected another file to write to")
 
 
-def _refuse_losses(terms: dict[str, JointTerms], target: str) -> None:
-    for name, own in terms.items():
-        if lost := [*own.projected, *own.left_out]:
-            raise SettingsError(
-                f"export: joint '{name}' has {', '.join(lost)}, which {target} cannot say; export without --strict, "
-                "or to a target that can"
-            )
-
-
 def _either(names: Collection[str]) -> str:
-    *first, last = names or [""]
-    return f"{', '.join(first)} or {last}" if first else last
+    return " or ".join(", ".join(names).rsplit(", ", 1))

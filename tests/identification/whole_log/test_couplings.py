@@ -9,7 +9,7 @@ from tests.identification.whole_log.logs import PLAIN
 
 from stribeck import Robot, identify, write_report
 from stribeck.export import TARGETS
-from stribeck.export.summary import summary
+from stribeck.export.target import summary
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.result import Result, read_result
