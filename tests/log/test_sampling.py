@@ -45,16 +45,6 @@ def test_a_regular_log_comes_back_as_it_is():
     assert (sampling.gaps, sampling.duplicates, sampling.missing, sampling.notes) == ((), 0, {}, ())
 
 
-def test_a_regular_log_with_a_gap_is_not_copied_either():
-    time = np.arange(400) / 1000 + np.where(np.arange(400) >= 150, 0.7, 0)
-    log = log_at(time)
-    same, sampling = regularise(log, TABLE)
-    assert same is log
-    assert sampling.segments == (slice(0, 150), slice(150, 400))
-    assert sampling.gaps == (pytest.approx((0.149, 0.85)),)
-    assert sampling.rate == pytest.approx(1000)
-
-
 def test_repeated_stamps_are_dropped_and_counted():
     time = np.repeat(np.arange(300) / 1000, np.where(np.arange(300) % 50 == 7, 2, 1))
     even, sampling = regularise(log_at(time), TABLE)
@@ -86,14 +76,6 @@ def test_an_optional_channel_without_values_is_left_out_and_costs_no_rows():
     assert even.acceleration is None
     assert len(even.time) == 400
     assert any("'acceleration' is left out" in note for note in sampling.notes)
-
-
-def test_void_orientations_are_missing_values():
-    log = synthetic_log(300)
-    log.base_orientation[:20] = 0
-    even, sampling = regularise(log, TABLE)
-    assert sampling.missing == {"base_orientation": 20}
-    assert len(even.time) == 280
 
 
 @settings(deadline=None, max_examples=40)
@@ -156,29 +138,12 @@ def test_rounded_stamps_are_evened_and_values_left_alone():
     assert any("rounded to 1 ms" in note for note in sampling.notes)
 
 
-def test_stamps_of_single_precision_are_evened_and_values_left_alone():
-    true = 3600 + np.arange(2000) / 1000
-    log = log_at(true)
-    even, sampling = regularise(replace(log, time=true.astype(np.float32).astype(float)), TABLE)
-    np.testing.assert_allclose(even.time, true, atol=3e-4)
-    assert even.position is log.position
-    assert sampling.rate == pytest.approx(1000, rel=1e-3)
-
-
 def test_a_clock_that_is_slowly_adjusted_is_regular():
     rows = np.arange(5000)
     log = log_at(rows / 1000 + 1e-3 * np.sin(rows / 1000))
     same, sampling = regularise(log, TABLE)
     assert same is log
     assert sampling.jitter < 2e-6
-
-
-def test_segments_of_different_rates_come_out_at_one():
-    time = np.concatenate([np.arange(1000) / 1000, 2 + np.arange(1000) / 995])
-    even, sampling = regularise(log_at(time), TABLE)
-    for part in sampling.segments:
-        np.testing.assert_allclose(np.diff(even.time[part]), sampling.period)
-    np.testing.assert_allclose(even.position, motion(even.time)["position"], atol=1e-7)
 
 
 def test_max_gap_allows_longer_steps():

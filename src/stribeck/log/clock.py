@@ -10,12 +10,9 @@ from stribeck.log.interpolation import on_uniform_clock
 from stribeck.typing import Array
 
 RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged
-LONGEST_STEP = 1e8  # [s]; three years
 TOLERANCE = 0.01  # periods; steps that are off by less are uniform
-DRIFT = 0.001  # relative; how far the mean step of a segment may be from that of the log
 STEP = 1.5  # periods; a longer step lacks a sample
 BRIDGED = 0.01  # [s]; steps up to it are always interpolated: a quarter of the windows that estimators look through
-SMOOTHER = 0.33  # share of two roughnesses; below, evenly spaced stamps are nearer to the motion than the logged ones
 ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the line through the stamps a little
 
 
@@ -35,7 +32,7 @@ def refuse_jump(time: Array, path: str) -> None:
     """Raise a LogError if a step is longer than any recording: then a stamp is damaged, or the clock was set."""
     rows = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[rows])
-    if steps.size and steps.max() > LONGEST_STEP:
+    if steps.size and steps.max() > 1e8:  # [s]; three years
         before = rows[int(np.argmax(steps))]
         raise LogError(
             f"{path or 'log'}: time jumps by {steps.max():.4g} s after row {before}, from {time[before]:.9g} s; "
@@ -121,7 +118,8 @@ def _smoother(log: RobotLog, rows: tuple[slice, ...], even: RobotLog, parts: tup
     """Return whether positions are much smoother row by row than by their stamps: then it is these that were late."""
     as_rows, by_stamps = _roughness(log, rows), _roughness(even, parts)
     both = as_rows + by_stamps
-    return bool(np.mean(np.divide(as_rows, both, out=np.full_like(both, 0.5), where=both > 0)) < SMOOTHER)
+    share = np.divide(as_rows, both, out=np.full_like(both, 0.5), where=both > 0)
+    return bool(np.mean(share) < 0.33)
 
 
 def _roughness(log: RobotLog, segments: tuple[slice, ...]) -> Array:
@@ -135,7 +133,7 @@ def _drifts(time: Array, segments: tuple[slice, ...], period: float) -> bool:
     for part in segments:
         steps = part.stop - part.start - 1
         error = abs(float(time[part.stop - 1] - time[part.start]) / period - steps)
-        if error > max(DRIFT * steps, 2 * TOLERANCE):
+        if error > max(1e-3 * steps, 2 * TOLERANCE):
             return True
     return False
 

@@ -10,16 +10,13 @@ from stribeck.log.readers.source import QUATERNION, WRENCH
 from stribeck.log.storage import allocate
 from stribeck.typing import Array
 
-REPEATED = 0.05  # periods; a stamp that comes sooner after the last one is the same sample again
 LARGEST = 1e12  # in SI units; nothing a robot measures comes near it, and squares of it can still be summed
-OPTIONAL = ("velocity", "acceleration", "angular_velocity", "linear_acceleration")
-"""Channels that are left out when a column of them is missing all through; the others decide which rows are kept."""
 
 
 def without_empty_channels(log: RobotLog) -> tuple[RobotLog, list[str]]:
     """Leave out optional channels that hold nothing in some column."""
     empty: dict[str, None] = {}
-    for name in OPTIONAL:
+    for name in ("velocity", "acceleration", "angular_velocity", "linear_acceleration"):
         channel = getattr(log, name)
         if channel is not None and any(not np.isfinite(column).any() for column in channel.T):
             empty[name] = None
@@ -69,7 +66,7 @@ def counts(missing: dict[str, int]) -> str:
 def repeats(time: Array, keep: NDArray[np.bool_], period: float) -> NDArray[np.int64]:
     """Return the kept rows whose stamp is that of the kept row before."""
     rows = np.flatnonzero(keep)
-    return rows[1:][np.diff(time[rows]) < REPEATED * period]
+    return rows[1:][np.diff(time[rows]) < 0.05 * period]  # so soon after the last, it is the same sample again
 
 
 def cut(log: RobotLog, keep: NDArray[np.bool_]) -> RobotLog:

@@ -7,11 +7,8 @@ from stribeck.log import RobotLog
 from stribeck.log.readers.source import listed
 from stribeck.typing import Array
 
-NORM_TOLERANCE = 0.05  # a unit quaternion rounded to two decimals is closer
-SPAN = 8 * np.pi  # [rad]; four turns: beyond the range of limited joints
 ROWS = 50_000  # looked at where units are compared
 AGREEMENT = 0.05  # relative; how closely a ratio must meet that of two units
-MATCH = 0.9  # squared cosine between them from which a joint has a say
 RATIOS = {
     180 / np.pi: "position is in degrees and velocity in rad/s",
     np.pi / 180: "position is in rad and velocity in deg/s",
@@ -54,7 +51,7 @@ def _orientation(log: RobotLog, where: str) -> list[str]:
         return []
     norm = np.linalg.norm(quaternion, axis=1)
     row = int(np.argmax(np.abs(norm - 1)))
-    if abs(norm[row] - 1) > NORM_TOLERANCE:
+    if abs(norm[row] - 1) > 0.05:  # a unit quaternion rounded to two decimals is closer
         raise LogError(
             f"{where}: 'base_orientation' at {log.time[row]:.6g} s is {np.round(quaternion[row], 4).tolist()}, of norm "
             f"{norm[row]:.4g}; expected a unit quaternion x, y, z, w"
@@ -93,7 +90,7 @@ def position_slope(log: RobotLog, joint: int) -> float:
     velocity: Array = log.velocity[:ROWS, joint]
     expected = (velocity[1:] + velocity[:-1]) / 2 * step
     power, both = float(expected @ expected), float(moved @ expected)
-    if not both**2 > MATCH * power * float(moved @ moved):
+    if not both**2 > 0.9 * power * float(moved @ moved):  # squared cosine between them
         return np.nan
     return both / power
 
@@ -101,7 +98,7 @@ def position_slope(log: RobotLog, joint: int) -> float:
 def _wide(log: RobotLog) -> list[str]:
     """Return a note on joints that turn further than joints with limits do."""
     span = np.ptp(log.position, axis=0)
-    wide = [name for name, width in zip(log.joint_names, span, strict=True) if width > SPAN]
+    wide = [name for name, width in zip(log.joint_names, span, strict=True) if width > 8 * np.pi]
     if not wide:
         return []
     return [

@@ -3,12 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet
 import pytest
 from rosbags.typesys import Stores, get_typestore
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
-from tests.log.readers.formats import columns_of, messages_of, synthetic_log, write_messages
+from tests.log.readers.formats import messages_of, synthetic_log, write_messages
 
 from stribeck import Robot, identify, inspect_log, read_log, write_log
 from stribeck.errors import LogError, RobotFileError, SettingsError
@@ -106,17 +104,6 @@ def test_the_delay_of_a_command_is_found_and_taken_out(log, tmp_path):
     np.testing.assert_allclose(mended.torque[shift:], log.torque[kept][shift:], atol=1e-6)
 
 
-def test_a_table_holds_commands(tmp_path):
-    log = synthetic_log()
-    columns = columns_of(log) | {f"target.{name}": log.position[:, k] + 0.1 for k, name in enumerate(log.joint_names)}
-    columns = {name: column for name, column in columns.items() if not name.startswith("torque")}
-    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
-    text = 'torque_source = "command"\nkp = 10.0\nkd = 0.0\n[log.desired_position]\nname = "target"\n'
-    text += "[log.joint_names]\nhip = 'shoulder'\nknee = 'elbow'\nwheel = 'slide'\n"
-    found = read_log(tmp_path / "log.parquet", robot(tmp_path, text))
-    np.testing.assert_allclose(found.torque, 1.0)
-
-
 def test_a_topic_of_commands_is_held_until_the_next(tmp_path):
     log = synthetic_log()
     messages = []
@@ -178,13 +165,6 @@ def test_units_that_do_not_fit_the_source(log, tmp_path):
         read_log(path, robot(tmp_path, '[log.torque]\nunit = "A"\n'))
     with pytest.raises(SettingsError, match=r"has a torque_constant, and \[log.torque\] unit is 'Nm'"):
         read_log(path, robot(tmp_path, 'torque_source = "motor_current"\n' + motors()))
-
-
-def test_a_ratio_alone_leaves_a_current_as_it_is(log, tmp_path):
-    text = 'torque_source = "motor_current"\n' + motors(constant=False) + '[log.torque]\nunit = "A"\n'
-    found = read_log(save_npz(log, tmp_path / "log.npz"), robot(tmp_path, text))
-    assert found.in_amperes == JOINTS
-    np.testing.assert_array_equal(found.torque, log.torque)
 
 
 def test_currents_are_not_written_as_torques(log, tmp_path):

@@ -57,16 +57,6 @@ def test_joints_whose_order_changes_are_taken_by_name(tmp_path):
     np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-12)
 
 
-def test_messages_that_lack_a_joint_are_told_of(tmp_path):
-    def shorter(row, message):
-        if row % 4 == 0:
-            reorder(message, [0, 1])
-
-    read = read_log(write_messages(tmp_path / "log.mcap", states(LOG, shorter)), StubRobot())
-    assert len(read.time) < 60
-    assert any("15 messages of '/joint_states' list other joints" in note and "'hip'" in note for note in read.notes)
-
-
 def test_a_joint_that_a_message_names_twice(tmp_path):
     def doubled(_, message):
         message.name = [JOINTS[0], JOINTS[1], JOINTS[0]]

@@ -73,21 +73,6 @@ def test_numbered_columns_are_the_joints_in_order(pattern, first, tmp_path):
     assert "The columns of 'position' have no known names: taken in the order of the robot file" in log.notes[0]
 
 
-def test_twelve_numbered_joints_count_as_numbers_do(tmp_path):
-    joints = tuple(f"j{k}" for k in range(12))
-    log = synthetic_log(30, joints=joints)
-    columns = {"time": log.time} | numbered("q_{}", log.position) | numbered("tau_{}", log.torque)
-    columns = dict(sorted(columns.items()))  # q_0, q_1, q_10, q_11, q_2, ...
-    read = read_log(write_columns(tmp_path, **columns), StubRobot(joint_names=joints))
-    np.testing.assert_array_equal(read.position, log.position)
-
-
-def test_joint_order_names_numbered_columns(tmp_path):
-    columns = {"time": LOG.time} | numbered("joint_pos_{}", LOG.position) | numbered("tau[{}]", LOG.torque)
-    log = read_log(write_columns(tmp_path, **columns), robot_with(joint_order=["wheel", "hip", "knee"]))
-    check_motion(log, ("position", "torque"), [1, 2, 0])
-
-
 def test_a_prefix_that_begins_another_takes_its_own_numbers_alone(tmp_path):
     columns = {"time": LOG.time} | numbered("p_{}", LOG.position) | numbered("pd_{}", LOG.velocity)
     columns |= numbered("tau_{}", LOG.torque)
@@ -162,13 +147,6 @@ def test_a_parquet_column_of_lists(fixed, tmp_path):
     check_motion(log)
     np.testing.assert_array_equal(log.foot_wrench, LOG.foot_wrench)
     np.testing.assert_array_equal(log.base_orientation, LOG.base_orientation)
-
-
-def test_a_missing_list_is_a_row_of_missing_values(tmp_path):
-    lists = [None if row == 4 else list(values) for row, values in enumerate(LOG.position)]
-    path = write_columns(tmp_path, time=LOG.time, q=lists, tau=LOG.torque)
-    expected = np.where(np.arange(30)[:, None] == 4, np.nan, LOG.position)
-    np.testing.assert_array_equal(read_log(path, StubRobot()).position, expected)
 
 
 @pytest.mark.parametrize("delimiter", [",", ";"])

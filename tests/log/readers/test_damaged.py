@@ -27,12 +27,16 @@ def check_message(error, path, words):
         assert word in message
 
 
+def check_refused(maker, words, folder, robot=None):
+    path = maker(folder)
+    with pytest.raises(LogError) as caught:
+        read_log(path, robot or StubRobot())
+    check_message(caught.value, path, words)
+
+
 @pytest.mark.parametrize(("maker", "words"), [case[1:] for case in DAMAGED], ids=[case[0] for case in DAMAGED])
 def test_a_damaged_log_is_refused_in_one_sentence(maker, words, tmp_path):
-    path = maker(tmp_path)
-    with pytest.raises(LogError) as caught:
-        read_log(path, StubRobot())
-    check_message(caught.value, path, words)
+    check_refused(maker, words, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from rosbags.typesys import Stores, get_typestore
 from tests.log.readers.blank import STORE
-from tests.log.readers.formats import JOINTS, START, StubRobot, synthetic_log
-from tests.log.readers.test_damaged import check_message
+from tests.log.readers.formats import START, StubRobot, synthetic_log
+from tests.log.readers.test_damaged import check_refused
 from tests.log.readers.test_unitree import write_mcap, write_rosbag2
 
 from stribeck.errors import LogError
@@ -79,14 +78,6 @@ def test_joints_of_other_interfaces_and_orders(tmp_path):
         read_log(path, StubRobot())
 
 
-def test_torque_and_effort_together(tmp_path):
-    """The torque that the driver calls so is not taken where there is an effort, as JointState has it."""
-    path = write_mcap(
-        tmp_path / "log.mcap", states(LOG, {"position": "position", "torque": "velocity", "effort": "torque"})
-    )
-    np.testing.assert_array_equal(read_log(path, StubRobot()).torque, LOG.torque)
-
-
 def at_row_five(change):
     def maker(folder):
         return write_mcap(folder / "log.mcap", states(LOG, change=lambda row, m: change(m) if row == 5 else None))
@@ -102,34 +93,12 @@ def lose_a_value(message):
     message.interface_values[1].values = message.interface_values[1].values[:-1]
 
 
-def name_twice(message):
-    message.joint_names = ["wrist_sensor", "hip", "hip", "wheel"]
-
-
-def without(*interfaces):
-    def maker(folder):
-        return write_mcap(folder / "log.mcap", states(LOG, {k: v for k, v in ALL.items() if k not in interfaces}))
-
-    return maker
-
-
 @pytest.mark.parametrize(
     ("maker", "words"),
     [
         (at_row_five(lose_a_name), ["3 joint names and interfaces of 4", "expected as many"]),
         (at_row_five(lose_a_value), ["5 interface names and 4 values of joint 'hip'", "expected one value"]),
-        (at_row_five(name_twice), ["'/dynamic_joint_states' names joint 'hip' twice", "expected each once"]),
-        (without("position"), ["no joint positions"]),
-        (without("effort"), ["no joint torques"]),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
-    path = maker(tmp_path)
-    with pytest.raises(LogError) as caught:
-        read_log(path, StubRobot())
-    check_message(caught.value, path, words)
-
-
-def test_the_names_are_those_of_the_robot():
-    assert {"hip", "knee", "wheel"} == set(JOINTS)
-    assert KIND not in get_typestore(Stores.ROS2_HUMBLE).types  # so that this needs a definition of its own
+    check_refused(maker, words, tmp_path)

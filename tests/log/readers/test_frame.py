@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log
 
-from stribeck.errors import LogError, SettingsError
+from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.settings import LogTable
 
@@ -67,9 +67,3 @@ def test_what_a_frame_lacks_is_said_in_one_sentence(make, columns, words):
 def test_what_is_no_frame_is_refused_with_its_type(frame):
     with pytest.raises(LogError, match=f"^frame: is of type '{type(frame).__name__}'; expected a table of pandas"):
         RobotLog.from_frame(frame, StubRobot())
-
-
-def test_a_frame_has_names_of_its_own():
-    robot = StubRobot(log_table=LogTable(columns=["time"]))
-    with pytest.raises(SettingsError, match=r"\[log\] columns is set"):
-        RobotLog.from_frame(pd.DataFrame(columns_of(LOG)), robot)

@@ -55,18 +55,6 @@ def test_only_the_time_that_all_wanted_topics_cover_is_kept(tmp_path):
     assert any("20 messages outside" in note for note in result.notes)
 
 
-def test_a_topic_that_the_robot_does_not_need_costs_nothing(tmp_path):
-    log = synthetic_log(50)
-    gripper = [
-        ("/gripper/joint_states", *m[1:])
-        for m in messages_of(synthetic_log(5, joints=("finger",)), STORE)
-        if m[0] == "/joint_states"
-    ]
-    result = read(tmp_path, [*messages(log), *gripper])
-    assert len(result.time) == 50
-    assert any("'finger'" in note for note in result.notes)
-
-
 def test_a_pause_of_a_topic_is_not_bridged(tmp_path):
     log = synthetic_log(100)
     paused = [m for m in messages(log) if m[0] != "/imu" or not 40 <= (m[2] - 1_700_000_000_000_000_000) / 2e6 <= 60]
@@ -129,16 +117,6 @@ def test_a_wrench_topic_is_named_by_setting(tmp_path):
     unnamed = read(tmp_path, sent)
     assert unnamed.foot_wrench is None
     assert any("'/sensors/ati_1'" in note for note in unnamed.notes)
-
-
-def test_messages_without_stamps_take_the_recorders_time(tmp_path):
-    log = synthetic_log(40)
-    sent = [m for m in messages(log) if m[0] == "/joint_states"]
-    for message in sent:
-        message[3].header.stamp.sec = message[3].header.stamp.nanosec = 0
-    result = read(tmp_path, sent)
-    np.testing.assert_allclose(result.time, log.time, atol=1e-9)
-    assert any("without a stamp" in note for note in result.notes)
 
 
 def test_an_imu_that_does_not_measure_orientation_gives_none(tmp_path):

@@ -100,16 +100,6 @@ def test_nameless_columns_of_another_number_need_an_order(tmp_path):
         read(tmp_path, {}, position=LOG.position[:, :2])
 
 
-def test_columns_of_a_table_under_another_prefix(tmp_path):
-    columns = columns_of(LOG)
-    renamed = {name.replace("torque.", "effort_").replace("time", "stamp"): column for name, column in columns.items()}
-    pyarrow.parquet.write_table(pa.table(renamed), tmp_path / "log.parquet")
-    robot = StubRobot(log_table=LogTable.model_validate({"torque": {"name": "effort_"}, "time": {"name": "stamp"}}))
-    log = read_log(tmp_path / "log.parquet", robot)
-    np.testing.assert_array_equal(log.torque, LOG.torque)
-    np.testing.assert_array_equal(log.time, LOG.time)
-
-
 def test_wxyz_is_turned_to_xyzw(tmp_path):
     logged = LOG.base_orientation[:, [3, 0, 1, 2]]
     log = read(tmp_path, {"base_orientation": {"order": "wxyz"}}, **NAMED, base_orientation=logged)
@@ -160,11 +150,6 @@ def test_delayed_orientation_and_flags_keep_their_kind(tmp_path):
     np.testing.assert_allclose(log.base_orientation, half[: len(log.time)], atol=1e-9)
 
 
-def test_rate_stands_in_for_time(tmp_path):
-    log = read(tmp_path, {"rate": 500.0}, **NAMED, time=None)
-    np.testing.assert_allclose(log.time, LOG.time, atol=1e-12)
-
-
 def test_nanoseconds_since_1970_lose_nothing(tmp_path):
     stamps = 1_700_000_000_123_456_789 + np.arange(200) * 2_000_000 + np.arange(200) % 2
     log = read(tmp_path, {"time": {"unit": "ns"}}, **NAMED, time=stamps)
@@ -188,13 +173,6 @@ def test_torque_of_position_controlled_joints_may_be_missing(tmp_path):
     log = read_log(tmp_path / "log.parquet", StubRobot(position_controlled=("knee",)))
     np.testing.assert_array_equal(log.torque, LOG.torque * [1, 0, 1])
     assert any("'knee'" in note for note in log.notes)
-
-
-def test_torque_of_position_controlled_joints_may_be_nan(tmp_path):
-    torque = LOG.torque.copy()
-    torque[:, 1] = np.nan
-    log = read(tmp_path, {}, StubRobot(position_controlled=("knee",)), **NAMED, torque=torque)
-    np.testing.assert_array_equal(log.torque, LOG.torque * [1, 0, 1])
 
 
 def test_optional_channels_that_do_not_cover_the_robot(tmp_path):

@@ -40,8 +40,6 @@ ENDINGS = {
     "temperature": "temperature",
 }
 """What the name of a place in the state may end with, as `elbow.pos` does, and its channel."""
-BETWEEN_EPISODES = 1.0
-"""Time put between episodes, whose stamps all begin at zero [s]."""
 UNITS = (
     "A LeRobot dataset does not say its units: positions are taken as radians; of an arm that records degrees set "
     '[log.position] unit = "deg", of one that records shares of its calibrated ranges scale and offset.'
@@ -162,7 +160,7 @@ def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
             np.concatenate([np.asarray(batch[name], dtype=np.float64) for batch in batches]) for name in wanted
         )
     first = np.flatnonzero(np.diff(episode, prepend=np.nan) != 0)
-    pause = max(BETWEEN_EPISODES, 2 * (table.max_gap or 0.0))
+    pause = max(1.0, 2 * (table.max_gap or 0.0))  # [s], as the stamps of all episodes begin at zero
     ends = np.concatenate([stamps[first[1:] - 1], stamps[-1:]]) - stamps[first] + pause
     shift = np.concatenate([[0.0], np.cumsum(ends)[:-1]]) - stamps[first] + stamps[first[0]]
     return stamps + np.repeat(shift, np.diff(first, append=len(stamps))), len(first)

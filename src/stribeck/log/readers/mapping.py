@@ -15,7 +15,6 @@ from stribeck.typing import Array
 TURN = 2 * np.pi  # [rad]
 ANGLE = {"rad": 1.0, "deg": TURN / 360, "turn": TURN, "m": 1.0, "mm": 1e-3}
 SPEED = {"rad/s": 1.0, "deg/s": TURN / 360, "rpm": TURN / 60, "turn/s": TURN, "m/s": 1.0, "mm/s": 1e-3}
-RATE_OF_SPEED = {"rad/s^2": 1.0, "deg/s^2": TURN / 360, "m/s^2": 1.0, "mm/s^2": 1e-3}
 EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
 CURRENT = {"A": 1.0, "mA": 1e-3}
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -23,7 +22,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": TIME,
     "position": ANGLE,
     "velocity": SPEED,
-    "acceleration": RATE_OF_SPEED,
+    "acceleration": {"rad/s^2": 1.0, "deg/s^2": TURN / 360, "m/s^2": 1.0, "mm/s^2": 1e-3},
     "torque": EFFORT | CURRENT,
     "desired_position": ANGLE,
     "desired_velocity": SPEED,
@@ -38,8 +37,6 @@ UNITS: dict[str, dict[str, float]] = {
     "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
 """Units that each channel may be logged in, as factors to SI."""
-
-EPOCH = 1e8  # [s]; three years: stamps beyond it count from 1970, which costs float64 its microseconds
 
 
 def check_table(table: LogTable, where: str) -> None:
@@ -72,7 +69,7 @@ def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | Non
     if not values.size:
         return np.zeros(0), []
     first = values[0] if values.dtype.kind in "iu" else np.float64(next(iter(values[np.isfinite(values)]), 0.0))
-    if abs(float(first) * factor) < EPOCH:
+    if abs(float(first) * factor) < 1e8:  # [s]; later stamps count from 1970, which costs float64 its microseconds
         time = values.astype(np.float64, copy=False)
         return (time if factor == 1 and offset == 0 else time * factor + offset), []
     exact = np.int64 if values.dtype.kind in "iu" else np.float64

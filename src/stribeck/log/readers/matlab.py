@@ -19,9 +19,6 @@ from stribeck.log.readers.yarp import is_telemetry, open_telemetry
 from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
 
-HEADER = 128  # bytes
-COMPRESSED = 15  # type of an element
-UNPACKED = 1 << 20  # bytes at once
 UNREAD = {"MATLAB_empty", "MATLAB_object_decode"}
 """Attributes of what is empty in version 7.3, or an object of a class, such as a string or a table."""
 
@@ -106,17 +103,17 @@ def _unpacked(path: Path) -> int:
     """Return how many bytes the variables of a file of version 5 to 7 take when they are unpacked."""
     size, total = path.stat().st_size, 0
     with path.open("rb") as file:
-        order = "<" if file.read(HEADER)[126:] == b"IM" else ">"
+        order = "<" if file.read(128)[126:] == b"IM" else ">"
         while len(tag := file.read(8)) == 8:
             kind, length = (int(word) for word in np.frombuffer(tag, dtype=f"{order}u4"))
             following = file.tell() + length
-            if kind == COMPRESSED:
+            if kind == 15:  # compressed
                 unpacker, left = zlib.decompressobj(), length
                 while left > 0 and not unpacker.eof:
-                    data = file.read(min(left, UNPACKED))
+                    data = file.read(min(left, 1 << 20))
                     left -= len(data)
                     while data and not unpacker.eof:
-                        total += len(unpacker.decompress(data, UNPACKED))
+                        total += len(unpacker.decompress(data, 1 << 20))
                         data = unpacker.unconsumed_tail
                     if not data and file.tell() >= size:
                         break

@@ -26,17 +26,17 @@ from stribeck.log.storage import too_large
 from stribeck.settings import LogTable
 
 QUATERNION = ("x", "y", "z", "w")
-VECTOR = ("x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
 """Channels of a command, and what each of them is of."""
 JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
-VECTOR_CHANNELS = {"base_orientation": QUATERNION, "angular_velocity": VECTOR, "linear_acceleration": VECTOR}
+VECTOR_CHANNELS = {
+    "base_orientation": QUATERNION,
+    "angular_velocity": QUATERNION[:3],
+    "linear_acceleration": QUATERNION[:3],
+}
 FOOT_CHANNELS = ("contact", "foot_wrench", "foot_force")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
-
-UNREADABLE = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
-"""What a system says of a file that it cannot give, whatever is in it."""
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -146,7 +146,8 @@ def foreign(path: str, what: str) -> Iterator[None]:
     except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:
             raise LogError(too_large(path)) from error
-        if isinstance(error, OSError) and error.errno in UNREADABLE:
+        unreadable = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
+        if isinstance(error, OSError) and error.errno in unreadable:
             place = _one_line(str(error.filename or path))
             raise LogError(f"{place}: cannot be read ({os.strerror(error.errno)}); expected a readable log") from error
         reason = _one_line(str(error))[:160] or type(error).__name__

@@ -18,7 +18,6 @@ from stribeck.log.storage import BLOCK_ROWS
 from stribeck.settings import LogTable
 
 CSV_BLOCK = 1 << 23  # bytes parsed at once
-LONGEST_HEADER = 1 << 20  # bytes; the names of ten thousand columns
 HEAD = 64  # rows in which the first list of a column is looked for
 
 
@@ -132,7 +131,7 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
 def first_line(path: Path) -> tuple[list[str], str]:
     """Return the cells of a CSV file's first line, and what separates them."""
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        line, second = (file.readline(LONGEST_HEADER).decode("utf-8-sig").strip() for _ in range(2))
+        line, second = (file.readline(1 << 20).decode("utf-8-sig").strip() for _ in range(2))
         line = line.removeprefix("#").lstrip()
         bare = re.sub(r'"[^"]*"|\[[^]]*\]', "x", line)
         separator = max(",;\t", key=bare.count)

@@ -22,13 +22,13 @@ def _sides(first: str, second: str, joints: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{side}_{joint}" for side in (first, second) for joint in joints)
 
 
-_QUADRUPED = tuple(f"{leg}_{joint}" for leg in ("fr", "fl", "rr", "rl") for joint in ("hip", "thigh", "calf"))
-_G1_LEG = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
-_H1_2_LEG = ("hip_yaw", "hip_pitch", "hip_roll", "knee", "ankle_pitch", "ankle_roll")
+_REST = ("knee", "ankle_pitch", "ankle_roll")
 
 ORDERS: dict[str, dict[str, tuple[str, ...]]] = {
     "unitree_go/msg/LowState": {
-        "Go1, Go2, A1, B2": _QUADRUPED,
+        "Go1, Go2, A1, B2": tuple(
+            f"{leg}_{joint}" for leg in ("fr", "fl", "rr", "rl") for joint in ("hip", "thigh", "calf")
+        ),
         "H1": (
             *_sides("right", "left", ("hip_roll", "hip_pitch", "knee")),
             *("waist_yaw", "left_hip_yaw", "right_hip_yaw", "", "left_ankle", "right_ankle"),
@@ -37,11 +37,15 @@ ORDERS: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "unitree_hg/msg/LowState": {
         "G1": (
-            *_sides("left", "right", _G1_LEG),
+            *_sides("left", "right", ("hip_pitch", "hip_roll", "hip_yaw", *_REST)),
             *("waist_yaw", "waist_roll", "waist_pitch"),
             *_sides("left", "right", _ARM),
         ),
-        "H1-2": (*_sides("left", "right", _H1_2_LEG), "waist_yaw", *_sides("left", "right", _ARM)),
+        "H1-2": (
+            *_sides("left", "right", ("hip_yaw", "hip_pitch", "hip_roll", *_REST)),
+            "waist_yaw",
+            *_sides("left", "right", _ARM),
+        ),
     },
 }
 """Message type -> robot -> its joints, motor by motor (unitree_sdk2; a motor without a joint has no name)."""
