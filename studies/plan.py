@@ -38,7 +38,6 @@ from stribeck.settings import RobotFile
 from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.ground import inverse_dynamics
-from stribeck_simulation.prescribed.trajectory import Trajectory
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.run import POSTURES
 from studies.accuracy_cases import wrong_model
@@ -95,31 +94,30 @@ def friction_of(robot: Robot, law: str) -> dict[str, dict[str, float]]:
     return {joint: {name: MEANS[name] * generator.uniform(0.7, 1.3) for name in names} for joint in robot.joint_names}
 
 
-def poor_motion(robot: Robot, time: Array) -> Trajectory:
-    """Swing each joint a little and slowly, every third one not at all."""
+def poor_motion(robot: Robot, time: Array) -> Array:
+    """Swing each joint a little and slowly, every third one not at all; return a trajectory of shape (3, T, n)."""
     joints = len(robot.joint_names)
     low, high = robot.position_limits
     centre = np.where(np.isfinite(low + high), (low + high) / 2, 0.0)
     pulsation = 2 * np.pi * np.linspace(0.25, 0.45, joints)
     size = np.where(np.arange(joints) % 3 == 1, 0.0, 0.2) / pulsation
     angle = np.outer(time, pulsation)
-    return Trajectory(
-        centre + size * np.sin(angle), size * pulsation * np.cos(angle), -size * pulsation**2 * np.sin(angle)
-    )
+    position, velocity = centre + size * np.sin(angle), size * pulsation * np.cos(angle)
+    return np.array([position, velocity, -size * pulsation**2 * np.sin(angle)])
 
 
-def log_of(robot: Robot, motion: Trajectory, law: str, seed: int) -> RobotLog:
+def log_of(robot: Robot, motion: Array, law: str, seed: int) -> RobotLog:
     """Record a motion with noisy sensors."""
     chosen, friction = get_law(law), friction_of(robot, law)
     _, torque = inverse_dynamics(robot, motion, None)
     for k, joint in enumerate(robot.joint_names):
         values = np.array([friction[joint][parameter.name] for parameter in chosen.parameters])
-        torque[:, k] += chosen.torque(motion.velocity[:, k], values)
+        torque[:, k] += chosen.torque(motion[1, :, k], values)
     generator = np.random.default_rng(seed)
     return RobotLog(
         time=np.arange(len(torque)) / RATE,
         joint_names=robot.joint_names,
-        position=motion.position + ENCODER * generator.standard_normal(torque.shape),
+        position=motion[0] + ENCODER * generator.standard_normal(torque.shape),
         torque=torque + TORQUE * generator.standard_normal(torque.shape),
     )
 
@@ -140,7 +138,7 @@ def two_plans(name: str, law: str) -> list[Row]:
         trajectory = planned.trajectory
         assert trajectory is not None
         state = trajectory.at(np.arange(round(trajectory.duration * RATE)) / RATE)
-        motion, runs = Trajectory(state.position, state.velocity, state.acceleration), []
+        motion, runs = np.array([state.position, state.velocity, state.acceleration]), []
         for seed in range(SEEDS):
             log = log_of(true, motion, law, 10 * number + seed)
             runs.append(compared(planned, identify(log, known, law=law), friction_of(true, law)))

@@ -80,7 +80,7 @@ def test_ends_of_limbs_on_a_moving_base_move_as_pinocchio_says(case):
     place, *twists = generator.normal(size=(5, SAMPLES, 3))
     base = BodyMotion(turns.as_matrix(), place, np.hstack(twists[:2]), np.hstack(twists[2:]))
     limb = limb_to(robot, frame)
-    end, jacobian = end_motion(limb, base, *motion[:, :, limb.columns])
+    end, jacobian = end_motion(limb, base, motion[:, :, limb.columns])
     for k in range(SAMPLES):
         back = turns[k].inv()
         v = np.concatenate([back.apply(base.velocity[k, :3]), back.apply(base.velocity[k, 3:])])
@@ -92,7 +92,7 @@ def test_ends_of_limbs_on_a_moving_base_move_as_pinocchio_says(case):
         np.testing.assert_allclose(end.position[k], pose.translation, atol=1e-12)
         np.testing.assert_allclose(end.velocity[k], velocity, atol=1e-12)
         np.testing.assert_allclose(end.acceleration[k], acceleration, atol=1e-11)
-        carried = end_motion(limb, base, motion[0][:, limb.columns], *np.zeros((2, SAMPLES, len(limb.columns))))[0]
+        carried = end_motion(limb, base, motion[:, :, limb.columns] * [[[1.0]], [[0.0]], [[0.0]]])[0]
         np.testing.assert_allclose(
             end.velocity[k], carried.velocity[k] + jacobian[k] @ motion[1, k, limb.columns], atol=1e-12
         )

@@ -18,9 +18,8 @@ from stribeck_simulation.friction.parameters import Parameters, parameter_table
 from stribeck_simulation.prescribed.gait import Gait, in_the_air, load_share, plan_swings
 from stribeck_simulation.prescribed.ground import ground_reactions, inverse_dynamics, spatial_motion
 from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
-from stribeck_simulation.prescribed.motion import Motion, random_motion
+from stribeck_simulation.prescribed.motion import Motion, random_motion, sway_at
 from stribeck_simulation.prescribed.tipping import keep_from_tipping
-from stribeck_simulation.prescribed.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -96,19 +95,19 @@ def exact_log(
     motion = random_motion(robot, posture or {}, swings, generator)
     base = None
     if motion.sway is not None:
-        shift = keep_from_tipping(motion, motion.sway).at(path) if gait == "trot" and swings else None
-        base = motion.sway.at(path, shift)
-    joints = motion.joints_at(path, base).at_pace(pace)
-    base = base and base.at_pace(pace)
-    friction = _friction_torque(robot, law, parameters, joints.velocity)
+        shift = keep_from_tipping(motion, motion.sway).at(path) if gait == "trot" and swings else 0.0
+        base = sway_at(motion.sway, path, shift)
+    joints = np.array([1.0, pace, pace**2])[:, None, None] * motion.joints_at(path, base)
+    base = base and replace(base, velocity=pace * base.velocity, acceleration=pace**2 * base.acceleration)
+    friction = _friction_torque(robot, law, parameters, joints[1])
     wrench, torque = inverse_dynamics(robot, joints, base)
     known = {joint: dict(named) for joint, named in parameters.items()}
     log = RobotLog(
         time=time,
         joint_names=robot.joint_names,
-        position=joints.position,
-        velocity=joints.velocity,
-        acceleration=joints.acceleration,
+        position=joints[0],
+        velocity=joints[1],
+        acceleration=joints[2],
         torque=torque + friction,
         torque_source=robot.torque_source,
     )
@@ -135,9 +134,7 @@ def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, vel
     return friction
 
 
-def _on_feet(
-    log: RobotLog, path: Array, motion: Motion, joints: Trajectory, base: BodyMotion, wrench: Array
-) -> RobotLog:
+def _on_feet(log: RobotLog, path: Array, motion: Motion, joints: Array, base: BodyMotion, wrench: Array) -> RobotLog:
     """Return the log of a robot that the ground carries: less torque, and the channels of base and feet."""
     names = tuple(leg.contact.name for leg in motion.legs)
     share = np.column_stack([load_share(motion.swings, name, path) for name in names])
@@ -153,9 +150,8 @@ def _on_feet(
     )
 
 
-def _base_orientation(robot: Robot, joints: Trajectory, base: BodyMotion) -> Array:
+def _base_orientation(robot: Robot, joints: Array, base: BodyMotion) -> Array:
     """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""
     limb = limb_to(robot, robot.base_frame)
-    signals = (signal[:, limb.columns] for signal in (joints.position, joints.velocity, joints.acceleration))
-    frame, _ = end_motion(limb, base, *signals)
+    frame, _ = end_motion(limb, base, joints[:, :, limb.columns])
     return np.asarray(Rotation.from_matrix(frame.rotation).as_quat())

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from stribeck.errors import SettingsError
 from stribeck.typing import Array
-from stribeck_simulation.prescribed.trajectory import Trajectory, bell, smooth_step
+from stribeck_simulation.prescribed.trajectory import bell, smooth_step
 
 Gait = Literal["walk", "trot", "stand"]
 
 TROT_SWING_TIME = 0.4
-"""The same in a trot, where the robot tips over the two feet it stands on [s]."""
+"""Time that a foot is in the air in each step of a trot, where the robot tips over the other two feet [s]."""
 STAND_TIME = 0.2
 """Time between two steps that all feet stand [s]."""
 
@@ -60,13 +60,13 @@ def in_the_air(swings: tuple[Swing, ...], foot: str, time: Array) -> NDArray[np.
     return flying
 
 
-def swing_window(swings: tuple[Swing, ...], foot: str, time: Array) -> Trajectory:
-    """Return how much a foot's limb swings, 0 while the foot stands, up to 1, shape (T, 1)."""
-    total = Trajectory(*np.zeros((3, len(time))))
+def swing_window(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
+    """Return how much a foot's limb swings, 0 while the foot stands, up to 1, shape (3, T, 1)."""
+    total = np.zeros((3, len(time)))
     for swing in swings:
         if foot in swing.feet:
-            total = total + bell(time, swing.start, swing.end)
-    return Trajectory(total.position[:, None], total.velocity[:, None], total.acceleration[:, None])
+            total += bell(time, swing.start, swing.end)
+    return total[:, :, None]
 
 
 def load_share(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:

@@ -9,12 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.robot import Robot
 from stribeck.typing import Array
-from stribeck_simulation.prescribed.limb import BodyMotion, end_motion
-from stribeck_simulation.prescribed.posture import Leg
-from stribeck_simulation.prescribed.trajectory import Trajectory
+from stribeck_simulation.prescribed.limb import BodyMotion, Leg, end_motion
 
 
-def inverse_dynamics(robot: Robot, joints: Trajectory, base: BodyMotion | None) -> tuple[Array, Array]:
+def inverse_dynamics(robot: Robot, joints: Array, base: BodyMotion | None) -> tuple[Array, Array]:
     """Return the torques that a motion needs, by one recursion from the root link with gravity in the world.
 
     Returns
@@ -26,12 +24,8 @@ def inverse_dynamics(robot: Robot, joints: Trajectory, base: BodyMotion | None) 
     """
     model = pin.Model(robot.tree.model)
     model.gravity.linear = robot.gravity
-    columns, samples = robot.tree.columns, len(joints.position)
-    configuration, rates, changes = (
-        joints.position[:, columns],
-        joints.velocity[:, columns],
-        joints.acceleration[:, columns],
-    )
+    columns, samples = robot.tree.columns, joints.shape[1]
+    configuration, rates, changes = joints[:, :, columns]
     if base is not None:
         quaternion = Rotation.from_matrix(base.rotation).as_quat()
         velocity, acceleration = spatial_motion(base)
@@ -46,23 +40,21 @@ def inverse_dynamics(robot: Robot, joints: Trajectory, base: BodyMotion | None) 
     torque[:, columns] = effort[:, robot.tree.root_size :]
     wrench = np.zeros((samples, 6))
     if base is not None:
-        wrench[:, :3] = _turn(base.rotation, effort[:, :3])
-        wrench[:, 3:] = _turn(base.rotation, effort[:, 3:6])
+        wrench = _turn(base.rotation, effort[:, :6])
     return wrench, torque
 
 
 def spatial_motion(base: BodyMotion) -> tuple[Array, Array]:
     """Return the base's velocity and its derivative in the moving base, linear then angular, shape (T, 6) each."""
     back = base.rotation.transpose(0, 2, 1)
-    velocity = np.hstack([_turn(back, base.velocity[:, :3]), _turn(back, base.velocity[:, 3:])])
-    acceleration = np.hstack([_turn(back, base.acceleration[:, :3]), _turn(back, base.acceleration[:, 3:])])
+    velocity, acceleration = _turn(back, base.velocity), _turn(back, base.acceleration)
     acceleration[:, :3] -= np.cross(velocity[:, 3:], velocity[:, :3])
     return velocity, acceleration
 
 
 def ground_reactions(
     legs: tuple[Leg, ...],
-    joints: Trajectory,
+    joints: Array,
     base: BodyMotion,
     wrench: Array,
     share: Array,
@@ -97,10 +89,7 @@ def ground_reactions(
     ends, jacobians = [], []
     maps, weights = np.zeros((samples, 6, 6 * len(legs))), np.zeros((samples, 6 * len(legs)))
     for k, leg in enumerate(legs):
-        position, velocity, acceleration = (
-            signal[:, leg.limb.columns] for signal in (joints.position, joints.velocity, joints.acceleration)
-        )
-        end, jacobian = end_motion(leg.limb, base, position, velocity, acceleration)
+        end, jacobian = end_motion(leg.limb, base, joints[:, :, leg.limb.columns])
         ends.append(end)
         jacobians.append(jacobian)
         arm = end.position - base.position
@@ -116,16 +105,14 @@ def ground_reactions(
     # relative size below which a direction counts as one that the standing feet cannot carry
     multipliers = np.linalg.pinv(maps @ spread, rcond=1e-11, hermitian=True) @ wrench[:, :, None]
     carried = (spread @ multipliers)[:, :, 0].reshape(samples, len(legs), 6)
-    effect = np.zeros_like(joints.position)
+    effect = np.zeros_like(joints[0])
     reactions = np.empty_like(carried)
     for k, leg in enumerate(legs):
         effect[:, leg.limb.columns] += np.einsum("tik,ti->tk", jacobians[k], carried[:, k])
-        back = ends[k].rotation.transpose(0, 2, 1)
-        reactions[:, k, :3] = _turn(back, carried[:, k, :3])
-        reactions[:, k, 3:] = _turn(back, carried[:, k, 3:])
+        reactions[:, k] = _turn(ends[k].rotation.transpose(0, 2, 1), carried[:, k])
     return reactions, effect
 
 
 def _turn(rotation: Array, vectors: Array) -> Array:
-    """Rotate vectors, shape (T, 3), sample by sample."""
-    return np.asarray((rotation @ vectors[:, :, None])[:, :, 0])
+    """Rotate pairs of vectors, shape (T, 6), sample by sample."""
+    return np.hstack([(rotation @ half[:, :, None])[:, :, 0] for half in (vectors[:, :3], vectors[:, 3:])])

@@ -1,20 +1,23 @@
-"""Kinematics of one limb on a moving base, in the world: pose, velocity and acceleration of its end, and Jacobian.
+"""Kinematics of one limb on a moving base, in the world: motion of its end, and joint motion that keeps its end still.
 
 It is written apart from `stribeck.robot.kinematics`, so that the truth of a simulated log does not rest on what is
 tested with it.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from stribeck.robot import Robot
+from stribeck.errors import SettingsError
+from stribeck.robot import Contact, Robot
 from stribeck.typing import Array
+
+COARSE = 25
+"""Step between the samples that Newton's method solves first; a spline through them starts the others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +37,11 @@ class BodyMotion:
     velocity: Array
     acceleration: Array
 
-    def at_pace(self, pace: float) -> BodyMotion:
-        """Return the same path, so many times as fast."""
-        return BodyMotion(self.rotation, self.position, pace * self.velocity, pace**2 * self.acceleration)
+
+def at_rest(samples: int) -> BodyMotion:
+    """Return a level body that rests at the world's origin."""
+    turn = np.broadcast_to(np.eye(3), (samples, 3, 3))
+    return BodyMotion(turn, np.zeros((samples, 3)), *np.zeros((2, samples, 6)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +66,16 @@ class Limb:
     columns: NDArray[np.int64]
 
 
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A contact, the limb to it, and the pose of the foot when it stands: rotation (3, 3) and place (3,) [m]."""
+
+    contact: Contact
+    limb: Limb
+    rotation: Array
+    place: Array
+
+
 def limb_to(robot: Robot, frame_name: str) -> Limb:
     """Return the limb from the root link to a frame of a floating robot."""
     tree = robot.tree
@@ -74,9 +89,7 @@ def limb_to(robot: Robot, frame_name: str) -> Limb:
     )
 
 
-def end_motion(
-    limb: Limb, base: BodyMotion, position: Array, velocity: Array, acceleration: Array
-) -> tuple[BodyMotion, Array]:
+def end_motion(limb: Limb, base: BodyMotion, joints: Array) -> tuple[BodyMotion, Array]:
     """Return the motion of a limb's end and its Jacobian.
 
     Parameters
@@ -85,8 +98,8 @@ def end_motion(
         With k joints.
     base
         Motion of the root link at T samples.
-    position, velocity, acceleration
-        Of the limb's joints, shape (T, k).
+    joints
+        Trajectory of the limb's joints, shape (3, T, k).
 
     Returns
     -------
@@ -95,6 +108,7 @@ def end_motion(
     jacobian
         Of its velocity to the joints' velocities, shape (T, 6, k).
     """
+    position, velocity, acceleration = joints
     rotation, origin = base.rotation, base.position
     linear, omega = base.velocity[:, :3], base.velocity[:, 3:]
     change, alpha = base.acceleration[:, :3], base.acceleration[:, 3:]
@@ -126,3 +140,72 @@ def end_motion(
     for k, place in enumerate(origins):
         jacobian[:, :3, k] += np.cross(jacobian[:, 3:, k], origin - place)
     return BodyMotion(rotation, origin, np.hstack([linear, omega]), np.hstack([change, alpha])), jacobian
+
+
+def place_end(leg: Leg, base: BodyMotion, start: Array) -> Array:
+    """Compute joint positions that put a foot at its standing pose, by Newton's method, shape (T, k).
+
+    Parameters
+    ----------
+    leg
+        With as many joints as the contact has constraints; a surface is placed and turned, a point only placed.
+    base
+        Motion of the root link at T samples.
+    start
+        Joint positions to start from, shape (k,).
+
+    Raises
+    ------
+    SettingsError
+        If the limb does not reach there.
+    """
+    position: Array = _start(leg, base, start)
+    size = leg.contact.size
+    for _ in range(60):
+        end, jacobian = end_motion(leg.limb, base, _resting(position))
+        turn = Rotation.from_matrix(leg.rotation @ end.rotation.transpose(0, 2, 1)).as_rotvec()
+        error = np.hstack([leg.place - end.position, turn])
+        try:
+            step = np.linalg.solve(jacobian[:, :size], error[:, :size, None])[:, :, 0]
+        except np.linalg.LinAlgError:
+            break
+        largest = np.abs(step).max(axis=1, keepdims=True)
+        # Newton steps are cut to this [rad], for starts far from the solution
+        position = position + step * np.minimum(1.0, 0.3 / np.maximum(largest, 1e-300))
+        if largest.max() < 1e-13:  # Newton ends when no joint moves by more [rad]; it converges quadratically
+            return position
+        if not np.abs(position).max() < 100:
+            break
+    raise SettingsError(
+        f"posture: foot '{leg.contact.name}' cannot be put level on the ground near this posture; "
+        "give a posture with bent knees and about level feet"
+    )
+
+
+def _start(leg: Leg, base: BodyMotion, start: Array) -> Array:
+    """Compute joint positions near the solution, shape (T, k): a spline through the solution of every few samples."""
+    samples = len(base.position)
+    if samples < 100 * COARSE:  # fewer samples than this many times `COARSE` are solved at once
+        return np.tile(start, (samples, 1))
+    rows = np.append(np.arange(0, samples - 1, COARSE), samples - 1)
+    some = BodyMotion(base.rotation[rows], base.position[rows], base.velocity[rows], base.acceleration[rows])
+    return np.asarray(CubicSpline(rows, place_end(leg, some, start))(np.arange(samples)))
+
+
+def _resting(position: Array) -> Array:
+    return np.array([position, *np.zeros((2, *position.shape))])
+
+
+def planted_motion(leg: Leg, base: BodyMotion, start: Array) -> Array:
+    """Compute the joint motion that keeps a foot at its standing pose, shape (3, T, k).
+
+    With J the limb's Jacobian, its velocity follows from `J v + (base's share) = 0` and its acceleration from
+    `J a + (base's share) + J' v = 0`. Parameters as for `place_end`.
+    """
+    joints = _resting(place_end(leg, base, start))
+    rows = slice(leg.contact.size)
+    carried, jacobian = end_motion(leg.limb, base, joints)
+    joints[1] = np.linalg.solve(jacobian[:, rows], -carried.velocity[:, rows, None])[:, :, 0]
+    carried, _ = end_motion(leg.limb, base, joints)
+    joints[2] = np.linalg.solve(jacobian[:, rows], -carried.acceleration[:, rows, None])[:, :, 0]
+    return joints

@@ -1,23 +1,37 @@
-"""The prescribed motion of a simulated robot: arms move freely, standing feet stay, swinging limbs swing."""
+"""The prescribed motion of a simulated robot: its posture, and smooth random motion of base, arms and legs about it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import pinocchio as pin
 
+from stribeck.errors import SettingsError
 from stribeck.robot import Robot
 from stribeck.typing import Array
-from stribeck_simulation.prescribed.base_sway import BaseSway, random_sway
 from stribeck_simulation.prescribed.gait import Swing, swing_window
-from stribeck_simulation.prescribed.limb import BodyMotion
-from stribeck_simulation.prescribed.planted import planted_motion
-from stribeck_simulation.prescribed.posture import Leg, default_posture, stand
-from stribeck_simulation.prescribed.trajectory import Sines, Trajectory, random_sines
+from stribeck_simulation.prescribed.limb import (
+    BodyMotion,
+    Leg,
+    Limb,
+    at_rest,
+    end_motion,
+    limb_to,
+    place_end,
+    planted_motion,
+)
+from stribeck_simulation.prescribed.trajectory import Sines, product, random_sines
 
-FREQUENCIES = (0.2, 2.0)
-"""Of free joints [Hz]."""
-PRISMATIC_SPEED = 0.7
-"""The same of a prismatic joint [m/s]."""
+FREE, SWAYING = (0.2, 2.0), (0.2, 1.0)
+"""Lowest and highest frequency of free joints and of the base [Hz]."""
+
+_GIMBAL = Limb(
+    placements=[pin.SE3.Identity()] * 7,
+    axes=np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]),
+    prismatic=(True, True, True, False, False, False),
+    columns=np.arange(6),
+)
+"""Three slides along the world's axes, then yaw, pitch and roll: the base as the end of a limb of the world."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,34 +41,39 @@ class Motion:
     Attributes
     ----------
     free
-        All joints' own motion; legs have their share added to the planted motion while they swing.
+        Motion of all joints of their own; legs add their share of it to the planted motion while they swing.
     posture
         Shape (n,).
-    sway, legs, swings
-        Of a floating robot.
+    sway
+        Of a floating base, like the next two: position along x, y, z [m], then yaw, pitch and roll [rad].
+    legs, swings
+        Feet that stand, and when they swing.
     """
 
     robot: Robot
     free: Sines
     posture: Array
-    sway: BaseSway | None = None
+    sway: Sines | None = None
     legs: tuple[Leg, ...] = ()
     swings: tuple[Swing, ...] = ()
 
-    def joints_at(self, time: Array, base: BodyMotion | None) -> Trajectory:
-        """Return the joints' motion at these times [s], for this motion of the base, shape (T, n)."""
+    def joints_at(self, time: Array, base: BodyMotion | None) -> Array:
+        """Return the joints' motion at these times [s], for this motion of the base, shape (3, T, n)."""
         joints = self.free.at(time)
         if base is None:
             return joints
         for leg in self.legs:
             columns = leg.limb.columns
-            planted = planted_motion(leg.limb, leg.contact, base, leg.rotation, leg.place, self.posture[columns])
-            swinging = joints.columns(columns) * swing_window(self.swings, leg.contact.name, time)
-            moved = planted + swinging
-            joints.position[:, columns] = moved.position
-            joints.velocity[:, columns] = moved.velocity
-            joints.acceleration[:, columns] = moved.acceleration
+            swinging = product(joints[:, :, columns], swing_window(self.swings, leg.contact.name, time))
+            joints[:, :, columns] = planted_motion(leg, base, self.posture[columns]) + swinging
         return joints
+
+
+def sway_at(sway: Sines, time: Array, shift: Array | float = 0.0) -> BodyMotion:
+    """Return the base's motion at these times [s], moved by the trajectory `shift` [m], shape (3, T, 3)."""
+    pose = sway.at(time)
+    pose[:, :, :3] += shift
+    return end_motion(_GIMBAL, at_rest(len(time)), pose)[0]
 
 
 def random_motion(
@@ -68,20 +87,23 @@ def random_motion(
         If the posture is unknown to the robot, or its feet cannot stand.
     """
     centre = default_posture(robot, posture)
-    # bound of a revolute joint's speed [rad/s]; what it reaches is about 0.7 of it
-    speed = np.where(robot.prismatic, PRISMATIC_SPEED, 2.8)
+    # bound of the speed of a prismatic [m/s] and of a revolute joint [rad/s]; about 0.7 of it is reached
+    speed = np.where(robot.prismatic, 0.7, 2.8)
     if robot.base == "fixed":
-        return Motion(robot, random_sines(centre, _room(robot, centre), speed, FREQUENCIES, generator), centre)
+        return Motion(robot, random_sines(centre, _room(robot, centre), speed, FREE, generator), centre)
     centre, height, legs = stand(robot, centre)
-    free = random_sines(centre.copy(), _room(robot, centre), speed, FREQUENCIES, generator)
-    # of swinging limbs, which have less time [Hz]
-    # largest distance of a swinging limb's joints from those of the planted limb [rad]
+    free = random_sines(centre.copy(), _room(robot, centre), speed, FREE, generator)
+    # swinging limbs have less time [Hz], and stay within 0.4 rad of the planted limb
     swing = random_sines(np.zeros(len(centre)), np.full(len(centre), 0.4), speed, (0.6, 2.0), generator)
     for leg in legs:
         for signal, replacement in ((free.amplitude, swing.amplitude), (free.pulsation, swing.pulsation)):
             signal[:, leg.limb.columns] = replacement[:, leg.limb.columns]
         free.centre[leg.limb.columns] = 0.0
-    return Motion(robot, free, centre, random_sway(height, generator), tuple(legs), swings)
+    # the base sways by up to 3 % of its height above the feet, and 0.06 rad about each axis
+    reach = np.repeat([0.03 * height, 0.06], 3)
+    middle = np.array([0, 0, height, 0, 0, 0])
+    sway = random_sines(middle, reach, 2 * np.pi * SWAYING[1] * reach, SWAYING, generator)
+    return Motion(robot, free, centre, sway, tuple(legs), swings)
 
 
 def _room(robot: Robot, centre: Array) -> Array:
@@ -90,3 +112,74 @@ def _room(robot: Robot, centre: Array) -> Array:
     # share of the way from the posture to the nearer limit that a joint may go
     room = 0.9 * np.minimum(high - centre, centre - low)
     return np.asarray(np.where(np.isfinite(room), np.maximum(room, 0.0), 2 * np.pi))
+
+
+def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
+    """Return the given joint positions, and elsewhere the ones nearest to zero that keep off the limits, shape (n,).
+
+    Raises
+    ------
+    SettingsError
+        If the posture names a joint that the robot does not have, or is beyond a limit.
+    """
+    low, high = robot.position_limits
+    # share of its range that a joint keeps off its limits where no posture is given: knees are bent then
+    margin = np.where(np.isfinite(high - low), 0.25 * (high - low), 0.0)
+    centre = np.clip(0.0, low + margin, high - margin)
+    for name, value in posture.items():
+        if name not in robot.joint_names:
+            raise SettingsError(f"posture: robot has no joint '{name}'; it has {', '.join(robot.joint_names)}")
+        joint = robot.joint_names.index(name)
+        if not low[joint] <= value <= high[joint]:
+            raise SettingsError(
+                f"posture: joint '{name}' is at {value:g}; expected a value from {low[joint]:g} to {high[joint]:g}"
+            )
+        centre[joint] = value
+    return np.asarray(centre)
+
+
+def stand(robot: Robot, posture: Array) -> tuple[Array, float, list[Leg]]:
+    """Level the feet of a floating robot and put them on the ground, z = 0.
+
+    Parameters
+    ----------
+    robot
+        With contacts, each at the end of a limb of its own with as many joints as the contact has constraints.
+    posture
+        Joint positions about which to look, shape (n,).
+
+    Returns
+    -------
+    posture
+        With the legs moved so that surfaces are level and all feet at one height.
+    height
+        Of the root link above the ground [m].
+    legs
+        With their standing poses.
+
+    Raises
+    ------
+    SettingsError
+        If there are no contacts, a limb has another number of joints, or no such posture is near.
+    """
+    if not robot.contacts:
+        raise SettingsError(f"{robot.path}: a floating robot needs [contacts] to stand on; there are none")
+    limbs = {name: limb_to(robot, contact.frame) for name, contact in robot.contacts.items()}
+    for name, limb in limbs.items():
+        if len(limb.columns) != robot.contacts[name].size:
+            raise SettingsError(
+                f"{robot.path}: {len(limb.columns)} joints lead to contact '{name}', "
+                f"expected {robot.contacts[name].size} for a {robot.contacts[name].kind} contact, to place it exactly"
+            )
+    poses = {name: robot.foot_pose(name, posture[None]) for name in limbs}
+    height = -float(np.mean([place[0, 2] for _, place in poses.values()]))
+    posture, legs = posture.copy(), []
+    for name, limb in limbs.items():
+        rotation, place = poses[name][0][0], poses[name][1][0] * (1, 1, 0) - (0, 0, height)
+        if robot.contacts[name].kind == "surface":
+            yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
+            rotation = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+        leg = Leg(robot.contacts[name], limb, rotation, place)
+        posture[limb.columns] = place_end(leg, at_rest(1), posture[limb.columns])[0]
+        legs.append(replace(leg, place=place + np.array([0, 0, height])))
+    return posture, height, legs

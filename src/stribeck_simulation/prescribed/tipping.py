@@ -5,7 +5,9 @@ moment about the line is zero". Each swing is solved as a boundary value problem
 while all feet stand, the base comes back smoothly.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -13,11 +15,10 @@ from scipy.interpolate import BPoly
 
 from stribeck.errors import SettingsError
 from stribeck.typing import Array
-from stribeck_simulation.prescribed.base_sway import BaseSway
 from stribeck_simulation.prescribed.gait import STAND_TIME, Swing
 from stribeck_simulation.prescribed.ground import inverse_dynamics
-from stribeck_simulation.prescribed.motion import Motion
-from stribeck_simulation.prescribed.trajectory import Trajectory
+from stribeck_simulation.prescribed.motion import Motion, sway_at
+from stribeck_simulation.prescribed.trajectory import Sines
 
 NODES = 48
 """Collocation points of each swing."""
@@ -35,33 +36,32 @@ class Line:
     normal: Array
 
 
+class Piece(NamedTuple):
+    """A displacement along a horizontal normal between two times [s]: its curve and two derivatives, of time."""
+
+    normal: Array
+    start: float
+    end: float
+    curves: Sequence[Callable[[Array], Array]]
+
+
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """Displacement of the base beside the line of each swing, as polynomials of time."""
+    """Displacement of the base beside the line of each swing."""
 
-    lines: list[Line]
-    pieces: list[tuple[BPoly, Chebyshev, BPoly]]
+    pieces: list[Piece]
 
-    def at(self, time: Array) -> Trajectory:
-        """Return the displacement in the world at these times [s], shape (T, 3)."""
+    def at(self, time: Array) -> Array:
+        """Return the displacement in the world at these times [s], shape (3, T, 3)."""
         total = np.zeros((3, len(time), 3))
-        for line, (before, during, after) in zip(self.lines, self.pieces, strict=True):
-            start, end = line.swing.start, line.swing.end
-            spans = ((start - STAND_TIME, start), (start, end), (end, end + STAND_TIME))
-            pieces: tuple[BPoly | Chebyshev, ...] = (before, during, after)
-            for piece, (first, last) in zip(pieces, spans, strict=True):
-                rows = (time >= first) & (time < last)
-                for order, signal in enumerate(total):
-                    curve = piece if order == 0 else _derivative(piece, order)
-                    signal[rows] += np.outer(curve(time[rows]), line.normal)
-        return Trajectory(*total)
+        for piece in self.pieces:
+            rows = (time >= piece.start) & (time < piece.end)
+            for signal, curve in zip(total, piece.curves, strict=True):
+                signal[rows] += np.outer(curve(time[rows]), piece.normal)
+        return total
 
 
-def _derivative(piece: BPoly | Chebyshev, order: int) -> BPoly | Chebyshev:
-    return piece.derivative(order) if isinstance(piece, BPoly) else piece.deriv(order)
-
-
-def keep_from_tipping(motion: Motion, sway: BaseSway) -> Shift:
+def keep_from_tipping(motion: Motion, sway: Sines) -> Shift:
     """Return the displacement of the base with which a trot needs no moment about the line of its standing feet.
 
     Raises
@@ -88,9 +88,7 @@ def keep_from_tipping(motion: Motion, sway: BaseSway) -> Shift:
         change = -np.linalg.solve(system, moment[:, :, None])[:, :, 0]
         phi = phi + change
         if np.abs(change).max() < 1e-12:  # Newton ends when the displacement changes by less [m]
-            return Shift(
-                lines, [_pieces(line.swing, nodes, row) for line, nodes, row in zip(lines, time, phi, strict=True)]
-            )
+            return Shift([piece for found in zip(lines, time, phi, strict=True) for piece in _pieces(*found)])
     raise SettingsError(
         "gait: no balanced trot is near this posture; give a posture with the feet about under the hips"
     )
@@ -106,30 +104,34 @@ def _collocation(swing: Swing) -> tuple[Array, Array, Array]:
     """Return Chebyshev points of a swing [s], shape (N,), and the matrices of first and second derivative there."""
     nodes = 0.5 * (swing.start + swing.end) - 0.5 * (swing.end - swing.start) * np.cos(np.linspace(0, np.pi, NODES))
     basis = [Chebyshev.basis(k, domain=[swing.start, swing.end]) for k in range(NODES)]
-    values, first, second = (
-        np.column_stack([(b.deriv(order) if order else b)(nodes) for b in basis]) for order in range(3)
-    )
+    values, first, second = (np.column_stack([one.deriv(order)(nodes) for one in basis]) for order in range(3))
     inverse = np.linalg.inv(values)
     return nodes, first @ inverse, second @ inverse
 
 
-def _moment(motion: Motion, sway: BaseSway, lines: list[Line], time: Array, derivatives: Array) -> Array:
+def _moment(motion: Motion, sway: Sines, lines: list[Line], time: Array, derivatives: Array) -> Array:
     """Return the moment that the motion needs about the lines [N m], shape (S, N), for displacements (3, S, N)."""
     flat = time.ravel()
     normal, direction, point = (
         np.repeat([getattr(line, name) for line in lines], NODES, axis=0) for name in ("normal", "direction", "point")
     )
-    base = sway.at(flat, Trajectory(*(d.ravel()[:, None] * normal for d in derivatives)))
+    base = sway_at(sway, flat, np.array([d.ravel()[:, None] * normal for d in derivatives]))
     wrench, _ = inverse_dynamics(motion.robot, motion.joints_at(flat, base), base)
     about = wrench[:, 3:] + np.cross(base.position - point, wrench[:, :3])
     return np.asarray(np.sum(about * direction, axis=1).reshape(time.shape))
 
 
-def _pieces(swing: Swing, nodes: Array, phi: Array) -> tuple[BPoly, Chebyshev, BPoly]:
+def _pieces(line: Line, nodes: Array, phi: Array) -> list[Piece]:
     """Return a displacement before, during and after a swing, continuous with two derivatives."""
+    swing = line.swing
     during = Chebyshev.fit(nodes, phi, NODES - 1, domain=[swing.start, swing.end])
     start, end = ([0.0, during.deriv(1)(t), during.deriv(2)(t)] for t in (swing.start, swing.end))
+    pieces = [Piece(line.normal, swing.start, swing.end, [during.deriv(order) for order in range(3)])]
     rest = [0.0, 0.0, 0.0]
-    before = BPoly.from_derivatives([swing.start - STAND_TIME, swing.start], [rest, start])
-    after = BPoly.from_derivatives([swing.end, swing.end + STAND_TIME], [end, rest])
-    return before, during, after
+    for first, last, ends in (
+        (swing.start - STAND_TIME, swing.start, [rest, start]),
+        (swing.end, swing.end + STAND_TIME, [end, rest]),
+    ):
+        curve = BPoly.from_derivatives([first, last], ends)
+        pieces.append(Piece(line.normal, first, last, [curve.derivative(order) for order in range(3)]))
+    return pieces

@@ -1,46 +1,24 @@
-"""Smooth signals that know their own velocity and acceleration: sums of sines, and steps between them."""
+"""Smooth signals with their velocity and acceleration: sums of sines, and steps between them.
 
-from __future__ import annotations
+A trajectory is one array: position, velocity and acceleration of n signals at T times, shape (3, T, n).
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.typing import Array
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """Position and its first two time derivatives, three arrays of one shape, (T, n) or (T,)."""
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-
-    def __add__(self, other: Trajectory) -> Trajectory:
-        """Return the sum of two trajectories."""
-        return Trajectory(
-            self.position + other.position, self.velocity + other.velocity, self.acceleration + other.acceleration
-        )
-
-    def __mul__(self, other: Trajectory) -> Trajectory:
-        """Return the product of two trajectories, derivatives by the product rule."""
-        return Trajectory(
-            self.position * other.position,
-            self.velocity * other.position + self.position * other.velocity,
-            self.acceleration * other.position
-            + 2 * self.velocity * other.velocity
-            + self.position * other.acceleration,
-        )
-
-    def at_pace(self, pace: float) -> Trajectory:
-        """Return the same path, so many times as fast."""
-        return Trajectory(self.position, pace * self.velocity, pace**2 * self.acceleration)
-
-    def columns(self, index: NDArray[np.int64]) -> Trajectory:
-        """Return these columns alone."""
-        return Trajectory(self.position[:, index], self.velocity[:, index], self.acceleration[:, index])
+def product(first: Array, second: Array) -> Array:
+    """Multiply two trajectories, with derivatives by the product rule."""
+    return np.array(
+        [
+            first[0] * second[0],
+            first[1] * second[0] + first[0] * second[1],
+            first[2] * second[0] + 2 * first[1] * second[1] + first[0] * second[2],
+        ]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,17 +38,17 @@ class Sines:
     pulsation: Array
     phase: Array
 
-    def at(self, time: Array) -> Trajectory:
-        """Return the signals at these times [s], shape (T, n)."""
-        position = np.tile(self.centre, (len(time), 1))
-        velocity, acceleration = np.zeros((2, *position.shape))
+    def at(self, time: Array) -> Array:
+        """Return the signals at these times [s], shape (3, T, n)."""
+        signals = np.zeros((3, len(time), len(self.centre)))
+        signals[0] = self.centre
         for amplitude, pulsation, phase in zip(self.amplitude, self.pulsation, self.phase, strict=True):
             angle = np.outer(time, pulsation) + phase
             sine, cosine = amplitude * np.sin(angle), amplitude * np.cos(angle)
-            position += sine
-            velocity += pulsation * cosine
-            acceleration -= pulsation**2 * sine
-        return Trajectory(position, velocity, acceleration)
+            signals[0] += sine
+            signals[1] += pulsation * cosine
+            signals[2] -= pulsation**2 * sine
+        return signals
 
 
 def random_sines(
@@ -102,12 +80,12 @@ def smooth_step(time: Array, start: float, end: float) -> Array:
     return np.asarray(s**3 * (10 + s * (6 * s - 15)))
 
 
-def bell(time: Array, start: float, end: float) -> Trajectory:
+def bell(time: Array, start: float, end: float) -> Array:
     """Return a bump from 0 at `start` to 1 and back to 0 at `end`; its first three derivatives vanish at both.
 
-    x = (4 s (1 - s))^4 over s = (t - start) / (end - start); each array is (T,).
+    x = (4 s (1 - s))^4 over s = (t - start) / (end - start), shape (3, T).
     """
     span = end - start
     s = np.clip((time - start) / span, 0.0, 1.0)
     arch, slope = 4 * s * (1 - s), 4 * (1 - 2 * s) / span
-    return Trajectory(arch**4, 4 * arch**3 * slope, 12 * arch**2 * slope**2 - 32 * arch**3 / span**2)
+    return np.array([arch**4, 4 * arch**3 * slope, 12 * arch**2 * slope**2 - 32 * arch**3 / span**2])
