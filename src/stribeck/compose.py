@@ -73,6 +73,10 @@ def compose(
         if name in found:
             found[name] = replace(found[name], position_range=reached)
     joints = {name: found[name] for name in friction.samples.joint_names}
+    choices = [
+        ("Filter", "; ".join(dict.fromkeys(part.filter_name for part in friction.logs))),
+        ("Contact modes from", "; ".join(dict.fromkeys(part.support.source for part in prepared))),
+    ]
     findings = [
         *model_findings(robot),
         *merged([(name, part.findings) for name, part in zip(log_names(prepared), friction.logs, strict=True)]),
@@ -102,7 +106,7 @@ def compose(
             (samples, close_up),
             prepared,
             correction,
-            provenance(settings, method.uses, robot.path, _choices(friction, prepared)),
+            provenance(settings, method.uses, robot.path, choices),
         ),
     )
 
@@ -157,13 +161,6 @@ def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ..
     found = covariance * np.outer(scale, scale)
     np.fill_diagonal(found, 1.0)
     return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), 6).tolist())
-
-
-def _choices(friction: FrictionSamples, prepared: Sequence[PreparedLog]) -> list[tuple[str, str]]:
-    """Return label and text of what was chosen by the logs."""
-    filters = dict.fromkeys(part.filter_name for part in friction.logs)
-    sources = dict.fromkeys(part.support.source for part in prepared)
-    return [("Filter", "; ".join(filters)), ("Contact modes from", "; ".join(sources))]
 
 
 def _evidence(

@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from stribeck.draft.by_dynamics import answer_by_dynamics
-from stribeck.draft.columns import find_columns
+from stribeck.draft.columns import find_columns, orientation_order, position_and_velocity_units, time_unit
 from stribeck.draft.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.draft.model import read_model
 from stribeck.draft.names import match, words
-from stribeck.draft.units import orientation_order, position_and_velocity_units, time_unit
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log

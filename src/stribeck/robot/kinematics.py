@@ -1,18 +1,25 @@
 """Vectorised kinematics of chains of one-degree-of-freedom joints: all samples at once."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from stribeck.robot.rooting import RootedModel
+from stribeck.robot.rooting import Axis, RootedModel
 from stribeck.typing import Array
 
 
 def _turns(axis: Array, angle: Array) -> Rotation:
     """Return the rotations about a unit axis by angles [rad], shape (T,)."""
     return Rotation.from_rotvec(angle[:, None] * axis)
+
+
+def _path(rooted: RootedModel, frame: int) -> Iterator[tuple[Axis, int, pin.SE3]]:
+    """Yield axis, column and placement of the joints from a frame to the root."""
+    for joint in rooted.path_to_root(int(rooted.model.frames[frame].parentJoint)):
+        yield rooted.axis(joint), rooted.column(joint), rooted.model.jointPlacements[joint]
 
 
 def direction_in_root(rooted: RootedModel, frame: int, position: Array, direction: Array) -> Array:
@@ -35,13 +42,11 @@ def direction_in_root(rooted: RootedModel, frame: int, position: Array, directio
 
 def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array, Array]:
     """Return rotation (T, 3, 3) and translation (T, 3) of a frame in the root's coordinates."""
-    placed = rooted.model.frames[frame]
-    samples = len(position)
-    rotation = np.broadcast_to(placed.placement.rotation, (samples, 3, 3))
-    translation = np.tile(placed.placement.translation, (samples, 1))  # writable, as SciPy wants it
-    for joint in rooted.path_to_root(int(placed.parentJoint)):
-        axis, angle = rooted.axis(joint), position[:, rooted.column(joint)]
-        placement = rooted.model.jointPlacements[joint]
+    own = rooted.model.frames[frame].placement
+    rotation = np.broadcast_to(own.rotation, (len(position), 3, 3))
+    translation = np.tile(own.translation, (len(position), 1))  # writable, as SciPy wants it
+    for axis, column, placement in _path(rooted, frame):
+        angle = position[:, column]
         if axis.prismatic:
             translation = translation + angle[:, None] * axis.direction
         else:
@@ -62,18 +67,16 @@ def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wre
     wrench
         Force [N] and moment [N m] at the frame's origin, in its coordinates, shape (T, 6).
     """
-    placed = rooted.model.frames[frame]
-    force, moment = _carried(placed.placement, wrench[:, :3], wrench[:, 3:])
+    force, moment = _carried(rooted.model.frames[frame].placement, wrench[:, :3], wrench[:, 3:])
     torque = np.zeros_like(position)
-    for joint in rooted.path_to_root(int(placed.parentJoint)):
-        axis, column = rooted.axis(joint), rooted.column(joint)
+    for axis, column, placement in _path(rooted, frame):
         torque[:, column] = (force if axis.prismatic else moment) @ axis.direction
         if axis.prismatic:
             moment = moment + np.cross(position[:, column, None] * axis.direction, force)
         else:
             turn = _turns(axis.direction, position[:, column])
             force, moment = turn.apply(force), turn.apply(moment)
-        force, moment = _carried(rooted.model.jointPlacements[joint], force, moment)
+        force, moment = _carried(placement, force, moment)
     return torque
 
 
@@ -99,20 +102,18 @@ def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Arr
 
         p -> R p,    p' -> R (p' + q' u x p),    p'' -> R (p'' + 2 q' u x p' + q'' u x p + q'^2 u x (u x p))
     """
-    placed = rooted.model.frames[frame]
-    point = np.tile(placed.placement.translation, (len(position), 1))
+    point = np.tile(rooted.model.frames[frame].placement.translation, (len(position), 1))
     rate, change = np.zeros((2, *point.shape))
-    for joint in rooted.path_to_root(int(placed.parentJoint)):
-        axis, column = rooted.axis(joint).direction, rooted.column(joint)
+    for about, column, placement in _path(rooted, frame):
+        axis = about.direction
         q, dq, ddq = (motion[:, column, None] for motion in (position, velocity, acceleration))
-        if rooted.axis(joint).prismatic:
+        if about.prismatic:
             point, rate, change = point + q * axis, rate + dq * axis, change + ddq * axis
         else:
             swept = np.cross(axis, point)
             change = change + 2 * dq * np.cross(axis, rate) + ddq * swept + dq**2 * np.cross(axis, swept)
             turn = _turns(axis, position[:, column])
             point, rate, change = (turn.apply(vectors) for vectors in (point, rate + dq * swept, change))
-        placement = rooted.model.jointPlacements[joint]
         point = point @ placement.rotation.T + placement.translation
         rate, change = (vectors @ placement.rotation.T for vectors in (rate, change))
     return PointMotion(point, rate, change)

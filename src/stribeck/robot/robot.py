@@ -240,25 +240,22 @@ class Robot:
 
     def standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
         """Return which joints lie between the base and a standing foot, or in a loop with one of them, shape (n,)."""
-        mask = np.zeros(len(self.joint_names), dtype=bool)
-        for foot in feet:
-            frame = self.tree.model.frames[self.tree.model.getFrameId(self.contacts[foot].frame)]
-            for joint in self.tree.path_to_root(int(frame.parentJoint)):
-                mask[self.tree.column(joint)] = True
+        found = set[int]().union(*(self._path(self.contacts[foot].frame) for foot in feet))
         for group in self._loop_groups():  # the ground's force on a loop acts on all of its joints
-            if mask[list(group)].any():
-                mask[list(group)] = True
-        return mask
+            if found & group:
+                found |= group
+        return np.isin(np.arange(len(self.joint_names)), list(found))
+
+    def _path(self, frame: str) -> set[int]:
+        """Return the columns of the joints between the base and a frame."""
+        joint = int(self.tree.model.frames[self.tree.model.getFrameId(frame)].parentJoint)
+        return {self.tree.column(above) for above in self.tree.path_to_root(joint)}
 
     def _loop_groups(self) -> list[set[int]]:
         """Return the columns of the joints that loops tie together, group by group."""
-        frames = self.tree.model.frames
         groups: list[set[int]] = []
         for loop in self.loops:
-            first, second = (
-                {self.tree.column(joint) for joint in self.tree.path_to_root(int(frames[index].parentJoint))}
-                for index in map(self.tree.model.getFrameId, loop.frames)
-            )
+            first, second = map(self._path, loop.frames)
             joined = first ^ second
             apart = [group for group in groups if not group & joined]
             groups = [*apart, joined.union(*(group for group in groups if group & joined))]

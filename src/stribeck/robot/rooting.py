@@ -135,7 +135,6 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint") if floating else 0
     placed = {root_body: (new_root, in_root)}  # old body -> new joint, and the old body's pose in its frame
     columns, axes = [], []
-    limits: list[tuple[float, float]] = []
 
     # Depth first, as Pinocchio's recursions need: the joints of a subtree follow one another.
     pending = _edges(model, root_body, base)
@@ -154,7 +153,6 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         placed[child] = (new, pin.SE3.Identity() if forward else model.jointPlacements[joint].inverse())
         columns.append(joint - base - 1)
         axes.append(Axis(direction, axis.prismatic))
-        limits.append(position_range(model, joint))
         pending += _edges(model, child, base)
 
     _carry_bodies(model, rooted, placed, base)
@@ -164,8 +162,8 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         values[root:] = np.asarray(getattr(model, name))[root:][columns]
         setattr(rooted, name, values)
     lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
-    first = rooted.nq - len(limits)
-    lower[first:], upper[first:] = np.array(limits).reshape(-1, 2).T
+    ranges = [position_range(model, base + 1 + column) for column in columns]
+    lower[rooted.nq - len(columns) :], upper[rooted.nq - len(columns) :] = np.reshape(ranges, (-1, 2)).T
     rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
     return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
 
