@@ -216,9 +216,8 @@ def walked(name: str, seed: int) -> Row:
             found=now,
             guessed=False,
             prismatic=False,
-            priors=known.settings.priors,
-            rest=known.settings.rest,
-            reach=Reach(low=0.0, high=0.0, speed=0.0),
+            settings=known.settings,
+            reach=Reach(middle=0.0, amplitude=0.0, speed=0.0),
         ).shrinking_share
         half = np.array([point.half_width for point in now.curve]) * np.sqrt(share / TIMES + 1 - share)
         promised = next(each for each in planned.joints[joint].candidates if each.motion == FASTER).curve

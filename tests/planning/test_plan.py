@@ -13,7 +13,7 @@ from stribeck import Robot, Settings, identify, plan
 from stribeck.cli.app import app
 from stribeck.errors import SettingsError
 from stribeck.identification.judgement.curve import WIDEST, relative_width
-from stribeck.planning.advice import PERIOD, motions_of, of_pace, present_length
+from stribeck.planning.advice import PERIOD, motions_of, of_pace, present_length, sweep
 from stribeck.planning.information import covariances, dynamics_of, expected_curve
 from stribeck.planning.joint import PlannedJoint, PresentMotion, Reach, guess
 from stribeck.planning.plan import gravity
@@ -49,9 +49,8 @@ def planned(joint: JointResult, noise: float = 1e-3) -> PlannedJoint:
         found=joint,
         guessed=False,
         prismatic=False,
-        priors=Settings().priors,
-        rest=0.005,
-        reach=Reach(low=-1.0, high=1.0, speed=2.0),
+        settings=Settings(),
+        reach=Reach(middle=0.0, amplitude=1.0, speed=2.0),
         noise=noise,
     )
 
@@ -125,7 +124,8 @@ def test_covariances_equal_least_squares_with_bodies_known_and_are_larger_otherw
     robot = Robot.from_file(out / "robot.toml")
     joint = planned(result.joints["shoulder"])
     dynamics = dynamics_of(robot, gravity(robot, "z"), Settings().priors)
-    state = motions_of(joint, np.zeros(3))[1].state
+    slow, fast, turns = motions_of(joint)["fast"]
+    state = sweep(slow, fast, joint, np.zeros(3), turns)[1]
     known = replace(dynamics, directions=1e-9 * dynamics.directions)
     sure, open_ = (covariances(each, state, [joint], PERIOD)[0] for each in (known, dynamics))
     velocity = state.velocity[:, 0]
@@ -183,7 +183,7 @@ def test_the_command_writes_plan_and_trajectory_once(
     assert "a log of the trajectory, 10 s, promises: slide ±" in shown
     document = json.loads((tmp_path / "new/plan.json").read_text())
     assert list(document["trajectory"]["promise"]) == ["slide"]
-    assert {path.name for path in (tmp_path / "new").iterdir()} == {"plan.json", "trajectory.csv", "trajectory.mcap"}
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {"plan.json", "trajectory.csv"}
     with pytest.raises(SettingsError, match=r"plan\.json: is there already; name another output, or add --overwrite"):
         app(words, standalone_mode=False)
 

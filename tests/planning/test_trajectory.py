@@ -2,34 +2,21 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pyarrow.csv as csv
 import pytest
-from mcap.reader import make_reader
-from rosbags.typesys import Stores, get_typestore
 from tests.arm import TRUTH, write_arm
 
 from stribeck import Robot, Settings
 from stribeck.errors import SettingsError
 from stribeck.planning.collision import CLEARANCE, load_self_collision
-from stribeck.planning.files import KIND, TOPIC, write_csv, write_message
-from stribeck.planning.fourier import FREE, Series
 from stribeck.planning.information import dynamics_of
 from stribeck.planning.joint import PlannedJoint, Reach, guess
 from stribeck.planning.plan import gravity
-from stribeck.planning.trajectory import (
-    FINE,
-    TORQUE_SHARE,
-    Promise,
-    Task,
-    Trajectory,
-    design,
-    promise_of,
-    within_limits,
-)
+from stribeck.planning.series import FREE, TORQUE_SHARE, Series, Task
+from stribeck.planning.trajectory import FINE, Promise, Trajectory, design, promise_of, within_limits
 from stribeck.result import JointResult
 
 EMPTY = JointResult(
@@ -63,14 +50,13 @@ def task_of(robot: Robot, moving: tuple[int, ...], posture: np.ndarray, reach: f
             found=replace(joint, parameters=known),
             guessed=False,
             prismatic=False,
-            priors=Settings().priors,
-            rest=0.005,
-            reach=Reach(low=posture[k] - reach, high=posture[k] + reach, speed=2.0),
+            settings=Settings(),
+            reach=Reach(middle=posture[k], amplitude=reach, speed=2.0),
             noise=1e-4,
         )
         for k in moving
     ]
-    return Task(dynamics_of(robot, gravity(robot, "z"), Settings().priors), joints, posture, period=10.0)
+    return Task(dynamics_of(robot, gravity(robot, "z"), Settings().priors), joints, posture)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +74,7 @@ def trajectory(task: Task) -> Trajectory:
 
 def test_a_series_has_its_own_derivatives_and_rests_between_periods() -> None:
     generator = np.random.default_rng(0)
-    series = Series(10.0, np.array([0.5, -1.0]), generator.standard_normal((FREE, 2)))
+    series = Series(np.array([0.5, -1.0]), generator.standard_normal((FREE, 2)))
     time = np.linspace(0, 20, 20001)
     state = series.at(time)
     assert np.gradient(state.position, time, axis=0)[1:-1] == pytest.approx(state.velocity[1:-1], abs=1e-4)
@@ -135,21 +121,14 @@ def test_four_times_as_long_halves_the_intervals(task: Task, trajectory: Traject
     assert short / long == pytest.approx(2, rel=0.1)
 
 
-def test_both_files_hold_the_trajectory(trajectory: Trajectory, tmp_path: Path) -> None:
-    write_csv(trajectory, tmp_path / "trajectory.csv")
-    write_message(trajectory, tmp_path / "trajectory.mcap")
+def test_the_file_contains_the_trajectory(trajectory: Trajectory, tmp_path: Path) -> None:
+    trajectory.write_csv(tmp_path / "trajectory.csv")
     table = csv.read_csv(tmp_path / "trajectory.csv")
-    with (tmp_path / "trajectory.mcap").open("rb") as file:
-        ((_, channel, raw),) = make_reader(file).iter_messages()
-    assert channel.topic == TOPIC
-    message: Any = get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr(raw.data, KIND)
-    assert message.joint_names == list(trajectory.joint_names)
-    seconds = np.array([point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in message.points])
-    assert seconds[-1] == trajectory.duration
-    for kind, field in (("position", "positions"), ("velocity", "velocities"), ("acceleration", "accelerations")):
-        points = np.array([getattr(point, field) for point in message.points])
-        shoulder = np.interp(seconds, table["time"].to_numpy(), table[f"{kind}.shoulder"].to_numpy())
-        assert points[:, 0] == pytest.approx(shoulder, abs=1e-6)
+    time = table["time"].to_numpy()
+    assert time[[0, 1, -1]] == pytest.approx([0, 0.01, trajectory.duration])
+    for kind in ("position", "velocity", "acceleration"):
+        found = np.column_stack([table[f"{kind}.{name}"].to_numpy() for name in trajectory.joint_names])
+        assert found == pytest.approx(getattr(trajectory.at(time), kind), abs=1e-9)
 
 
 def test_bodies_keep_clear_of_each_other(tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ LawOption = Annotated[
 MethodOption = Annotated[
     str | None, typer.Option(help=f"How to fit: {', '.join(METHOD_NAMES)}.", autocompletion=lambda: METHOD_NAMES)
 ]
-PLAN, TRAJECTORY = "plan.json", ("trajectory.csv", "trajectory.mcap")
+PLAN, TRAJECTORY = "plan.json", "trajectory.csv"
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
@@ -271,12 +271,11 @@ def plan(
     quiet: QuietOption = False,
 ) -> None:
     """Say which motion would make the friction of weak joints known, and write the trajectory of it."""
-    from stribeck.planning.files import write_csv, write_message
     from stribeck.planning.plan import plan as run
     from stribeck.robot import Robot
 
     file = _result_file(result)
-    outputs = [output / name for name in (PLAN, *TRAJECTORY)] if output else []
+    outputs = [output / name for name in (PLAN, TRAJECTORY)] if output else []
     machine, asked = Robot.from_file(robot), _names(joints)
     check_outputs(outputs, [file, *_files_of(robot)], overwrite)
     with progress_bar(quiet) as progress:
@@ -285,8 +284,7 @@ def plan(
         with staged_folder(output) as staging:
             (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
             if found.trajectory:
-                write_csv(found.trajectory, staging / TRAJECTORY[0])
-                write_message(found.trajectory, staging / TRAJECTORY[1])
+                found.trajectory.write_csv(staging / TRAJECTORY)
     _show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from stribeck.identification.judgement.curve import WIDEST, relative_width
 from stribeck.identification.judgement.excitation import MIN_BLOCKS, MIN_REVERSALS, MIN_SPEED
 from stribeck.identification.judgement.weakness import CLEARED
 from stribeck.planning.information import Dynamics, covariances, expected_curve
-from stribeck.planning.joint import PlannedJoint, PresentMotion
+from stribeck.planning.joint import PlannedJoint, PresentMotion, moving
 from stribeck.result import CurvePoint
 from stribeck.result.joint import Verdict
 from stribeck.typing import Array
@@ -23,18 +23,10 @@ LONGEST = 3600.0
 PERIOD, DURATION = 0.005, 30.0
 """Sampling period and duration of the motions that are compared [s]."""
 
-PARTS = {
-    "model": "what is not known of model and calibration",
-    "repeated errors": "what comes back with every step",
-    "common gain": "what is not known of the torques' gain",
-}
-"""Descriptions of the parts of a variance that no length of a log reduces."""
-
-PACES = {"the present motion twice as fast": 2.0, "the present motion half as fast": 0.5}
-"""Changes of the present motion, and their factors of speed [1]."""
+Curve: TypeAlias = tuple[CurvePoint, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Candidate:
     """A motion, and what a log of it would show.
 
@@ -47,7 +39,7 @@ class Candidate:
     fastest: float
     reversals: int
     duration: float
-    curve: tuple[CurvePoint, ...]
+    curve: Curve
     relative_width: float
     needed: float | None
 
@@ -83,16 +75,6 @@ class JointAdvice:
     candidates: tuple[Candidate, ...]
 
 
-class Motion(NamedTuple):
-    """A motion in which one joint swings between speeds [rad/s], [m/s] and the others rest."""
-
-    name: str
-    slowest: float
-    fastest: float
-    reversals: int
-    state: State
-
-
 def advise(
     joint: PlannedJoint,
     motion: PresentMotion,
@@ -119,12 +101,13 @@ def advise(
     top = joint.reach.speed if still else max(motion.top_speed, 0.0)
     longer = None if still else present_length(joint, duration)
     found = []
-    for each in motions_of(joint, posture):
-        covariance = covariances(dynamics, each.state, [joint], PERIOD)[0]
-        curve = expected_curve(joint, covariance, top, DURATION)
-        found.append(_candidate(*each[:4], DURATION, curve))
+    for name, (slow, fast, turns) in motions_of(joint).items():
+        reversals, state = sweep(slow, fast, joint, posture, turns)
+        curve = expected_curve(joint, covariances(dynamics, state, [joint], PERIOD)[0], top, DURATION)
+        found.append(_candidate(name, slow, fast, reversals, DURATION, curve))
     if not still:
-        found += [of_pace(pace, factor, joint, motion, top) for pace, factor in PACES.items()]
+        found.append(of_pace("the present motion twice as fast", 2.0, joint, motion, top))
+        found.append(of_pace("the present motion half as fast", 0.5, joint, motion, top))
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
     said = [_of_longer(joint, duration, longer)]
     if still or relative_width(joint.found.curve) > WIDEST:
@@ -142,35 +125,35 @@ def advise(
     )
 
 
-def motions_of(joint: PlannedJoint, posture: Array) -> list[Motion]:
-    """Build slow and fast sweeps, one from slow to fast, and one that reverses often; no swing is above 1 Hz.
+def motions_of(joint: PlannedJoint) -> dict[str, tuple[float, float, float]]:
+    """Find the slowest and fastest speed and least reversals of swings: slow, fast, slow to fast, and reversing often.
 
-    Slow is half the Stribeck velocity, or close to the least speed that counts as motion.
+    No swing is above 1 Hz. Slow is half the Stribeck velocity, or close to the least speed that counts as motion.
     """
     least, stribeck = MIN_SPEED[joint.prismatic], joint.found.parameters.get("stribeck_velocity")
     fast = min(joint.reach.speed, 2 * np.pi * joint.reach.amplitude)
     slow = float(np.clip(stribeck.value / 2 if stribeck else 2 * least, least, fast / 2))
     often, turns = min(fast, np.sqrt(slow * fast)), 1.5 * MIN_REVERSALS
-    return [
-        _sweep("slow", slow, slow, joint, posture, turns),
-        _sweep("fast", fast, fast, joint, posture, turns),
-        _sweep("slow to fast", slow, fast, joint, posture, turns),
-        _sweep("turning often", often, often, joint, posture, 2 * DURATION),
-    ]
+    return {
+        "slow": (slow, slow, turns),
+        "fast": (fast, fast, turns),
+        "slow to fast": (slow, fast, turns),
+        "turning often": (often, often, 2 * DURATION),
+    }
 
 
-def _sweep(name: str, slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: float) -> Motion:
-    """Build a swing about the middle whose top speed grows from slow to fast, with at least so many reversals."""
+def sweep(slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: float) -> tuple[int, State]:
+    """Build a swing about the middle whose top speed grows from slow to fast; return its reversals and motion.
+
+    It reverses at least so many times.
+    """
     time = np.arange(0, DURATION, PERIOD)
     speed = slow * (fast / slow) ** (time / DURATION)
     amplitude = min(joint.reach.amplitude, float(speed.sum()) * PERIOD / (np.pi * turns))
     angle = np.cumsum(speed) * PERIOD / amplitude
-    position = np.tile(posture, (len(time), 1))
-    velocity, acceleration = np.zeros((2, *position.shape))
-    position[:, joint.column] = joint.reach.middle - amplitude * np.cos(angle)
-    velocity[:, joint.column] = speed * np.sin(angle)
-    acceleration[:, joint.column] = np.gradient(velocity[:, joint.column], PERIOD)
-    return Motion(name, slow, fast, int(angle[-1] / np.pi), State(position, velocity, acceleration))
+    position, velocity = joint.reach.middle - amplitude * np.cos(angle), speed * np.sin(angle)
+    own = State(position, velocity, np.gradient(velocity, PERIOD))
+    return int(angle[-1] / np.pi), moving(posture, joint.column, own)
 
 
 def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> Candidate:
@@ -189,9 +172,8 @@ def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion
     )
     share = joint.shrinking_share
     falls = [share * (new.standard_error / old.standard_error) ** 2 for old, new in zip(before, after, strict=True)]
-    curve = tuple(
-        _widened(point, math.sqrt(1 - share + own)) for point, own in zip(joint.found.curve, falls, strict=True)
-    )
+    factors = [math.sqrt(1 - share + own) for own in falls]
+    curve = tuple(_widened(point, factor) for point, factor in zip(joint.found.curve, factors, strict=True))
     turns = int(np.count_nonzero(np.diff(np.sign(motion.velocity[motion.usable]))))
     fixed = max((1 - share) / (1 - share + own) for own in falls)
     return _candidate(name, 0.0, factor * motion.top_speed, turns, motion.duration, curve, fixed)
@@ -205,31 +187,16 @@ def _widened(point: CurvePoint, factor: float) -> CurvePoint:
 
 
 def _candidate(
-    name: str,
-    slowest: float,
-    fastest: float,
-    reversals: int,
-    duration: float,
-    curve: tuple[CurvePoint, ...],
-    fixed: float = 0.0,
+    name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: Curve, fixed: float = 0.0
 ) -> Candidate:
     """Build a candidate; a share `fixed` of its variance stays for any length."""
     width = width_of(curve)
     turning = duration * MIN_REVERSALS / max(reversals, 1)
     needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
-    return Candidate(
-        motion=name,
-        slowest=slowest,
-        fastest=fastest,
-        reversals=reversals,
-        duration=duration,
-        curve=curve,
-        relative_width=width,
-        needed=needed if needed <= LONGEST else None,
-    )
+    return Candidate(name, slowest, fastest, reversals, duration, curve, width, needed if needed <= LONGEST else None)
 
 
-def width_of(curve: tuple[CurvePoint, ...]) -> float:
+def width_of(curve: Curve) -> float:
     """Compute half of the 95 % interval divided by the value [1], as the verdicts do; 1e6 where the value is zero."""
     return min(relative_width(curve), 1e6)
 
@@ -257,8 +224,12 @@ def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> st
     if relative_width(joint.found.curve) <= WIDEST:
         return f"no motion is missing: {joint.found.reason}"
     if longer is None:
-        part = PARTS.get(joint.fixed_part, "")
-        return "no length of the present motion helps" + (f", as {part} stays" if part else "")
+        known = {
+            "model": ", as what is not known of model and calibration stays",
+            "repeated errors": ", as what comes back with every step stays",
+            "common gain": ", as what is not known of the torques' gain stays",
+        }
+        return "no length of the present motion helps" + known.get(joint.fixed_part, "")
     if longer > LONGEST:
         return "the present motion would take more than an hour"
     times = longer / duration

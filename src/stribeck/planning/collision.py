@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
 
 import coal
@@ -44,22 +43,15 @@ class SelfCollision:
         """Yield the distances of all pairs [m] at each position of the joints."""
         data, places = self.model.createData(), pin.GeometryData(self.geometry)
         for row in position:
-            pin.computeDistances(self.model, data, self.geometry, places, self._configuration(row))
+            values = np.where(self.columns >= 0, row[self.columns], self.locked)
+            configuration = pin.integrate(self.model, pin.neutral(self.model), values)
+            pin.computeDistances(self.model, data, self.geometry, places, configuration)
             yield np.array([each.min_distance for each in places.distanceResults])
 
     def names(self, pairs: Iterable[int]) -> list[str]:
         """Name the bodies of pairs."""
         objects, found = self.geometry.geometryObjects, [self.geometry.collisionPairs[k] for k in pairs]
         return [" and ".join(_body(self.model, objects[k]) for k in (own.first, own.second)) for own in found]
-
-    def _configuration(self, row: Array) -> Array:
-        configuration = pin.neutral(self.model)
-        values = np.where(self.columns >= 0, row[self.columns], self.locked)
-        for joint, value in zip(list(self.model.joints)[1:], values, strict=True):
-            configuration[joint.idx_q : joint.idx_q + joint.nq] = (
-                value if joint.nq == 1 else (np.cos(value), np.sin(value))
-            )
-        return np.asarray(configuration)
 
 
 def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | None, list[str]]:
@@ -81,7 +73,11 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
     if len(geometry.geometryObjects) < 2:
         return None, [f"self-collision is not checked: {path.name} has no collision geometry"]
     notes = _make_convex(model, geometry)
-    _pair(model, geometry)
+    geometry.addAllCollisionPairs()
+    for pair in [each.copy() for each in geometry.collisionPairs]:
+        one, other = (geometry.geometryObjects[k].parentJoint for k in (pair.first, pair.second))
+        if one in (other, model.parents[other]) or other == model.parents[one]:
+            geometry.removeCollisionPair(pair)
     file = Path(robot.path)
     locked = read_robot_file(file).robot.locked if file.suffix == ".toml" and file.is_file() else {}
     names = [str(name) for name in list(model.names)[1:]]
@@ -124,12 +120,3 @@ def _make_convex(model: pin.Model, geometry: pin.GeometryModel) -> list[str]:
     for name in broken:
         geometry.removeGeometryObject(name)
     return notes
-
-
-def _pair(model: pin.Model, geometry: pin.GeometryModel) -> None:
-    """Make pairs of all bodies except those of one joint and of its parent."""
-    geometry.removeAllCollisionPairs()
-    for first, second in combinations(range(len(geometry.geometryObjects)), 2):
-        one, other = (geometry.geometryObjects[k].parentJoint for k in (first, second))
-        if one != other and model.parents[one] != other and model.parents[other] != one:
-            geometry.addCollisionPair(pin.CollisionPair(first, second))

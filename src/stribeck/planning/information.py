@@ -21,6 +21,7 @@ from stribeck.dynamics.rooted import RootMotion
 from stribeck.dynamics.state import State
 from stribeck.equations.constants import LONGEST_SEGMENT
 from stribeck.equations.regressors import inertia_regressors
+from stribeck.identification.judgement.curve import curve_points
 from stribeck.identification.whole_log.model.bodies import bodies_of
 from stribeck.planning.joint import PlannedJoint, averaged
 from stribeck.result import CurvePoint
@@ -129,17 +130,7 @@ def expected_curve(joint: PlannedJoint, covariance: Array, speed: float, duratio
     """Compute the friction curve up to a top speed, with the intervals that a covariance gives."""
     speeds, values, slopes = joint.curve(speed)
     errors = np.sqrt(np.maximum(np.einsum("sk,kl,sl->s", slopes, covariance, slopes), 0.0))
-    half = quantile(duration) * errors
-    return tuple(
-        CurvePoint(
-            velocity=float(v),
-            value=float(r),
-            standard_error=float(e),
-            interval_95=(max(float(r - h), 0.0), float(r + h)),
-            unit="N" if joint.prismatic else "N m",
-        )
-        for v, r, e, h in zip(speeds, values, errors, half, strict=True)
-    )
+    return curve_points(speeds, values, errors, quantile(duration), joint.prismatic)
 
 
 def quantile(duration: float) -> float:

@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from stribeck.dynamics.state import State
 from stribeck.equations.constants import BOXES, WINDOW_LENGTH
 from stribeck.friction import FrictionLaw, get_law
-from stribeck.friction.law import Parameter, unit_for
+from stribeck.friction.law import unit_for
 from stribeck.friction.terms import BASE, BEYOND_VELOCITY, LADDER
 from stribeck.identification.judgement.curve import SPEEDS
 from stribeck.identification.judgement.speed import top_speed
 from stribeck.result import JointResult, ParameterEstimate, law_slopes, law_values
-from stribeck.settings import Priors
+from stribeck.settings import Settings
 from stribeck.typing import Array
 
 SHRINKING = ("noise", "overdispersion", "heterogeneity over folds", "group mean")
@@ -54,21 +55,11 @@ class PresentMotion:
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """Range of positions [rad], [m] and largest speed [rad/s], [m/s] of a joint's motion."""
+    """Middle and amplitude of a joint's positions [rad], [m] and its largest speed [rad/s], [m/s]."""
 
-    low: float
-    high: float
+    middle: float
+    amplitude: float
     speed: float
-
-    @property
-    def middle(self) -> float:
-        """Middle of the positions."""
-        return (self.low + self.high) / 2
-
-    @property
-    def amplitude(self) -> float:
-        """Largest distance from the middle."""
-        return (self.high - self.low) / 2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,10 +76,8 @@ class PlannedJoint:
         Whether the parameters are a guess.
     prismatic
         Whether the joint slides.
-    priors
-        Standard deviations before any log.
-    rest
-        Share of the top speed [1] below which a joint is at rest and its samples are dropped, for laws that jump there.
+    settings
+        Settings of the robot: priors, and the share of the top speed below which a joint is at rest.
     reach
         Limits of its motion.
     noise
@@ -99,8 +88,7 @@ class PlannedJoint:
     found: JointResult
     guessed: bool
     prismatic: bool
-    priors: Priors
-    rest: float
+    settings: Settings
     reach: Reach
     noise: float = np.nan
 
@@ -133,9 +121,10 @@ class PlannedJoint:
     @cached_property
     def precision(self) -> Array:
         """Precision of the priors of the coordinates, shape (k,)."""
-        size = self.priors.friction * max(np.abs(self.values).max(initial=0.0), 1.0)
+        priors = self.settings.priors
+        size = priors.friction * max(np.abs(self.values).max(initial=0.0), 1.0)
         pure = np.array([self.found.parameters[name].unit == "1" for name in self.names], dtype=bool)
-        deviation = np.where(self._scales, self.priors.scale, np.where(pure, self.priors.pure_number, size))
+        deviation = np.where(self._scales, priors.scale, np.where(pure, priors.pure_number, size))
         return np.asarray(deviation**-2)
 
     @cached_property
@@ -157,18 +146,15 @@ class PlannedJoint:
             elif name in beyond:
                 own = self.found.parameters[name]
                 more = {**self.found.parameters, name: replace(own, value=own.value + 1)}
-                ends = [
-                    joint.friction(velocity, load, 0.0, position)
-                    for joint in (replace(self.found, parameters=more), self.found)
-                ]
-                found[:, k] = ends[0] - ends[1]
+                found[:, k] = replace(self.found, parameters=more).friction(velocity, load, 0.0, position)
+                found[:, k] -= self.found.friction(velocity, load, 0.0, position)
         return np.asarray(found * self.units)
 
     def moves(self, velocity: Array) -> NDArray[np.bool_]:
         """Find the samples that are not at rest, shape (T,)."""
         if not self.law.jumps:
             return np.ones(len(velocity), dtype=bool)
-        return np.asarray(np.abs(velocity) >= self.rest * top_speed(velocity))
+        return np.asarray(np.abs(velocity) >= self.settings.rest * top_speed(velocity))
 
     def curve(self, speed: float) -> tuple[Array, Array, Array]:
         """Compute speeds, friction and its derivatives by the coordinates, shapes (3,), (3,), (3, k).
@@ -214,26 +200,34 @@ class PlannedJoint:
 
 
 def guess(joint: JointResult, others: Sequence[JointResult]) -> JointResult:
-    """Give a joint the median parameters of other joints, for the law "auto" only the terms that every joint has."""
-    kept = [each for each in get_law(joint.law).parameters if each.neutral is None or each.name in BASE | {"offset"}]
-    return replace(joint, parameters={each.name: _median(each, others) for each in kept})
+    """Give a joint the median parameters of other joints that have a curve; without any, the starts of a fit, else 0.
+
+    For the law "auto" only the terms that every joint has.
+    """
+    speed = float(np.median([other.curve[-1].velocity for other in others] or [1.0]))
+    found = {}
+    for each in get_law(joint.law).parameters:
+        if each.neutral is not None and each.name not in BASE | {"offset"}:
+            continue
+        values = [other.parameters[each.name].value for other in others if each.name in other.parameters]
+        starts = [start * speed**each.start_speed_power for start in each.starts]
+        value = 0.0 if each.name == "offset" else float(np.median(values or starts or [0.0]))
+        found[each.name] = ParameterEstimate(
+            value=value,
+            standard_error=0.0,
+            interval_95=(value, value),
+            unit=unit_for(each, prismatic=False),
+            verdict="weak",
+        )
+    return replace(joint, parameters=found)
 
 
-def _median(parameter: Parameter, others: Sequence[JointResult]) -> ParameterEstimate:
-    """Compute the median of a parameter over joints; without any, of the starts of its fit, else 0."""
-    found = [other.parameters[parameter.name].value for other in others if parameter.name in other.parameters]
-    if parameter.name == "offset":
-        found = [0.0]
-    speeds = [other.curve[-1].velocity for other in others if other.curve] or [1.0]
-    starts = [start * float(np.median(speeds)) ** parameter.start_speed_power for start in parameter.starts]
-    value = float(np.median(found or starts or [0.0]))
-    return ParameterEstimate(
-        value=value,
-        standard_error=0.0,
-        interval_95=(value, value),
-        unit=unit_for(parameter, prismatic=False),
-        verdict="weak",
-    )
+def moving(posture: Array, columns: int | list[int], own: State) -> State:
+    """Build the motion of all joints from the motion of some; the others rest in the posture."""
+    position = np.tile(posture, (len(own.position), 1))
+    velocity, acceleration = np.zeros((2, *position.shape))
+    position[:, columns], velocity[:, columns], acceleration[:, columns] = own.position, own.velocity, own.acceleration
+    return State(position, velocity, acceleration)
 
 
 def averaged(columns: Array, period: float) -> Array:

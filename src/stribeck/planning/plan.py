@@ -13,7 +13,8 @@ from stribeck.planning.collision import load_self_collision
 from stribeck.planning.information import dynamics_of
 from stribeck.planning.joint import PlannedJoint, Reach, guess
 from stribeck.planning.present import noise_of, read_present
-from stribeck.planning.trajectory import PERIOD, Task, Trajectory, design
+from stribeck.planning.series import PERIOD, Task
+from stribeck.planning.trajectory import Trajectory, design
 from stribeck.preparation import Progress, quiet
 from stribeck.result import JointResult, Result, read_result
 from stribeck.robot import Robot
@@ -43,12 +44,11 @@ class Plan:
     joints: dict[str, JointAdvice]
     notes: list[str]
     trajectory: Trajectory | None = None
-    schema: int = 1
 
     def to_json(self) -> str:
         """Return the text of plan.json."""
         document = {
-            "schema": self.schema,
+            "schema": 1,
             "robot": self.robot,
             "joints": {name: asdict(joint) for name, joint in self.joints.items()},
             "trajectory": self.trajectory.to_plain() if self.trajectory else None,
@@ -120,16 +120,17 @@ def plan(
     guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
     known = f"of {guessed} nothing is known: friction as of the other joints in the middle is assumed"
     notes = [known] if guessed else []
+    advised = Plan(robot=found.robot, joints=advice, notes=notes)
     if duration is None:
-        return Plan(robot=found.robot, joints=advice, notes=notes)
+        return advised
     if robot.base == "floating" and held is None:
         moves = "no trajectory: the base moves; --held says which of its axes points up if the robot hangs or lies"
-        return Plan(robot=found.robot, joints=advice, notes=[*notes, moves])
+        return replace(advised, notes=[*notes, moves])
     progress("seeking a trajectory", SHARE_OF_ADVICE)
     bodies, of_bodies = load_self_collision(robot, posture)
-    task = Task(dynamics, list(planned.values()), posture, min(duration, PERIOD))
+    task = Task(dynamics, list(planned.values()), posture)
     trajectory, of_trajectory = design(task, duration, bodies)
-    return Plan(robot=found.robot, joints=advice, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)
+    return replace(advised, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)
 
 
 def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[str]:
@@ -162,8 +163,7 @@ def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture
         found=joint,
         guessed=guessed,
         prismatic=prismatic,
-        priors=robot.settings.priors,
-        rest=robot.settings.rest,
+        settings=robot.settings,
         reach=_reach(robot, column, joint, posture[column]),
     )
 
@@ -205,7 +205,7 @@ def _reach(robot: Robot, column: int, joint: JointResult, middle: float) -> Reac
         seen = joint.position_range or (middle, middle)
         low, high = min(seen[0], middle - usual), max(seen[1], middle + usual)
     speed = min(0.8 * robot.speed_limits[column], max(usual, 2.0 * np.abs(joint.velocity_range).max()))
-    return Reach(low=float(low), high=float(high), speed=float(speed))
+    return Reach(middle=float((low + high) / 2), amplitude=float((high - low) / 2), speed=float(speed))
 
 
 def _how(robot: Robot, column: int) -> dict[str, str]:

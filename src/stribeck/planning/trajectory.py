@@ -6,13 +6,13 @@ speed and torque are constraints on a smooth maximum over the samples (Kreisselm
 found is checked on a fine grid, and shrunk towards the posture until it is within limits and clear of collisions.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
-from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
-from scipy.optimize import NonlinearConstraint, minimize
-from scipy.special import logsumexp
+import pyarrow as pa
+import pyarrow.csv as csv
 
 from stribeck.dynamics.state import State
 from stribeck.errors import SettingsError
@@ -20,23 +20,13 @@ from stribeck.identification.judgement.curve import WIDEST
 from stribeck.identification.judgement.speed import top_speed
 from stribeck.planning.advice import width_of
 from stribeck.planning.collision import CLEARANCE, SelfCollision
-from stribeck.planning.fourier import FREE, Series
-from stribeck.planning.information import Dynamics, covariances, expected_curve, log_volume, quantile
-from stribeck.planning.joint import PlannedJoint
+from stribeck.planning.information import covariances, expected_curve, quantile
+from stribeck.planning.series import PERIOD, TORQUE_SHARE, Series, Task, optimized
 from stribeck.result import CurvePoint
 from stribeck.typing import Array
 
-PERIOD = 10.0
-"""Longest period of the series, and shortest trajectory [s]: harmonics from 0.1 to 0.8 Hz suit legs and arms."""
-
 FINE = 0.01
 """Sampling period of the final check [s]."""
-
-TORQUE_SHARE = 0.8
-"""Share of the torque limits that a trajectory uses [1]: tracking it takes more."""
-
-STEP = 1e-4
-"""Step of finite differences, for coordinates of size 1."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,75 +74,19 @@ class Trajectory:
         """Compute positions, velocities and accelerations of all joints at some times [s], shape (T, n)."""
         return self.motion(np.asarray(time, dtype=np.float64))
 
+    def write_csv(self, path: Path) -> None:
+        """Write a row every 10 ms: time [s], then position, velocity and acceleration of each joint, in SI units."""
+        time = np.linspace(0.0, self.duration, round(self.duration / FINE) + 1)
+        state = self.at(time)
+        columns = {"time": time}
+        for kind in ("position", "velocity", "acceleration"):
+            for name, signal in zip(self.joint_names, getattr(state, kind).T, strict=True):
+                columns[f"{kind}.{name}"] = np.round(signal, 9) + 0.0
+        csv.write_csv(pa.table(columns), path, csv.WriteOptions(quoting_style="needed"))
+
     def to_plain(self) -> dict[str, object]:
         """Convert to the entry of plan.json."""
         return {key: value for key, value in asdict(self).items() if key != "motion"}
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """The task that a trajectory solves.
-
-    Attributes
-    ----------
-    dynamics
-        Dynamics of the robot.
-    joints
-        Joints that move, m of them.
-    posture
-        Position of the joints that rest [rad], [m], shape (n,).
-    period
-        Period of the series [s].
-    """
-
-    dynamics: Dynamics
-    joints: Sequence[PlannedJoint]
-    posture: Array
-    period: float
-
-    @property
-    def columns(self) -> list[int]:
-        """Columns of the joints that move."""
-        return [joint.column for joint in self.joints]
-
-    def series(self, coordinates: Array) -> Series:
-        """Build a series from coordinates, centres first, shape ((1 + FREE) m,), in units of the reach."""
-        first, rest = coordinates[: len(self.joints)], coordinates[len(self.joints) :]
-        reach = [joint.reach for joint in self.joints]
-        centre = np.array([each.middle for each in reach]) + first * [each.amplitude for each in reach]
-        return Series(self.period, centre, rest.reshape(FREE, -1) * np.array([each.speed for each in reach]))
-
-    def shrunk(self, series: Series, size: float) -> Series:
-        """Shrink a series towards the posture by a factor."""
-        rest = self.posture[self.columns]
-        return Series(series.period, rest + size * (series.centre - rest), size * series.coefficients)
-
-    def motion(self, series: Series, time: Array) -> State:
-        """Compute the motion of all joints at some times [s], shape (T, n)."""
-        moved = series.at(time)
-        position = np.tile(self.posture, (len(time), 1))
-        velocity, acceleration = np.zeros((2, *position.shape))
-        for signal, own in ((position, moved.position), (velocity, moved.velocity), (acceleration, moved.acceleration)):
-            signal[:, self.columns] = own
-        return State(position, velocity, acceleration)
-
-    def shares(self, state: State, load: Array) -> dict[str, Array]:
-        """Compute positions, speeds and torques as shares of their limits [1], shapes (T, joints)."""
-        reach, torque = [joint.reach for joint in self.joints], load.copy()
-        for joint in self.joints:
-            torque[:, joint.column] += joint.found.friction(state.velocity[:, joint.column])
-        away = np.abs(state.position[:, self.columns] - [each.middle for each in reach])
-        return {
-            "position": away / [each.amplitude for each in reach],
-            "speed": np.abs(state.velocity[:, self.columns]) / [each.speed for each in reach],
-            "torque": np.abs(torque) / (TORQUE_SHARE * self.dynamics.robot.effort_limits),
-        }
-
-    def used(self, state: State) -> dict[str, float]:
-        """Compute the largest shares of the limits [1]."""
-        return {
-            name: float(each.max(initial=0.0)) for name, each in self.shares(state, self.dynamics.load(state)).items()
-        }
 
 
 def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[Trajectory, list[str]]:
@@ -164,21 +98,21 @@ def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[T
         If the posture itself exceeds a limit.
     """
     _check_posture(task)
-    series, size, why, nearest = within_limits(task, task.series(_optimized(task)), bodies)
+    series, size, why, nearest = within_limits(task, task.series(optimized(task)), bodies)
     notes = []
     if size < 1:
         notes.append(f"the trajectory is drawn to {size:.0%} towards the posture, as {why} would exceed what it may be")
-    repeats = max(1, round(duration / task.period))
+    repeats = max(1, round(duration / PERIOD))
     names = task.dynamics.robot.joint_names
-    state = task.motion(series, np.arange(0, task.period, FINE))
+    state = task.motion(series, np.arange(0, PERIOD, FINE))
     promise = promise_of(task, state, repeats)
     short = [names[k] for k in task.columns if not promise[names[k]].enough]
     if short:
         notes.append(f"the trajectory is too short, or its limits too narrow, for {', '.join(short)}")
     return Trajectory(
         joint_names=names,
-        duration=repeats * task.period,
-        period=task.period,
+        duration=repeats * PERIOD,
+        period=PERIOD,
         promise=promise,
         used=task.used(state),
         clearance=nearest,
@@ -199,62 +133,13 @@ def _check_posture(task: Task) -> None:
         )
 
 
-def _optimized(task: Task) -> Array:
-    """Search the coordinates of the best series, shape ((1 + FREE) m,), from the best of 20 random ones."""
-    time = np.arange(96) * task.period / 96  # twelve samples of the fastest harmonic's period
-
-    @lru_cache(maxsize=4)
-    def value(coordinates: bytes) -> Array:
-        return _criterion(task, np.frombuffer(coordinates), time)
-
-    @lru_cache(maxsize=1)
-    def slope(coordinates: bytes) -> Array:
-        here = np.frombuffer(coordinates)
-        steps = STEP * np.eye(len(here))
-        return np.column_stack([(_criterion(task, here + step, time) - value(coordinates)) / STEP for step in steps])
-
-    generator, size = np.random.default_rng(0), (1 + FREE) * len(task.joints)
-    starts = [_feasible(task, generator.standard_normal(size) * 0.3, time) for _ in range(20)]
-    start = min(starts, key=lambda each: value(each.tobytes())[0])
-    free = NonlinearConstraint(lambda z: value(z.tobytes())[1:], 0.0, np.inf, jac=lambda z: slope(z.tobytes())[1:])
-    found = minimize(  # type: ignore[call-overload]
-        lambda z: float(value(z.tobytes())[0]),
-        start,
-        jac=lambda z: slope(z.tobytes())[0],
-        constraints=free,
-        method="SLSQP",
-        options={"maxiter": 60, "ftol": 1e-3},
-    )
-    # limits exceeded by a fifth are met by shrinking; a series that exceeds them more is not used
-    return np.asarray(found.x) if value(found.x.tobytes())[1:].min() > -0.2 else start
-
-
-def _feasible(task: Task, coordinates: Array, time: Array) -> Array:
-    """Shrink coordinates by fifths until no limit is exceeded."""
-    coordinates[: len(task.joints)] *= 0.3
-    while np.abs(coordinates).max() > STEP and _criterion(task, coordinates, time)[1:].min() < 0:
-        coordinates = 0.8 * coordinates
-    return coordinates
-
-
-def _criterion(task: Task, coordinates: Array, time: Array) -> Array:
-    """Compute the log volume of the uncertainty per coordinate, then the free share of each limit [1]."""
-    state = task.motion(task.series(coordinates), time)
-    regressor = task.dynamics.regressor(state)
-    volume = log_volume(regressor[:, task.columns], task.dynamics, state, task.joints, time[1])
-    shares = task.shares(state, regressor @ task.dynamics.nominal)
-    # a smooth maximum of sharpness 40 exceeds the maximum by log(samples) / 40, a tenth at most
-    free = [1 - logsumexp(40.0 * share, axis=0) / 40.0 for share in shares.values()]
-    return np.concatenate([[volume], *(each[np.isfinite(each)] for each in free)])
-
-
 def within_limits(task: Task, series: Series, bodies: SelfCollision | None) -> tuple[Series, float, str, float | None]:
     """Shrink a series towards the posture, in steps of a twentieth, until it is within all limits.
 
     Returns the series, the factor [1], the limit that the series exceeded, "" if none, and the least distance of
     bodies [m], None if it is not known.
     """
-    time = np.arange(0, task.period, FINE)
+    time = np.arange(0, PERIOD, FINE)
     size, why = 1.0, ""
     for _ in range(60):  # the last one is a twentieth of the series
         shrunk = task.shrunk(series, size)
@@ -274,7 +159,7 @@ def within_limits(task: Task, series: Series, bodies: SelfCollision | None) -> t
 
 def promise_of(task: Task, state: State, repeats: int) -> dict[str, Promise]:
     """Predict what a number of periods of a motion will show of each joint that moves."""
-    duration = repeats * task.period
+    duration = repeats * PERIOD
     repeated = [replace(joint, noise=joint.noise / repeats) for joint in task.joints]
     found = covariances(task.dynamics, state, repeated, FINE)
     promise = {}

@@ -43,16 +43,22 @@ def friction_curve(fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: 
     errors = np.sqrt(np.maximum(np.einsum("sp,pq,sq->s", gradient, fit.covariance, gradient), 0.0))
     parts = gradient**2 * np.diag(fit.covariance) + np.finfo(float).tiny
     freedom = parts.sum(axis=1) / (parts / fit.degrees_of_freedom).sum(axis=1)
-    half = stdtrit(freedom, 0.975) * errors
+    return curve_points(speeds, resisting, errors, stdtrit(freedom, 0.975), prismatic)
+
+
+def curve_points(
+    speeds: Array, values: Array, errors: Array, quantile: Array | float, prismatic: bool
+) -> tuple[CurvePoint, ...]:
+    """Build the points of a friction curve; the interval is a quantile of errors on either side and ends at zero."""
     return tuple(
         CurvePoint(
             velocity=float(speed),
             value=float(value),
             standard_error=float(error),
-            interval_95=(max(float(value - h), 0.0), float(value + h)),
+            interval_95=(max(float(value - half), 0.0), float(value + half)),
             unit=unit_for(COULOMB, prismatic),
         )
-        for speed, value, error, h in zip(speeds, resisting, errors, half, strict=True)
+        for speed, value, error, half in zip(speeds, values, errors, quantile * errors, strict=True)
     )
 
 
