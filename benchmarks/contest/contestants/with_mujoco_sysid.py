@@ -31,8 +31,8 @@ START, MOST = 0.5, 60.0
 """Friction loss [N m] and damping [N m s/rad] to begin with, and bound."""
 OFFSET = 20.0
 """Largest offset of a motor [N m], which starts at none."""
-LEAST_ROTOR, ROTOR = 0.005, (0.1, 2.0)
-"""Rotor inertia [kg m^2]: a joint that moves a link without inertia needs one, or its rollouts diverge."""
+ROTOR = 0.01, 2.0
+"""Rotor inertia likewise [kg m^2]."""
 LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-6
 """Of bodies for which a model has less, which MuJoCo refuses [kg], [kg m^2]."""
 ITERATIONS = 20
@@ -105,7 +105,7 @@ def parameters(joints: list[str], rotors: bool) -> Any:
     for joint in joints:
         for name in [*NAMES.values(), *["armature"] * rotors]:
             start, most = {"armature": ROTOR, "offset": (0.0, OFFSET)}.get(name, (START, MOST))
-            least = {"armature": LEAST_ROTOR, "offset": -most}.get(name, 0.0)
+            least = -most if name == "offset" else 0.0
 
             def modify(spec: Any, parameter: Any, joint: str = joint, name: str = name) -> None:
                 value = parameter.value[0]
@@ -128,6 +128,11 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
         return said | {
             "blank": "its rollouts begin with the whole state: the log of a walk has no position and velocity of the "
             "base, and the model no ground"
+        }
+    if "couplings" in table:  # whatever the rotor inertias that it begins with and their bounds
+        return said | {
+            "blank": "its parameters belong to single joints, and a motor turns two of this robot's, one with a link "
+            "without inertia: its rollouts diverge"
         }
     logs = [np.load(folder / log) for log in case["logs"]]
     joints = [str(name) for name in logs[0]["joint_names"]]
