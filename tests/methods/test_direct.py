@@ -13,7 +13,7 @@ from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError, SettingsError
 from stribeck.export.samples import drawn
 from stribeck.friction import get_law
-from stribeck.identification.direct.base_parameters import base_parameters
+from stribeck.identification.direct.consistent import base_parameters
 from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS
@@ -70,7 +70,7 @@ def test_friction_and_base_parameters_come_back_from_a_wrong_model(arm: Robot, l
     found = np.concatenate([_parameters(body) for body in result.corrections.bodies.values()])
     error, before = (regressor @ (each - parameters_of(arm)) for each in (found, parameters_of(wrong(arm))))
     assert np.linalg.norm(error) < 0.02 * np.linalg.norm(before)
-    assert any(f"{len(base_parameters(regressor).columns)} of 30 inertial" in note for note in result.evidence.notes)
+    assert any(f"{len(base_parameters(regressor)[0])} of 30 inertial" in note for note in result.evidence.notes)
 
 
 def _parameters(body: BodyCorrection) -> np.ndarray:

@@ -76,13 +76,16 @@ class Unseen:
         versions = [(given, robot)]
         if self.robot is not None and self.robot is not robot:
             versions.append((list(self.logs), self.robot))
-        try:
-            return [
-                join_logs([thinned_samples(log, len(logs), machine, settings) for log in logs if log.support.phases])
-                for logs, machine in versions
-            ]
-        except LogError:  # no part is longer than what the filter takes
-            return []
+        found = [joined_samples(logs, machine, settings) for logs, machine in versions]
+        return [samples for samples in found if samples] if all(found) else []
+
+
+def joined_samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Samples | None:
+    """Compute the friction torque of parts of logs; None if no part is longer than the filter."""
+    try:
+        return join_logs([thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases])
+    except LogError:
+        return None
 
 
 def cut(support: SupportPhases, parts: Iterable[slice]) -> SupportPhases:

@@ -7,10 +7,9 @@ import numpy as np
 
 from stribeck.equations.build import find_corrections
 from stribeck.equations.couplings import acting
-from stribeck.errors import LogError, NothingIdentifiedError
+from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.stage import thinned_samples, with_filter
-from stribeck.friction_torque.thinning import join_logs
+from stribeck.friction_torque.stage import with_filter
 from stribeck.identification.curve_fit.problem import ARMATURE, joint_problem
 from stribeck.identification.curve_fit.validation import validate_values
 from stribeck.identification.direct.describe import JointColumns, corrections, joint_fits
@@ -19,22 +18,15 @@ from stribeck.identification.direct.rows import DirectRows
 from stribeck.identification.joint_fit import PRIOR_FACTOR, parameter_units
 from stribeck.identification.judgement.own_friction import own_friction
 from stribeck.identification.whole_log.model.bodies import bodies_of
-from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut, joined_samples
 from stribeck.methods.corrected import corrected_robot
 from stribeck.methods.direct_rows import ROOT_ROWS, Block, RowMaker
 from stribeck.methods.moving import joints_that_move
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Validation
 from stribeck.robot import Robot
-from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.typing import Array
-
-FEWEST_BLOCKS = 2
-"""Blocks [1] that a covariance needs at least."""
-
-MOST_BLOCKS = 64
-"""Groups of blocks [1] that the covariance is of: more would only take longer."""
 
 
 def find(
@@ -48,10 +40,12 @@ def find(
     """Fit friction and bodies to all blocks but every n-th, which is held out."""
     progress("building the regressor", 0.0)
     maker, names, top_speed = _row_maker(prepared, robot, law, settings)
-    training, held_out = _split(maker.blocks(prepared), settings.holdout)
-    numbers = np.arange(len(training)) * min(MOST_BLOCKS, len(training)) // max(len(training), 1)
+    blocks, every = maker.blocks(prepared), settings.holdout
+    held_out = blocks[every // 2 :: every]
+    training = [block for number, block in enumerate(blocks) if number % every != every // 2]
+    numbers = np.arange(len(training)) * min(64, len(training)) // max(len(training), 1)  # more would only take longer
     rows = maker.rows(prepared, training, numbers.tolist())
-    if len({number for own in rows for number in own.clusters[0].tolist()}) < FEWEST_BLOCKS:
+    if len({number for own in rows for number in own.clusters[0].tolist()}) < 2:  # a covariance needs two
         raise NothingIdentifiedError(
             "no joint can be identified from this log: no support phase that is used is longer than what is trimmed "
             "off and filtered away; where several feet stand, soles take double_support = 'fit'"
@@ -72,7 +66,10 @@ def find(
         settings=settings.model_copy(update={"filter_torque": True}),
         corrections=corrections(fit, columns, maker.corrections.bodies, maker.corrections.inertial_parameters),
         couplings=tuple(robot.couplings),
-        notes=[_note(fit)],
+        notes=[
+            f"{len(fit.base_columns)} of {fit.change.size} inertial parameters are base parameters of this motion; "
+            f"condition number {fit.condition:.3g}, of columns of norm 1."
+        ],
     )
     check = maker.settings.model_copy(update={"fit_armature": False})
     return replace(fitted, validations=_validations(fitted, law, check, _parts(prepared, training)))
@@ -94,14 +91,6 @@ def _row_maker(
         corrections=replace(find_corrections(robot, names, settings), delays=0),
     )
     return maker, names, top_speed
-
-
-def _split(blocks: Sequence[Block], every: int) -> tuple[list[Block], list[Block]]:
-    """Return the blocks to fit, and every n-th, which is held out."""
-    kept: tuple[list[Block], list[Block]] = [], []
-    for number, block in enumerate(blocks):
-        kept[number % every == every // 2].append(block)
-    return kept
 
 
 def _parts(prepared: Sequence[PreparedLog], blocks: Sequence[Block]) -> list[PreparedLog]:
@@ -137,14 +126,12 @@ def _rms(parts: Sequence[Array]) -> float:
 
 
 def _fit(rows: Sequence[DirectRows], columns: Sequence[JointColumns], maker: RowMaker, settings: Settings) -> DirectFit:
-    bodies = bodies_of(maker.corrections.inertial_parameters, settings.priors)
-    parameters = [parameter for own in columns for parameter in own.parameters]
     return fit_direct(
         rows,
-        bodies.parameters,
-        1 / (2 * settings.priors.mass) ** 2,  # so that of a scaled body, d = 2 (dm / m)^2, the mass has this deviation
+        bodies_of(maker.corrections.inertial_parameters, settings.priors).parameters,
+        1 / (2 * settings.priors.mass) ** 2,  # of a scaled body, d = 2 (dm / m)^2: the mass has this deviation
         PRIOR_FACTOR * np.concatenate([own.units for own in columns]),
-        np.array([parameter.lower == 0 for parameter in parameters]),
+        np.array([parameter.lower == 0 for own in columns for parameter in own.parameters]),
         settings.regression,
     )
 
@@ -157,7 +144,7 @@ def _validations(
     couplings = {name: fitted.robot.couplings[name] for name in fitted.couplings}
     seen, unseen = (
         own_friction(samples, fitted.fits, law, couplings) if samples else None
-        for samples in (_samples(logs, fitted.robot, settings) for logs in (training, fitted.unseen.logs))
+        for samples in (joined_samples(logs, fitted.robot, settings) for logs in (training, fitted.unseen.logs))
     )
     found: dict[str, Validation | None] = dict.fromkeys(fitted.fits)
     if seen is None or unseen is None:
@@ -167,22 +154,6 @@ def _validations(
         if all(len(problem.velocity) for problem in problems):
             found[joint] = validate_values(fit.law_values(law), *problems)
     return found
-
-
-def _samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Samples | None:
-    """Return the friction torque of parts of logs, None if there are none."""
-    try:
-        return join_logs([thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases])
-    except LogError:  # no part is longer than what the filter takes
-        return None
-
-
-def _note(fit: DirectFit) -> str:
-    """Return a sentence on what the motion shows of the bodies."""
-    return (
-        f"{len(fit.base.columns)} of {fit.change.size} inertial parameters are base parameters of this motion; "
-        f"condition number {fit.base.condition:.3g}, of columns of norm 1."
-    )
 
 
 DIRECT = Method(

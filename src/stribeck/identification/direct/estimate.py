@@ -6,41 +6,18 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from stribeck.identification.curve_fit.covariance import Uncertainty, inverses, jackknife
 from stribeck.identification.curve_fit.robust import TUNING, robust_scale
-from stribeck.identification.direct.base_parameters import BaseParameters, base_parameters
-from stribeck.identification.direct.consistent import minimise
+from stribeck.identification.direct.consistent import base_parameters, minimise
 from stribeck.identification.direct.rows import ROOT, DirectRows, Weights
 from stribeck.inertial_parameters import SIZE
 from stribeck.typing import Array
 
 Regression = Literal["ordinary", "weighted", "robust"]
 
-PASSES = 30
-"""Solutions at most [1], each with the weights of the one before."""
-
 RELAXATION = 1.8
 """Power of the steps of expectation maximisation [1]: one below 2 converges, sooner (Salakhutdinov and Roweis 2003)."""
-
-CHANGE = 0.03
-"""Change of the logarithms of standard deviations and overdispersion [1] below which they have converged."""
-
-LEAST_DEVIATION = 1e-4
-"""Standard deviation of a row over its torque [1], at least: below it rounding would decide what no motion shows."""
-
-ROOT_START = 1.0
-"""Standard deviations of the root's acceleration to start from [m/s^2], [rad/s^2]."""
-
-NO_ACCELERATION = 1e-3
-"""Standard deviation [m/s^2], [rad/s^2] below which the root stands still."""
-
-RARE = 1e-3
-"""Share of a row's variance that contact forces leave [1], below which it says nothing of the row's residual."""
-
-FOR_STRUCTURE = 4000
-"""Rows [1] that the base parameters are found from."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,12 +36,10 @@ class DirectFit:
         Share of each body's prior variance that the log removes [1], shape (L,).
     deviation
         Standard deviations of each kind of row [N m], shape (kinds,).
-    root_std
-        Standard deviations of the acceleration by which a floating root does not stand still [m/s^2], [rad/s^2], (6,).
     overdispersion
         Variance of the blocks' scores over that of independent samples [1].
-    base
-        Base parameters of the motion.
+    base_columns, condition
+        Places of the base parameters of the motion, shape (b,), and the condition number of their columns [1].
     converged
         Whether weights and overdispersion have converged.
     """
@@ -76,9 +51,9 @@ class DirectFit:
     freedom: Array
     known: Array
     deviation: Array
-    root_std: Array
     overdispersion: float
-    base: BaseParameters
+    base_columns: NDArray[np.int64]
+    condition: float
     converged: bool
 
 
@@ -108,9 +83,9 @@ def fit_direct(
     """
     size = nominal.size
     least = _torques(rows, regression)
-    spread = Spread(least, np.full(ROOT, 0.0 if regression == "ordinary" else ROOT_START))
+    spread = Spread(least, np.full(ROOT, 0.0 if regression == "ordinary" else 1.0))  # [m/s^2], [rad/s^2]
     overdispersion, converged = 1.0, False
-    for _ in range(PASSES):
+    for _ in range(30):
         weighted = spread.weights(rows)
         total, right = _normal_equations(weighted)
         found = minimise(total / overdispersion, right / overdispersion, nominal, weight, prior_std**-2, bounded)
@@ -119,18 +94,19 @@ def fit_direct(
         free = np.append(np.ones(size, dtype=bool), ~found.held)
         overdispersion = _design_effect(total, overdispersion * penalty, _scores(weighted, x), free)
         plain = replace(spread, ratios=()).weights(rows) if spread.ratios else weighted
-        now = _spread(plain, x, spread, regression, LEAST_DEVIATION * least)
-        if np.abs(np.append(now.logarithms, np.log(overdispersion)) - before).max() < CHANGE:
+        # below a ten-thousandth of the torque, rounding would decide what no motion shows
+        now = _spread(plain, x, spread, regression, 1e-4 * least)
+        if np.abs(np.append(now.logarithms, np.log(overdispersion)) - before).max() < 0.03:
             converged = True
             break
         spread = now
-    root = block_diag(*(np.linalg.cholesky(own) for own in _blocks_of(penalty, size)), np.diag(1 / prior_std))
-    inverse = np.linalg.inv(root)
+    inverse = np.linalg.inv(np.linalg.cholesky(penalty))
     estimate = _two_way(
         [inverse @ own @ inverse.T / overdispersion for own in _information(weighted)],
         [own @ inverse.T / overdispersion for own in _scores(weighted, x)],
     )
     of_bodies = np.minimum(np.diag(estimate.covariance)[:size], 1.0).reshape(-1, SIZE)
+    columns, condition = base_parameters(_structure(weighted, size))
     return DirectFit(
         change=found.parameters - nominal,
         coefficients=found.coefficients,
@@ -139,9 +115,9 @@ def fit_direct(
         freedom=estimate.degrees_of_freedom,
         known=1 - of_bodies.mean(axis=1),
         deviation=spread.deviation,
-        root_std=spread.root_std,
         overdispersion=overdispersion,
-        base=base_parameters(_structure(weighted, size)),
+        base_columns=columns,
+        condition=condition,
         converged=converged,
     )
 
@@ -160,11 +136,6 @@ def _two_way(information: Sequence[Array], scores: Sequence[Array]) -> Uncertain
         by_block.covariance + more[0].covariance - inverse @ inverse,
         np.minimum(by_block.degrees_of_freedom, more[0].degrees_of_freedom),
     )
-
-
-def _blocks_of(penalty: Array, size: int) -> list[Array]:
-    """Return the blocks of bodies on the diagonal of the penalty's Hessian, shape (10, 10) each."""
-    return [penalty[k : k + SIZE, k : k + SIZE] for k in range(0, size, SIZE)]
 
 
 def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
@@ -204,7 +175,7 @@ class Spread:
     @property
     def logarithms(self) -> Array:
         """Of all standard deviations."""
-        return np.asarray(np.log(np.append(self.deviation, np.maximum(self.root_std, NO_ACCELERATION))))
+        return np.asarray(np.log(np.append(self.deviation, np.maximum(self.root_std, 1e-3))))  # less stands still
 
     def weights(self, rows: Sequence[DirectRows]) -> list[tuple[DirectRows, Weights]]:
         """Return rows with their weights."""
@@ -270,7 +241,7 @@ def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression
         residual, variance, effects = weights.residuals(part.left - part.columns @ x)
         np.add.at(squares, part.kind, np.sum((residual**2 + variance) * part.used, axis=0))
         np.add.at(count, part.kind, part.used.sum(axis=0))
-        ratio = residual / np.sqrt(np.maximum(1 - variance, RARE))
+        ratio = residual / np.sqrt(np.maximum(1 - variance, 1e-3))  # what contact forces leave says nothing below
         for column, kind in enumerate(part.kind):
             sizes[kind].append(ratio[part.used[:, column], column])
         ratios.append(ratio)
@@ -297,14 +268,13 @@ def _design_effect(information: Array, penalty: Array, scores: Sequence[Array], 
     """
     kept = np.flatnonzero(free)
     own = np.ix_(kept, kept)
-    total = (information + penalty)[own]
-    scale = 1 / np.sqrt(np.diag(total))
-    inverse = np.linalg.inv(total * np.outer(scale, scale)) * np.outer(scale, scale)
+    scale = 1 / np.sqrt(np.diag(information + penalty)[kept])
+    inverse = np.linalg.inv((information + penalty)[own] * np.outer(scale, scale)) * np.outer(scale, scale)
     expected = float(np.sum(inverse * information[own]))
     return max(1.0, *(float(np.sum((each[:, kept] @ inverse) * each[:, kept])) / expected for each in scores))
 
 
 def _structure(weighted: Weighted, size: int) -> Array:
     """Return rows of the regressor, evenly taken from all, weighted, shape (N, 10 L)."""
-    step = max(1, sum(own.used.size for own, _ in weighted) // FOR_STRUCTURE)
+    step = max(1, sum(own.used.size for own, _ in weighted) // 4000)
     return np.concatenate([w.apply(own.columns[:, :, :size])[::step].reshape(-1, size) for own, w in weighted])
