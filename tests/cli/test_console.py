@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 from tests.report.conftest import build_result
+from tests.result.made import point
 
 from stribeck.cli import console
-from stribeck.result import CurvePoint, Result, TorqueR2
+from stribeck.result import Result, TorqueR2
 from stribeck.result.tables import advice
 
 LONG = "left_arm_shoulder_abduction_joint"
@@ -15,9 +16,7 @@ LONG = "left_arm_shoulder_abduction_joint"
 @pytest.fixture(scope="module")
 def found() -> Result:
     result = build_result(duration=8.0)
-    curve = tuple(
-        CurvePoint(velocity=v, value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m") for v in (0.1, 0.5, 1)
-    )
+    curve = tuple(point(velocity, 1.0, 0.2) for velocity in (0.1, 0.5, 1.0))
     names = dict(zip(result.joints, (LONG, *list(result.joints)[1:]), strict=True))
     joints = {names[name]: replace(joint, curve=curve) for name, joint in result.joints.items()}
     last = list(joints)[-2]

@@ -145,12 +145,11 @@ def test_all_outputs_or_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("write", [write_folder, lambda place: write_file(place / "out")])
-@pytest.mark.parametrize("what", ["file", "dangling link"])
-def test_what_is_no_folder_is_not_written_to(write: Callable[[Path], None], what: str, tmp_path: Path) -> None:
-    if what == "file":
-        (tmp_path / "out").write_text("mine")
-    else:
-        (tmp_path / "out").symlink_to(tmp_path / "nowhere")
+@pytest.mark.parametrize("make", [Path.touch, lambda path: path.symlink_to("nowhere")], ids=["file", "dangling link"])
+def test_what_is_no_folder_is_not_written_to(
+    write: Callable[[Path], None], make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / "out")
     with pytest.raises(SettingsError, match="out: is no folder; expected a folder for the outputs"):
         write(tmp_path)
     assert os.listdir(tmp_path) == ["out"]
@@ -165,10 +164,8 @@ def test_a_dangling_link_is_replaced(tmp_path: Path) -> None:
 
 FULL = """
 import resource, sys
-from pathlib import Path
 from stribeck.cli import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
-import stribeck.outputs as outputs
 sys.argv = ["stribeck", "identify", *sys.argv[1:]]
 main()
 """

@@ -8,20 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.report.conftest import make_walk, truth_of
+from tests.report.conftest import ARRAYS, make_walk, truth_of
 
-from stribeck.report.charts import SAMPLES_COLOUR, density, image, line, robust_limits
+from stribeck.report.charts import SAMPLES_COLOUR, density, image, robust_limits
 from stribeck.report.joints import MOST_DRAWN, MOST_POINTS, friction_over_time, joint_charts, joint_samples
 from stribeck.report.timeline import one_clock, share_held
 from stribeck.result import ParameterEstimate, Result
-from stribeck_simulation.pictures.section import (
-    SEEN_FROM,
-    outline,
-    seen_from_the_side,
-    side_colours,
-    strip,
-    walk_section,
-)
+from stribeck_simulation.pictures import section
 from stribeck_simulation.pictures.walk import Footprint, Pose
 
 
@@ -51,11 +44,6 @@ def test_the_raster_holds_each_sample_once_and_is_stronger_where_there_are_more(
     assert tuple(pixels[0, 0, :3]) == SAMPLES_COLOUR
 
 
-def test_numbers_are_short_and_those_that_are_none_break_the_line() -> None:
-    drawn = line([0.0, 1.0, 2.0], [1 / 3, np.nan, np.inf], "law")
-    assert drawn["y"] == [0.33333, None, None]
-
-
 def test_limits_leave_outliers_aside() -> None:
     values = np.concatenate([np.linspace(-1, 1, 10_000), [1e6]])
     low, high = robust_limits(values)
@@ -82,8 +70,7 @@ def test_many_samples_are_thinned_and_stand_for_the_same_time(result: Result) ->
     assert result.evidence is not None
     samples = result.evidence.samples
     rows = np.tile(np.arange(len(samples.time)), 12)
-    arrays = ("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support")
-    many = replace(samples, **{name: getattr(samples, name)[rows] for name in arrays})
+    many = replace(samples, **{name: getattr(samples, name)[rows] for name in ARRAYS})
     few, thinned = joint_samples(samples, "torso_pitch"), joint_samples(many, "torso_pitch")
     assert len(thinned.time) <= MOST_DRAWN < len(rows)
     assert len(thinned.time) * thinned.period == pytest.approx(12 * len(few.time) * few.period, rel=1e-3)
@@ -134,7 +121,7 @@ def test_logs_follow_each_other_on_one_clock() -> None:
 def test_a_foot_that_comes_back_leaves_one_print() -> None:
     picture = make_walk(4, turn=0.0)
     twice = replace(picture, footprints=(*picture.footprints, *picture.footprints))
-    prints = [each for each in walk_section(twice).charts["w1"]["lines"] if "fill" in each]
+    prints = [each for each in section.walk_section(twice).charts["w1"]["lines"] if "fill" in each]
     assert len(prints) == 4
     assert np.all(np.diff([each["opacity"] for each in prints]) > 0)  # later ones are stronger
     assert [each["colour"] for each in prints] == ["data", "right"] * 2
@@ -142,7 +129,7 @@ def test_a_foot_that_comes_back_leaves_one_print() -> None:
 
 def test_an_outline_has_the_sole_s_place_size_and_heading() -> None:
     one = Footprint(foot="left_foot", place=(3.0, -2.0), yaw=0.7, size=(0.24, 0.1), time=0.0)
-    points = outline(one) - one.place
+    points = section.outline(one) - one.place
     ahead, left = points @ [np.cos(0.7), np.sin(0.7)], points @ [-np.sin(0.7), np.cos(0.7)]
     assert (ahead.min(), ahead.max()) == pytest.approx((-0.12, 0.12))
     assert (left.min(), left.max()) == pytest.approx((-0.05, 0.05))
@@ -150,26 +137,26 @@ def test_an_outline_has_the_sole_s_place_size_and_heading() -> None:
 
 def test_the_view_turns_with_the_robot_and_keeps_lengths() -> None:
     pose = make_walk().poses[2]
-    view = seen_from_the_side(pose)
+    view = section.seen_from_the_side(pose)
     lengths = [np.linalg.norm(lines[:, 1] - lines[:, 0], axis=-1) for lines in (view, pose.segments)]
     np.testing.assert_allclose(*lengths)
     turn = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])  # a quarter to the left
     segments = (pose.segments - [*pose.configuration[:2], 0]) @ turn + [5.0, 6.0, 0]
     half = (pose.yaw + np.pi / 2) / 2
     moved = replace(pose, segments=segments, configuration=np.array([5.0, 6.0, 0, 0, 0, np.sin(half), np.cos(half)]))
-    np.testing.assert_allclose(seen_from_the_side(moved), view, atol=1e-12)
+    np.testing.assert_allclose(section.seen_from_the_side(moved), view, atol=1e-12)
 
 
 def test_the_robot_faces_to_the_right_and_its_right_side_is_near() -> None:
     ahead_and_right = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, -1, 0]]])
-    view = seen_from_the_side(Pose(time=0.0, segments=ahead_and_right, configuration=np.eye(7)[6]))
-    np.testing.assert_allclose(view[0, 1], [np.cos(SEEN_FROM), 0, -np.sin(SEEN_FROM)])
+    view = section.seen_from_the_side(Pose(time=0.0, segments=ahead_and_right, configuration=np.eye(7)[6]))
+    np.testing.assert_allclose(view[0, 1], [np.cos(section.SEEN_FROM), 0, -np.sin(section.SEEN_FROM)])
     assert view[1, 1, 2] < -0.9  # nearer than the root
 
 
 def test_poses_stand_apart_with_their_times() -> None:
     picture = make_walk()
-    chart = strip(picture, side_colours(list(picture.segment_names)))
+    chart = section.strip(picture, section.side_colours(list(picture.segment_names)))
     ground, *sticks = chart["lines"]
     assert len(sticks) == len(picture.poses) * len(picture.segment_names)
     groups = np.array([each["x"] for each in sticks]).reshape(len(picture.poses), -1)
@@ -179,4 +166,8 @@ def test_poses_stand_apart_with_their_times() -> None:
 
 
 def test_names_without_sides_are_ink() -> None:
-    assert side_colours(["FL_foot", "FR_foot", "waist"]) == {"FL_foot": "data", "FR_foot": "right", "waist": "ink"}
+    assert section.side_colours(["FL_foot", "FR_foot", "waist"]) == {
+        "FL_foot": "data",
+        "FR_foot": "right",
+        "waist": "ink",
+    }

@@ -52,25 +52,12 @@ def test_the_page_says_what_the_log_holds(inspection: Inspection, tmp_path: Path
     write_inspection(inspection, path)
     html = path.read_text(encoding="utf-8")
     text = unescape(html)
-    for expected in (
-        "1000 Hz",
-        "12.0 µs",
-        "opposite",
-        "10.2500",
-        "head <b>",
-        "left_knee <script>",
-        "foot forces",
-        "2.1",
-    ):
+    for expected in ("1000 Hz", "12.0 µs", "opposite", "10.2500", "head <b>", "left_knee <script>", "foot forces"):
         assert expected in text
     assert "<script>" not in html.partition("</main>")[0]
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_clean_log_has_no_findings_and_no_gaps(inspection: Inspection, tmp_path: Path) -> None:
-    path = tmp_path / "inspection.html"
     write_inspection(replace(inspection, findings=[], audit=[], gaps=[], phases=[], notes=[]), path)
     html = path.read_text(encoding="utf-8")
     assert 'id="findings"' not in html
     assert 'id="timeline"' not in html
     assert "no gaps" in html
+    assert list(tmp_path.iterdir()) == [path]
