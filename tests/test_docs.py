@@ -5,6 +5,7 @@ import json
 import re
 import runpy
 import shlex
+import shutil
 import tomllib
 from collections.abc import Iterator
 from functools import cache
@@ -22,7 +23,7 @@ from tests.arm import arm_log, save_npz, write_arm
 from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
 
-from stribeck import Robot, identify
+from stribeck import Robot, identify, read_result, result, settings
 from stribeck.cli.app import app
 from stribeck.errors import StribeckError
 from stribeck.finding import FRICTION, Finding, catalogue
@@ -32,32 +33,8 @@ from stribeck.identification.whole_log.tests_of_fit.findings import WORDS
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
 from stribeck.motion.filters import TAKES
-from stribeck.result import (
-    BodyCorrection,
-    Corrections,
-    HeldOutError,
-    JointResult,
-    LogSummary,
-    ParameterEstimate,
-    Result,
-    TermVerdict,
-    TorqueR2,
-    Validation,
-    read_result,
-)
 from stribeck.result.joint import Verdict, verdict_place
 from stribeck.robot import from_robot_file
-from stribeck.settings import (
-    ChannelTable,
-    ContactTable,
-    FilterSettings,
-    LogTable,
-    Priors,
-    RobotFile,
-    RobotTable,
-    Settings,
-    SupportSettings,
-)
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import Scenario
 
@@ -65,14 +42,14 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = {str(path.relative_to(ROOT)): path.read_text() for path in [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]}
 SECTIONS: dict[str, type[BaseModel]] = {
-    "`[robot]`": RobotTable,
-    "`[contacts.<foot>]`": ContactTable,
-    "`[log]`": LogTable,
-    "`[log.<channel>]`": ChannelTable,
-    "`[identify]`": Settings,
-    "`[identify.filter]`": FilterSettings,
-    "`[identify.support]`": SupportSettings,
-    "`[identify.priors]`": Priors,
+    "`[robot]`": settings.RobotTable,
+    "`[contacts.<foot>]`": settings.ContactTable,
+    "`[log]`": settings.LogTable,
+    "`[log.<channel>]`": settings.ChannelTable,
+    "`[identify]`": settings.Settings,
+    "`[identify.filter]`": settings.FilterSettings,
+    "`[identify.support]`": settings.SupportSettings,
+    "`[identify.priors]`": settings.Priors,
 }
 """Headings of docs/robot-file.md and what they describe."""
 
@@ -129,24 +106,16 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
         save_npz(log, folder / name)
     messages = messages_of(log.take(slice(None, None, 4)), get_typestore(Stores.ROS2_HUMBLE))
     write_messages(folder / "walk.mcap", messages)
-    result = identify(folder / "log.npz", robot, table=_made(folder / "OUT") / "friction_torque.parquet")
-    (folder / "OUT/result.json").write_text(result.to_json())
-    return folder
-
-
-def _made(folder: Path) -> Path:
-    folder.mkdir()
+    (folder / "OUT").mkdir()
+    found = identify(folder / "log.npz", robot, table=folder / "OUT/friction_torque.parquet")
+    (folder / "OUT/result.json").write_text(found.to_json())
     return folder
 
 
 @pytest.fixture
 def here(workshop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The same files, to work among."""
-    for file in workshop.rglob("*"):
-        if file.is_file():
-            place = tmp_path / file.relative_to(workshop)
-            place.parent.mkdir(exist_ok=True)
-            place.write_bytes(file.read_bytes())
+    shutil.copytree(workshop, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -164,7 +133,7 @@ def test_python_runs(page: str) -> None:
 @pytest.mark.parametrize("block", all_blocks("toml"))
 def test_robot_files_are_valid(block: Block) -> None:
     document = tomllib.loads(block.text)
-    file = RobotFile.model_validate({"robot": {"model": "robot.urdf"}, **document})
+    file = settings.RobotFile.model_validate({"robot": {"model": "robot.urdf"}, **document})
     check_table(file.log, "robot.toml")
     models = {Path(path).name: path for path, *_ in MODELS.values()}
     if file.robot.model in models:
@@ -225,18 +194,9 @@ def test_results_are_of_the_schema(block: Block, tmp_path: Path) -> None:
 
 def test_every_field_of_a_result_is_explained() -> None:
     named = {name.rsplit(".", 1)[-1] for row in rows_below("docs/result.md") for name in names_in(row[0])}
-    for carrier in (
-        Result,
-        LogSummary,
-        JointResult,
-        ParameterEstimate,
-        TermVerdict,
-        Validation,
-        TorqueR2,
-        Corrections,
-        BodyCorrection,
-        HeldOutError,
-    ):
+    carriers = (result.Result, result.LogSummary, result.JointResult, result.ParameterEstimate, result.TermVerdict)
+    carriers += (result.Validation, result.TorqueR2, result.Corrections, result.BodyCorrection, result.HeldOutError)
+    for carrier in carriers:
         parts = {"evidence", "log", "validation", "torque_r2"}
         assert {field.name for field in dataclasses.fields(carrier)} - parts <= named
 
@@ -269,8 +229,8 @@ def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
     friction = {"common": STRIBECK, "joints": {"*": {}}}
     biped = Scenario.model_validate({"robot": "biped", "simulator": "exact", "duration": 16.0, "friction": friction})
     walked = run_scenario(biped)
-    result = identify(walked.log, walked.robot, method="curve-fit", table=tmp_path / "friction_torque.parquet")
-    places = {f".{joint}": ".<joint>" for joint in result.joints}
+    found = identify(walked.log, walked.robot, method="curve-fit", table=tmp_path / "friction_torque.parquet")
+    places = {f".{joint}": ".<joint>" for joint in found.joints}
     places |= {f".{axis}": ".<axis>" for axis in ("fx", "fy", "fz", "tx", "ty", "tz")}
     columns = [name.partition(".") for name in pq.read_schema(tmp_path / "friction_torque.parquet").names]
     assert {kind + places[dot + place] if dot else kind for kind, dot, place in columns} == named
@@ -295,16 +255,18 @@ def test_every_setting_is_named_with_its_default(heading: str) -> None:
             assert shown == (list(default) if isinstance(default, tuple) else default)
 
 
-def test_every_unit_is_named() -> None:
-    rows = [row for row in rows_below("docs/robot-file.md", "`[log.<channel>]`") if len(row) == 2]
-    assert {names_in(row[0])[0]: names_in(row[1]) for row in rows} == {
-        name: list(units) for name, units in UNITS.items()
-    }
+TABLES = [
+    ("docs/robot-file.md", "`[log.<channel>]`", 2, list, {name: list(units) for name, units in UNITS.items()}),
+    ("docs/robot-file.md", "`[identify.filter]`", 3, set, TAKES),
+    ("docs/laws/auto.md", "How terms are chosen", 3, tuple, {term.name: term.parameters for term in LADDER}),
+]
+"""Page, heading and columns of tables that have, by a name, other names; whether their order counts; those names."""
 
 
-def test_every_filter_is_named_with_what_it_uses() -> None:
-    rows = [row for row in rows_below("docs/robot-file.md", "`[identify.filter]`") if len(row) == 3]
-    assert {names_in(row[0])[0]: set(names_in(row[1])) for row in rows} == TAKES
+@pytest.mark.parametrize(("page", "heading", "columns", "kind", "known"), TABLES, ids=["units", "filters", "terms"])
+def test_tables_name_what_the_code_has(page: str, heading: str, columns: int, kind: type, known: object) -> None:
+    rows = [row for row in rows_below(page, heading) if len(row) == columns]
+    assert {names_in(row[0])[0]: kind(names_in(row[1])) for row in rows} == known
 
 
 @pytest.mark.parametrize("name", [*LAWS, *LAWS_WITH_STATE, AUTO])
@@ -316,13 +278,6 @@ def test_every_law_has_a_page(name: str) -> None:
         assert (symbol, unit) == (parameter.symbol, parameter.unit)
         assert bounds == _bounds_text(parameter.lower, parameter.upper)
     assert not rows
-
-
-def test_every_term_is_named_with_its_parameters() -> None:
-    rows = rows_below("docs/laws/auto.md", "How terms are chosen")
-    assert {names_in(row[0])[0]: tuple(names_in(row[1])) for row in rows} == {
-        term.name: term.parameters for term in LADDER
-    }
 
 
 def _bounds_text(lower: float, upper: float) -> str:

@@ -5,18 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from tests import samples
 
 from stribeck.friction import get_law
 from stribeck.samples import Samples
 
-TRUTH = {
-    "viscous": 0.5,
-    "coulomb": 2.0,
-    "stribeck_gain": 0.6,
-    "stribeck_velocity": 0.15,
-    "offset": -0.7,
-    "slope": 60.0,
-}
+TRUTH = {"viscous": 0.5, "coulomb": 2.0, "stribeck_gain": 0.6, "stribeck_velocity": 0.15, "offset": -0.7, "slope": 60.0}
 
 
 @dataclass(frozen=True)
@@ -60,17 +54,9 @@ def make_samples() -> MakeSamples:
             law = get_law(joint.law)
             torque[:, column] = law.torque(velocity[:, column], np.array(list(joint.truth.values())))
             torque[:, column] += joint.armature * acceleration[:, column] + joint.noise * rng.normal(size=count)
-        return Samples(
-            joint_names=tuple(joints),
-            period=period,
-            time=time,
-            velocity=velocity,
-            acceleration=acceleration,
-            friction_torque=torque,
-            usable=np.ones(velocity.shape, dtype=bool),
-            block=np.arange(count) // 200,
-            support=np.zeros(count, dtype=np.int64),
-            support_names=("base",),
+        names = tuple(joints)
+        return samples.make_samples(
+            velocity, torque, names, period, acceleration=acceleration, block=np.arange(count) // 200
         )
 
     return make

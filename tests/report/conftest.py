@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.samples import make_samples
 
 from stribeck.friction import get_law
 from stribeck.report import Reference
@@ -29,7 +30,7 @@ def joint_names(joints: int) -> tuple[str, ...]:
     return (*mirrored[: joints - 2], "torso_pitch", "torso_yaw")
 
 
-def make_samples(names: tuple[str, ...], duration: float, period: float, seed: int) -> tuple[Samples, Array]:
+def walking_samples(names: tuple[str, ...], duration: float, period: float, seed: int) -> tuple[Samples, Array]:
     """Steps of 0.8 s with both feet down in between, every joint at its own rhythm; samples and the truth."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, duration, period)
@@ -50,13 +51,13 @@ def make_samples(names: tuple[str, ...], duration: float, period: float, seed: i
     left = np.array(["left" in name for name in names])
     usable = np.where(left, swing_left[:, None], ~swing_left[:, None]) & ~standing[:, None]
     usable[:, [j for j, name in enumerate(names) if "torso" in name]] = True
-    samples = Samples(
-        joint_names=names,
-        period=period,
+    samples = make_samples(
+        velocity,
+        np.where(usable, friction, np.nan),
+        names,
+        period,
         time=time,
-        velocity=velocity,
         acceleration=acceleration,
-        friction_torque=np.where(usable, friction, np.nan),
         usable=usable,
         block=step,
         support=np.where(standing, 2, swing_left.astype(np.int64)),
@@ -125,7 +126,7 @@ def make_phases(duration: float) -> list[tuple[float, float, str, bool]]:
 
 def build_result(joints: int = 6, duration: float = 40.0, period: float = 0.002, robot: str = "Walker") -> Result:
     names = joint_names(joints)
-    samples, truth = make_samples(names, duration, period, seed=3)
+    samples, truth = walking_samples(names, duration, period, seed=3)
     found = [make_joint(samples, j, truth[j], weak=name == "torso_pitch") for j, name in enumerate(names)]
     return Result(
         robot=robot,

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tests.export.found import found_in
 from tests.result.made import estimate, joint, result
 from tests.robot.test_robot import MJCF, URDF, write_robot
+from tests.samples import make_samples
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError
@@ -58,36 +59,29 @@ SLOW = settings(QUICK, max_examples=10)
 """Figures take most of the time."""
 
 
-def built(kind: Callable[..., Any], **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    return st.builds(kind, **fields)
+OF_FIELDS = {
+    "value": NUMBERS,
+    "interval_95": RANGES,
+    "unit": st.sampled_from(["N m", "N", "1", "kg m^2"]),
+    "verdict": st.sampled_from(["identified", "weak", "no friction", "not excited"]),
+}
+"""By the name of a field; other fields are positive numbers."""
 
 
-VERDICTS = st.sampled_from(["identified", "weak", "no friction", "not excited"])
-ESTIMATES = built(
-    ParameterEstimate,
-    value=NUMBERS,
-    standard_error=POSITIVE,
-    interval_95=RANGES,
-    unit=st.sampled_from(["N m", "1", "kg m^2"]),
-    verdict=VERDICTS,
-)
-POINTS = built(
-    CurvePoint,
-    velocity=POSITIVE,
-    value=NUMBERS,
-    standard_error=POSITIVE,
-    interval_95=RANGES,
-    unit=st.sampled_from(["N m", "N"]),
-)
-VALIDATIONS = built(Validation, rms=POSITIVE, rms_zero_friction=POSITIVE, rms_coulomb_only=POSITIVE)
+def built(kind: type, fields: str) -> st.SearchStrategy[Any]:
+    return st.builds(kind, **{name: OF_FIELDS.get(name, POSITIVE) for name in fields.split()})
+
+
+ESTIMATES = built(ParameterEstimate, "value standard_error interval_95 unit verdict")
+POINTS = built(CurvePoint, "velocity value standard_error interval_95 unit")
+VALIDATIONS = built(Validation, "rms rms_zero_friction rms_coulomb_only")
 DECISIONS = st.sampled_from(["kept", "refused", "open"])
-TERMS = st.one_of(
-    built(TermVerdict, verdict=DECISIONS, reason=TEXTS),
-    built(TermVerdict, verdict=DECISIONS, reason=TEXTS, gain=NUMBERS, gain_error=POSITIVE),
-)
+TERMS = st.builds(TermVerdict, verdict=DECISIONS, reason=TEXTS)
+TERMS |= st.builds(TermVerdict, verdict=DECISIONS, reason=TEXTS, gain=NUMBERS, gain_error=POSITIVE)
+R2 = st.builds(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)
 TRIPLES = st.tuples(NUMBERS, NUMBERS, NUMBERS)
 SIXES = st.tuples(*[NUMBERS] * 6)
-BODIES = built(
+BODIES = st.builds(
     BodyCorrection,
     mass=PAIRS,
     mass_error=POSITIVE,
@@ -109,7 +103,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
     row = st.tuples(*[st.floats(-1, 1)] * len(names))
     return JointResult(
         parameters={name: draw(ESTIMATES) for name in names if excited},
-        verdict=draw(VERDICTS),
+        verdict=draw(OF_FIELDS["verdict"]),
         reason=draw(TEXTS),
         samples=draw(st.sampled_from([0, 1, 10**12])),
         velocity_range=draw(RANGES),
@@ -123,7 +117,7 @@ def joints(draw: Callable[..., Any], law: str) -> JointResult:
         correlation=draw(st.none() | st.tuples(*[row] * len(names))) if excited else None,
         load_deviation=draw(st.none() | POSITIVE) if law == AUTO else None,
         curve=draw(st.just(()) | st.tuples(POINTS, POINTS, POINTS)),
-        torque_r2=draw(st.none() | built(TorqueR2, nominal=NUMBERS, corrected=st.none() | NUMBERS)),
+        torque_r2=draw(st.none() | R2),
         mean_direction=draw(st.none() | st.tuples(NUMBERS, NUMBERS)) if law == AUTO else None,
     )
 
@@ -133,7 +127,7 @@ def results(draw: Callable[..., Any], law: str | None = None, names: st.SearchSt
     """Draw a result without evidence."""
     law = law or draw(st.sampled_from([*LAWS, AUTO]))
     calibration = st.dictionaries(names, st.tuples(NUMBERS, POSITIVE), max_size=2)
-    corrections = built(
+    corrections = st.builds(
         Corrections,
         chi_square=POSITIVE,
         disagreement=POSITIVE,
@@ -184,23 +178,13 @@ def _samples(draw: Callable[..., Any], names: tuple[str, ...]) -> Samples:
     size = draw(st.sampled_from([0, 1, 2, 40]))
     shape, generator = (size, len(names)), np.random.default_rng(draw(st.integers(0, 3)))
     scale = draw(st.sampled_from([0.0, 1e-300, 1.0, LARGEST]))
-    return Samples(
-        joint_names=names,
-        period=1e-3,
-        time=np.arange(size) * 1e-3,
-        velocity=generator.normal(size=shape) * draw(st.sampled_from([0.0, 1e-9, 1.0])),
+    return make_samples(
+        generator.normal(size=shape) * draw(st.sampled_from([0.0, 1e-9, 1.0])),
+        np.where(generator.random(shape) < 0.1, np.nan, generator.normal(size=shape) * scale),
+        names,
         acceleration=generator.normal(size=shape),
-        friction_torque=np.where(generator.random(shape) < 0.1, np.nan, generator.normal(size=shape) * scale),
         usable=generator.random(shape) < 0.8,
-        block=np.arange(size),
-        support=np.zeros(size, dtype=np.int64),
-        support_names=("base",),
     )
-
-
-def read_back(result: Result, folder: Path) -> Result:
-    (folder / "result.json").write_text(result.to_json(), encoding="utf-8")
-    return read_result(folder / "result.json")
 
 
 def printed(show: Callable[[Any], None], found: Any) -> str:
@@ -219,7 +203,8 @@ def done_or_refused(action: Callable[[], Any]) -> Any:
 @QUICK
 @given(results())
 def test_any_result_is_read_as_it_was_written(tmp_path: Path, result: Result) -> None:
-    assert read_back(result, tmp_path) == result
+    (tmp_path / "result.json").write_text(result.to_json(), encoding="utf-8")
+    assert read_result(tmp_path / "result.json") == result
 
 
 @QUICK
@@ -323,18 +308,7 @@ def test_a_body_that_nothing_weighs_is_refused(tmp_path: Path, mass: float) -> N
 
 @pytest.mark.parametrize("length", [1.0, 0.0])
 def test_feet_may_have_names_of_any_script(tmp_path: Path, length: float) -> None:
-    samples = Samples(
-        joint_names=("shoulder",),
-        period=1e-3,
-        time=np.arange(2.0),
-        velocity=np.ones((2, 1)),
-        acceleration=np.ones((2, 1)),
-        friction_torque=np.ones((2, 1)),
-        usable=np.ones((2, 1), dtype=bool),
-        block=np.arange(2),
-        support=np.zeros(2, dtype=np.int64),
-        support_names=("\u5de6\u8db3",),
-    )
+    samples = make_samples(np.ones(2), np.ones(2), ("shoulder",), support_names=("\u5de6\u8db3",))
     phases = [(0.0, length, "\u5de6\u8db3", True)]
     shown = Evidence(samples=samples, phases=phases, close_up=None, provenance=[])
     write_report(replace(plain(), evidence=shown), tmp_path / "report.html")

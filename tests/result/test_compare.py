@@ -16,18 +16,9 @@ from stribeck.result import ParameterEstimate, Result
 from stribeck.result.compare import compare, compare_sides, holm
 
 
-def test_a_result_agrees_with_itself() -> None:
-    found = compare(*[result(knee=joint({"coulomb": 2.0, "offset": -1.0}))] * 2)
-    assert [(row.joint, row.parameter) for row in found.rows] == [("knee", "coulomb"), ("knee", "offset")]
-    assert all(row.difference == 0 and row.z_score == 0 and row.agrees for row in found.rows)
-
-
 def test_a_difference_is_b_minus_a_in_standard_errors() -> None:
-    old, new = (
-        result(path="a.npz", knee=joint({"coulomb": estimate(2.0, 0.3)})),
-        result(path="b.npz", knee=joint({"coulomb": estimate(3.0, 0.4)})),
-    )
-    found = compare(old, new)
+    old = result(path="a.npz", knee=joint({"coulomb": estimate(2.0, 0.3)}))
+    found = compare(old, result(path="b.npz", knee=joint({"coulomb": estimate(3.0, 0.4)})))
     (row,) = found.rows
     assert (found.a, found.b, row.a, row.b, row.difference) == ("a.npz", "b.npz", 2.0, 3.0, 1.0)
     assert row.z_score == pytest.approx(2.0)
@@ -40,10 +31,7 @@ values = st.floats(0.1, 10)
 
 @given(a=values, b=values, error_a=values, error_b=values)
 def test_swapping_the_results_swaps_the_sign(a: float, b: float, error_a: float, error_b: float) -> None:
-    one, other = (
-        result(knee=joint({"coulomb": estimate(a, error_a)})),
-        result(knee=joint({"coulomb": estimate(b, error_b)})),
-    )
+    one, other = (result(knee=joint({"coulomb": estimate(*each)})) for each in ((a, error_a), (b, error_b)))
     there, back = compare(one, other).rows[0], compare(other, one).rows[0]
     assert there.difference == -back.difference
     np.testing.assert_allclose(there.interval_95, [-back.interval_95[1], -back.interval_95[0]], atol=1e-12)
@@ -80,18 +68,10 @@ def test_a_joint_without_friction_is_named() -> None:
 
 
 def test_left_and_right_are_compared_without_what_depends_on_the_axis() -> None:
-    knees = {
-        side: joint({"coulomb": value, "offset": 1.0}) for side, value in (("left_knee", 1.0), ("right_knee", 3.0))
-    }
-    found = compare_sides(result(torso=joint({"coulomb": 5.0}), **dict(reversed(knees.items()))))
-    (row,) = found.rows
-    assert (row.joint, row.parameter, row.a, row.b, row.agrees) == (
-        "left_knee | right_knee",
-        "coulomb",
-        1.0,
-        3.0,
-        False,
-    )
+    left, right = (joint({"coulomb": value, "offset": 1.0}) for value in (1.0, 3.0))
+    found = compare_sides(result(torso=joint({"coulomb": 5.0}), right_knee=right, left_knee=left))
+    assert [(row.joint, row.parameter) for row in found.rows] == [("left_knee | right_knee", "coulomb")]
+    assert (found.rows[0].a, found.rows[0].b, found.rows[0].agrees) == (1.0, 3.0, False)
 
 
 def test_results_that_do_not_belong_together_are_refused() -> None:

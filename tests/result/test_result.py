@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.arm import TRUTH as STRIBECK
 from tests.result.made import estimate, joint, point, result
 
 from stribeck import NothingIdentifiedError, SettingsError, read_result
@@ -15,15 +16,6 @@ from stribeck.friction import get_law
 from stribeck.identification.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
 from stribeck.result.tables import advice, friction_text, point_text, rounded
-
-STRIBECK = {
-    "viscous": 0.3,
-    "coulomb": 1.2,
-    "stribeck_gain": 0.25,
-    "stribeck_velocity": 0.2,
-    "offset": -0.4,
-    "slope": 40.0,
-}
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
@@ -154,22 +146,23 @@ def test_an_identified_joint_is_used_by_its_curve_if_parameters_are_open() -> No
     assert advice(replace(KNOWN, parameters={"slope": estimate(1.0, verdict="weak")})) == "use its curve"
 
 
-def test_a_weak_joint_is_logged_where_its_curve_is_least_known() -> None:
-    curve = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
-    assert advice(replace(KNOWN, verdict="weak", curve=curve)) == "log more motion near 0.5 rad/s"
+NOTHING = Validation(rms=1.0, rms_zero_friction=1.0, rms_coulomb_only=1.0)
+FLAT = (point(0.1, 0.0, 0.1), point(0.5, 0.0, 0.1), point(1.0, 0.0, 0.1))
+UNEVEN = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
 
 
-def test_a_weak_joint_whose_law_explains_nothing_has_something_wrong() -> None:
-    nothing = Validation(rms=1.0, rms_zero_friction=1.0, rms_coulomb_only=1.0)
-    assert advice(replace(KNOWN, verdict="weak", validation=nothing)) == "check the model, signs and delays"
-    flat = (point(0.1, 0.0, 0.1), point(0.5, 0.0, 0.1), point(1.0, 0.0, 0.1))
-    assert advice(replace(KNOWN, verdict="weak", curve=flat)) == "check its torque; log it longer"
-
-
-def test_a_joint_that_the_method_could_not_use_is_moved_longer() -> None:
-    silent = replace(KNOWN, verdict="not excited", reason=NOT_FITTED)
-    assert advice(silent) == "move it longer between contact changes"
-    assert advice(replace(silent, reason="?")).startswith("move it ")
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"verdict": "weak", "curve": UNEVEN}, "log more motion near 0.5 rad/s"),  # where it is least known
+        ({"verdict": "weak", "validation": NOTHING}, "check the model, signs and delays"),
+        ({"verdict": "weak", "curve": FLAT}, "check its torque; log it longer"),
+        ({"verdict": "not excited", "reason": NOT_FITTED}, "move it longer between contact changes"),
+        ({"verdict": "not excited", "reason": "?"}, "move it faster and longer, in both directions"),
+    ],
+)
+def test_what_to_do_about_a_joint_follows_from_what_is_known_of_it(changed: dict[str, object], expected: str) -> None:
+    assert advice(replace(KNOWN, **changed)) == expected
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.samples import make_samples
 
 from stribeck import Robot, RobotLog, Settings, identify
 from stribeck.errors import SettingsError
@@ -30,19 +31,8 @@ def samples_of(velocity: Array, torque: Array, breaks: tuple[int, ...] = (), **o
     time = np.arange(len(velocity)) * PERIOD
     for row in breaks:
         time[row:] += 1.0
-    return Samples(
-        joint_names=("knee",),
-        period=PERIOD,
-        time=time,
-        velocity=velocity[:, None],
-        acceleration=np.zeros((len(velocity), 1)),
-        friction_torque=torque[:, None],
-        usable=np.ones((len(velocity), 1), dtype=bool),
-        block=np.arange(len(velocity)) // 500,
-        support=np.zeros(len(velocity), dtype=np.int64),
-        support_names=("base",),
-        **others,  # type: ignore[arg-type]
-    )
+    block = np.arange(len(velocity)) // 500
+    return make_samples(velocity, torque, period=PERIOD, time=time, block=block, **others)
 
 
 def swinging(count: int) -> Array:

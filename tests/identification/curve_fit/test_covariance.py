@@ -70,16 +70,17 @@ def test_logarithmic_intervals_are_symmetric_in_the_logarithm() -> None:
     assert np.log(high / 0.2) == pytest.approx(1.96 * 0.5, rel=1e-3)
 
 
+ZERO = {"no stribeck": ["stribeck_gain"], "no coulomb": ["coulomb"], "nothing": ["viscous", "coulomb", "offset"]}
+ZERO["slow"] = []
+"""Parameters that are zero, by what is meaningless."""
+
+
 @pytest.mark.parametrize("noise", [0.0, 1e-9, 0.3])
-@pytest.mark.parametrize("kind", ["no stribeck", "no coulomb", "nothing", "slow"])
+@pytest.mark.parametrize("kind", ZERO)
 def test_meaningless_parameters_get_huge_finite_intervals(make_samples, make_joint, truth, kind, noise) -> None:
-    changed = {
-        "no stribeck": {"stribeck_gain": 0.0},
-        "no coulomb": {"coulomb": 0.0},
-        "nothing": {"viscous": 0.0, "coulomb": 0.0, "offset": 0.0},
-        "slow": {},
-    }[kind]
-    joint = make_joint(truth=truth | changed, speed=0.003 if kind == "slow" else 1.5, noise=noise)
+    joint = make_joint(
+        truth=truth | dict.fromkeys(ZERO[kind], 0.0), speed=0.003 if kind == "slow" else 1.5, noise=noise
+    )
     samples = make_samples({"knee": joint}, blocks=12)
     problem = joint_problem(samples, "knee", get_law("stribeck"), Settings())
     fit = fit_joint(problem)

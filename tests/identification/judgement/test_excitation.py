@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.result import made
 
 from stribeck.friction import get_law
 from stribeck.identification.curve_fit.problem import joint_problem
 from stribeck.identification.judgement.excitation import count_reversals, excitation, velocity_noise
-from stribeck.result import JointResult
 from stribeck.result.tables import advice
 from stribeck.settings import Settings
 
@@ -26,15 +26,15 @@ def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:
     assert found.velocity_range[0] < -1.5 < 1.5 < found.velocity_range[1]
 
 
+SLOW = "it moves only between -0.01.* rad/s; move it faster than 0.05 rad/s in both directions"
+ONE_WAY = "it moves in one direction only, between 0.* and 1.* rad/s"
+
+
 @pytest.mark.parametrize(
     ("joint", "blocks", "reason"),
     [
-        (
-            {"speed": 0.005},
-            30,
-            "it moves only between -0.01.* rad/s; move it faster than 0.05 rad/s in both directions",
-        ),
-        ({"speed": 0.3, "drift": 1.0}, 30, "it moves in one direction only, between 0.* and 1.* rad/s"),
+        ({"speed": 0.005}, 30, SLOW),
+        ({"speed": 0.3, "drift": 1.0}, 30, ONE_WAY),
         ({}, 5, "it moves in 5 blocks .*; move it in at least 6"),
     ],
 )
@@ -42,31 +42,19 @@ def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint
     assert re.match(reason, judged(make_samples({"knee": make_joint(**joint)}, blocks=blocks)).reason)
 
 
-def test_few_samples_and_none(make_samples, make_joint) -> None:
+def test_few_samples_one_turn_and_noise_are_not_enough(make_samples, make_joint) -> None:
     samples = make_samples({"knee": make_joint()})
     usable = np.zeros_like(samples.usable)
-    assert judged(replace(samples, usable=usable)).reason.startswith("0 usable samples")
-    usable[::100] = True
-    assert (
-        judged(replace(samples, usable=usable)).reason
-        == "60 usable samples; 6 parameters need at least 120: move it longer"
-    )
-
-
-def test_one_turn_is_not_enough(make_samples, make_joint) -> None:
-    samples = make_samples({"knee": make_joint()})
-    velocity = np.cos(np.linspace(0, np.pi, len(samples.time)))[:, None]
-    found = judged(replace(samples, velocity=velocity))
-    assert found.reason == "it turns round 1 times; let it turn round at least 4 times"
-
-
-def test_noise_is_not_motion(make_samples, make_joint) -> None:
-    samples = make_samples({"knee": make_joint()})
+    turn = np.cos(np.linspace(0, np.pi, len(samples.time)))[:, None]
     noise = 0.2 * np.random.default_rng(0).normal(size=samples.velocity.shape)
-    assert (
-        "hardly more than its velocity's noise; move it faster than 0.8"
-        in judged(replace(samples, velocity=noise)).reason
-    )
+    few = usable | (np.arange(len(usable)) % 100 == 0)[:, None]
+    for changed, reason in (
+        ({"usable": usable}, "0 usable samples"),
+        ({"usable": few}, "60 usable samples; 6 parameters need at least 120: move it longer"),
+        ({"velocity": turn}, "it turns round 1 times; let it turn round at least 4 times"),
+        ({"velocity": noise}, "hardly more than its velocity's noise; move it faster than 0.8"),
+    ):
+        assert reason in judged(replace(samples, **changed)).reason
 
 
 def test_prismatic_joints_are_judged_in_metres(make_samples, make_joint) -> None:
@@ -94,13 +82,6 @@ def test_every_reason_ends_with_what_to_do(make_samples, make_joint, motion) -> 
     samples = make_samples({"knee": make_joint(**motion)})
     for blocks in (samples, replace(samples, block=np.zeros_like(samples.block))):
         found = judged(blocks)
-        joint = JointResult(
-            parameters={},
-            verdict="not excited",
-            reason=found.reason,
-            samples=found.samples,
-            velocity_range=found.velocity_range,
-            reversals=found.reversals,
-        )
+        joint = made.joint(reason=found.reason)
         assert advice(joint).startswith(("move it ", "let it "))
         assert found.reason.endswith(advice(joint))

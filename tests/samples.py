@@ -1,0 +1,26 @@
+"""Friction torque samples, made by hand."""
+
+from typing import Any
+
+import numpy as np
+
+from stribeck.samples import Samples
+from stribeck.typing import Array
+
+
+def make_samples(
+    velocity: Array, friction_torque: Array, names: tuple[str, ...] = ("knee",), period: float = 1e-3, **changed: Any
+) -> Samples:
+    """Make samples of shape (N,) or (N, n) that follow each other, all usable, each a block; fields may be changed."""
+    count, shape = len(velocity), (len(velocity), len(names))
+    fields = {
+        "time": period * np.arange(count),
+        "velocity": velocity.reshape(shape),
+        "acceleration": np.zeros(shape),
+        "friction_torque": friction_torque.reshape(shape),
+        "usable": np.ones(shape, dtype=bool),
+        "block": np.arange(count),
+        "support": np.zeros(count, dtype=np.int64),
+        "support_names": ("base",),
+    }
+    return Samples(joint_names=names, period=period, **(fields | changed))
