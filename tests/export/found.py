@@ -44,10 +44,16 @@ def joint(law: str = "auto", **values: float) -> JointResult:
 
 
 def of_joint(own: JointResult, folder: Path, robot: str = "arm") -> tuple[Result, Robot, str]:
-    """Return a result of a robot's first joint alone, the robot, and the joint's name."""
+    """Return a result of only a robot's first joint, the robot, and the joint's name."""
+    result, machine = of_joints(folder, own, robot=robot)
+    return result, machine, machine.joint_names[0]
+
+
+def of_joints(folder: Path, *own: JointResult, robot: str = "arm") -> tuple[Result, Robot]:
+    """Return a result of only a robot's first joints, and the robot."""
     machine, _ = robot_of(robot, folder)
-    name = machine.joint_names[0]
-    return replace(found_in(machine, own.law)[0], joints={name: own}, corrections=None), machine, name
+    joints = dict(zip(machine.joint_names, own, strict=False))
+    return replace(found_in(machine, own[0].law or "coulomb-viscous")[0], joints=joints, corrections=None), machine
 
 
 def robot_of(name: str, folder: Path) -> tuple[Robot, str]:

@@ -2,7 +2,6 @@
 
 import json
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from stribeck import Robot, export
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
 from stribeck.log.writers import write_log
-from stribeck.result import Result
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
@@ -50,53 +48,28 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     assert off[1] < 0.1 * off[0]
 
 
-def _other_joints(result: Result) -> Result:
-    return replace(result, joints={"knee": joint_result(FRICTION)})
-
-
-def _other_bodies(result: Result) -> Result:
+def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result, _ = found_in(Robot.from_file(write_arm(tmp_path)))
     assert result.corrections is not None
     elbow = result.corrections.bodies["elbow"]
-    bodies = {"elbow": replace(elbow, mass=(2 * elbow.mass[0], elbow.mass[1]))}
-    return replace(result, corrections=replace(result.corrections, bodies=bodies))
-
-
-def _unknown_body(result: Result) -> Result:
-    assert result.corrections is not None
-    bodies = {"knee": result.corrections.bodies["elbow"]}
-    return replace(result, corrections=replace(result.corrections, bodies=bodies))
-
-
-def _same(result: Result) -> Result:
-    return result
-
-
-REFUSED: list[tuple[Callable[[Result], Result], str, str, list[str]]] = [
-    (_same, "unity", "new.urdf", ["'unity'", "expected mjcf, urdf"]),
-    (_same, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
-    (_other_joints, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
-    (_other_bodies, "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
-    (_unknown_body, "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),
-]
-
-
-@pytest.mark.parametrize(("change", "target", "name", "words"), REFUSED)
-def test_what_does_not_fit_is_refused(
-    change: Callable[[Result], Result],
-    target: str,
-    name: str,
-    words: list[str],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    robot = Robot.from_file(write_arm(tmp_path))
-    (tmp_path / "result.json").write_text(change(found_in(robot)[0]).to_json())
-    before = sorted(os.listdir(tmp_path))
-    sentence = refused(capsys, "export", tmp_path, "-r", tmp_path / "robot.toml", "--to", target, "-o", tmp_path / name)
-    for word in words:
-        assert word in sentence
-    assert sorted(os.listdir(tmp_path)) == before
-    assert (tmp_path / "arm.urdf").read_text() == URDF
+    heavy = replace(result.corrections, bodies={"elbow": replace(elbow, mass=(2 * elbow.mass[0], elbow.mass[1]))})
+    unknown = replace(result.corrections, bodies={"knee": elbow})
+    knee = replace(result, joints={"knee": joint_result(FRICTION)})
+    (tmp_path / "there").mkdir()
+    for found, target, name, words in [
+        (result, "unity", "new.urdf", ["'unity'", "expected mjcf, urdf"]),
+        (result, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
+        (result, "urdf", "there", ["there"]),  # a folder
+        (knee, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
+        (replace(result, corrections=heavy), "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
+        (replace(result, corrections=unknown), "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),
+    ]:
+        (tmp_path / "result.json").write_text(found.to_json())
+        arguments = ("export", tmp_path, "-r", tmp_path / "robot.toml", "--to", target, "-o", tmp_path / name)
+        sentence = refused(capsys, *arguments)
+        assert all(word in sentence for word in words), sentence
+        assert sorted(os.listdir(tmp_path)) == ["arm.urdf", "result.json", "robot.toml", "there"]
+        assert (tmp_path / "arm.urdf").read_text() == URDF
 
 
 def test_another_kind_of_model_and_a_broken_result_are_refused(
@@ -119,11 +92,3 @@ def test_a_result_with_nothing_to_say_of_the_model(tmp_path: Path) -> None:
     with pytest.raises(NothingIdentifiedError, match="neither corrected inertias nor"):
         export(result, robot, tmp_path / "new.urdf", "urdf")
     assert not (tmp_path / "new.urdf").exists()
-
-
-def test_a_file_that_cannot_be_written_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robot = Robot.from_file(write_arm(tmp_path))
-    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
-    (tmp_path / "there").mkdir()
-    refused(capsys, "export", tmp_path, "-r", tmp_path / "robot.toml", "--to", "urdf", "-o", tmp_path / "there")
-    assert sorted(os.listdir(tmp_path)) == ["arm.urdf", "result.json", "robot.toml", "there"]

@@ -1,6 +1,5 @@
 """Exported files keep what was not found: comments, defaults, meshes that still lie where they lay."""
 
-import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -96,7 +95,9 @@ def test_an_included_file_that_only_mujoco_reads_is_named(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
-def test_urdf_keeps_the_rest(place: str, tmp_path: Path) -> None:
+def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_proportion(
+    place: str, tmp_path: Path
+) -> None:
     robot = robot_in(tmp_path / "robot", "arm.urdf", URDF.format(compiler="", mesh="shapes/block.obj"), "fixed")
     result, corrected = found_in(robot)
     path = tmp_path / place
@@ -107,6 +108,8 @@ def test_urdf_keeps_the_rest(place: str, tmp_path: Path) -> None:
     mesh = text.partition('<mesh filename="')[2].partition('"')[0]
     assert (path.parent / mesh).resolve() == (tmp_path / "robot/shapes/block.obj").resolve()
     assert not Path(mesh).is_absolute()
+    masses = [float(part.partition('"')[0]) for part in text.split('mass value="')[1:]]  # an empty link stays empty
+    assert masses == pytest.approx([3 * corrected.mass / 3.3, 0.3 * corrected.mass / 3.3], rel=1e-12)
 
 
 @pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
@@ -128,22 +131,13 @@ def test_mujoco_finds_the_meshes_of_a_urdf_that_has_moved(compiler: str, mesh: s
     assert new.nmesh == old.nmesh == 1
 
 
-def test_links_that_are_fixed_to_each_other_share_in_proportion(tmp_path: Path) -> None:
-    """The empty link stays empty; the others' masses grow by one factor."""
-    robot = robot_in(tmp_path / "robot", "arm.urdf", URDF.format(compiler="", mesh="shapes/block.obj"), "fixed")
-    result, corrected = found_in(robot)
-    export(result, robot, tmp_path / "new.urdf", "urdf")
-    masses = [float(part.partition('"')[0]) for part in (tmp_path / "new.urdf").read_text().split('mass value="')[1:]]
-    assert masses == pytest.approx([3 * corrected.mass / 3.3, 0.3 * corrected.mass / 3.3], rel=1e-12)
-
-
 def stl(path: Path) -> None:
     """Write a tetrahedron, binary."""
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
-    faces = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]]
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    faces = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]].reshape(4, 9)
+    rows = [np.concatenate([np.zeros(3), face]).astype("<f4").tobytes() + bytes(2) for face in faces]
     path.parent.mkdir(parents=True, exist_ok=True)
-    rows = b"".join(struct.pack("<12fH", 0, 0, 0, *face.ravel(), 0) for face in faces)
-    path.write_bytes(bytes(80) + struct.pack("<I", len(faces)) + rows)
+    path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + b"".join(rows))
 
 
 def converted(folder: Path, text: str, base: str = "fixed", keys: str = "") -> tuple[str, mujoco.MjModel]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.export.found import FRICTION, found_in, joint, joint_result, robot_of
+from tests.export.found import FRICTION, joint, joint_result, of_joint, of_joints
 from tests.export.test_models import assert_same_dynamics, compiled, read_again
 
 from stribeck import export
@@ -21,22 +21,19 @@ PLAIN, STRIBECK = plain(), stribeck()
 SIZES = st.floats(0.01, 10.0)
 
 
-@given(SIZES, SIZES, st.floats(-3.0, 3.0))
-def test_coulomb_and_viscous_friction_are_said_as_they_are(coulomb: float, viscous: float, offset: float) -> None:
-    found = nearest(joint(coulomb=coulomb, viscous=viscous, offset=offset), PLAIN)
-    assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([coulomb, viscous])
-    assert found.numbers["static"] == pytest.approx(coulomb)
-    assert found.remains == pytest.approx(0.0, abs=1e-9)
-
-
-@given(SIZES, SIZES, st.floats(0.1, 2.0), st.floats(0.1, 0.5))
-def test_a_stribeck_effect_is_said_as_it_is_or_by_the_nearest(
-    coulomb: float, viscous: float, S: float, vs: float
+@given(SIZES, SIZES, st.floats(0.1, 2.0), st.floats(0.1, 0.5), st.floats(-3.0, 3.0))
+def test_friction_is_said_as_it_is_or_by_the_nearest(
+    coulomb: float, viscous: float, S: float, vs: float, offset: float
 ) -> None:
     effect = joint(coulomb=coulomb, viscous=viscous, stribeck_gain=S, stribeck_velocity=vs, offset=0.0)
-    found = nearest(effect, STRIBECK)
-    assert found.numbers["stribeck"] == pytest.approx(coulomb * S)
-    assert found.remains / found.of == pytest.approx(0.0, abs=1e-9)
+    simple = joint(coulomb=coulomb, viscous=viscous, offset=offset)
+    for own, form, static in ((effect, STRIBECK, coulomb * (1 + S)), (simple, PLAIN, coulomb)):
+        found = nearest(own, form)
+        expected = {"coulomb": coulomb, "viscous": viscous, "stribeck": coulomb * S, "static": static}
+        assert [found.numbers[name] for name in (*form.numbers, "static")] == pytest.approx(
+            [expected[name] for name in (*form.numbers, "static")]
+        )
+        assert found.remains == pytest.approx(0.0, abs=1e-9 * max(found.of, 1.0))
     other = nearest(effect, PLAIN)
     assert 0 < other.remains / other.of < 1
     speeds = np.linspace(-1.0, 1.0, 2001)
@@ -61,9 +58,7 @@ def test_load_is_said_as_it_is_or_at_the_loads_of_the_log() -> None:
 @pytest.mark.parametrize("form", [plain(coulomb="coulomb", viscous="viscous"), None])
 def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
     bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)
-    robot, _ = robot_of("arm", tmp_path)
-    result = replace(found_in(robot, "auto")[0], joints={"elbow": bending})
-    terms = joint_terms(result, form)["elbow"]
+    (terms,) = joint_terms(of_joint(bending, tmp_path)[0], form).values()
     assert terms.left_out["presliding"] == (0.9, "1")
     assert "presliding" not in terms.stated | terms.projected
     assert terms.stated["coulomb"][0] == pytest.approx(1.0)
@@ -90,11 +85,10 @@ def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
 
 
 def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
-    robot, _ = robot_of("arm", tmp_path)
-    first, second, third = robot.joint_names[:3]
     good = joint(coulomb=1.0, viscous=0.1, stribeck_gain=0.5, stribeck_velocity=0.1, offset=0.0)
     weak = replace(good, verdict="weak", parameters={k: replace(p, verdict="weak") for k, p in good.parameters.items()})
-    result = replace(found_in(robot, "auto")[0], joints={first: good, second: weak, third: weak}, corrections=None)
+    result, robot = of_joints(tmp_path, good, weak, weak)
+    first, second, third = result.joints
     path = tmp_path / "new.urdf"
 
     def told(**options: object) -> set[str]:
@@ -113,22 +107,17 @@ def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
 
 
 def test_numbers_have_the_digits_that_their_errors_support(tmp_path: Path) -> None:
-    robot, _ = robot_of("arm", tmp_path)
     sharp = joint(law="coulomb-viscous", coulomb=1.23456789, viscous=0.123456789, offset=0.0)
-    result = replace(found_in(robot)[0], joints={robot.joint_names[0]: sharp}, corrections=None)
+    result, robot, _ = of_joint(sharp, tmp_path)
     export(result, robot, tmp_path / "new.urdf", "urdf")
     assert 'friction="1.235" damping="0.123"' in (tmp_path / "new.urdf").read_text()
 
 
 def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: Path) -> None:
-    robot, _ = robot_of("arm", tmp_path)
-    names = robot.joint_names
-    told = {
-        names[0]: joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=("viscous",)),
-        names[1]: joint_result(FRICTION, weak=("viscous", "coulomb")),
-        names[2]: joint_result({}),
-    }
-    result = replace(found_in(robot)[0], joints=told, corrections=None)
+    strong = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=("viscous",))
+    weak = joint_result(FRICTION, weak=("viscous", "coulomb"))
+    result, robot = of_joints(tmp_path, strong, weak, joint_result({}))
+    names = list(result.joints)
     lines = export(result, robot, tmp_path / "new.urdf", "urdf")
     joints = {joint.get("name"): joint for joint in ET.parse(tmp_path / "new.urdf").getroot().iter("joint")}
     before = {joint.get("name"): joint for joint in ET.parse(robot.model_path).getroot().iter("joint")}
@@ -148,7 +137,6 @@ def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: 
 
 
 def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tmp_path: Path) -> None:
-    robot, _ = robot_of("arm", tmp_path)
     points = [
         CurvePoint(velocity=speed, value=0.0, standard_error=0.1, interval_95=(0.0, 0.2), unit="N m")
         for speed in (0.1, 0.5, 1.0)
@@ -159,27 +147,23 @@ def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tm
         reason="no friction detectable, below 0.2 N m",
         curve=tuple(points),
     )
-    result = replace(found_in(robot)[0], joints={robot.joint_names[0]: none}, corrections=None)
+    result, robot, name = of_joint(none, tmp_path)
     export(result, robot, tmp_path / "new.urdf", "urdf")
-    dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{robot.joint_names[0]}']/dynamics")
+    dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{name}']/dynamics")
     assert dynamics is not None
     assert dynamics.attrib == {"friction": "0.0", "damping": "0.0"}
-    told = f"Joint {robot.joint_names[0]}: friction 0 N m, damping 0 N m s/rad (no friction detectable, below 0.2 N m);"
+    told = f"Joint {name}: friction 0 N m, damping 0 N m s/rad (no friction detectable, below 0.2 N m);"
     assert told in (tmp_path / "new.urdf").read_text()
 
 
 def test_of_two_directions_models_get_the_mean(tmp_path: Path) -> None:
-    robot, _ = robot_of("toro", tmp_path)
-    names = robot.joint_names
     levels = {"viscous_positive": 0.2, "viscous_negative": 0.4, "coulomb_positive": 1.5, "coulomb_negative": 0.5}
-    told = {
-        names[0]: joint_result({name: (value, "N m") for name, value in levels.items()}),
-        names[1]: joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=tuple(FRICTION)),
-    }
-    result = replace(found_in(robot, "asymmetric")[0], joints=told)
+    asymmetric = replace(joint_result({name: (value, "N m") for name, value in levels.items()}), law="asymmetric")
+    rotor = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=tuple(FRICTION))
+    result, robot = of_joints(tmp_path, asymmetric, rotor, robot="toro")
     export(result, robot, tmp_path / "new.xml", "mjcf")
     model = compiled(tmp_path / "new.xml")
-    first, second = (model.joint(name).dofadr[0] for name in names[:2])
+    first, second = (model.joint(name).dofadr[0] for name in result.joints)
     assert model.dof_frictionloss[first] == pytest.approx(1.0)
     assert model.dof_damping.reshape(model.nv, -1)[first, 0] == pytest.approx(0.3)
     assert model.dof_frictionloss[second] == 0.0

@@ -26,37 +26,27 @@ def test_the_sum_is_what_was_found_and_each_link_can_exist(count: int, seed: int
     assert np.linalg.eigvalsh(shared).min() > 0
 
 
-def test_nothing_found_changes_nothing() -> None:
-    links = some_links(4, 1)
-    np.testing.assert_allclose(share(links, links.sum(axis=0)), links, atol=1e-12)
-
-
-def test_it_does_not_matter_in_which_frame() -> None:
+def test_no_correction_changes_nothing_and_frames_do_not_matter() -> None:
     links, found = some_links(3, 2), some_links(1, 3)[0]
+    np.testing.assert_allclose(share(links, links.sum(axis=0)), links, atol=1e-12)
+    one = links[0]
+    assert possible(one) is one
     pose = pin.SE3.Random().homogeneous
     np.testing.assert_allclose(
         share(pose @ links @ pose.T, pose @ found @ pose.T), pose @ share(links, found) @ pose.T, atol=1e-10
     )
 
 
-def test_an_empty_link_stays_empty_and_an_impossible_one_becomes_possible() -> None:
-    links = some_links(3, 4)
+def test_an_empty_link_and_a_sensor_stay_and_an_impossible_link_becomes_possible() -> None:
+    links, found = some_links(3, 4), some_links(1, 5)[0]
     links[0] = 0.0
     links[1, 2, 2] -= 1.0
-    shared = share(links, some_links(1, 5)[0])
+    shared = share(links, found)
     assert not shared[0].any()
     assert np.linalg.eigvalsh(shared[1:]).min() > 0
-
-
-def test_a_sensor_keeps_what_it_has() -> None:
     links = some_links(3, 7)
     links[1] *= 1e-3
     found = 1.1 * links.sum(axis=0)
     shared = share(links, found)
     np.testing.assert_array_equal(shared[1], links[1])
     np.testing.assert_allclose(shared.sum(axis=0), found, atol=1e-12 * np.abs(found).max())
-
-
-def test_what_is_possible_is_left_alone() -> None:
-    link = some_links(1, 6)[0]
-    assert possible(link) is link

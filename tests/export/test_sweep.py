@@ -40,20 +40,23 @@ Sweep = Callable[[Path, str, Robot, np.ndarray], np.ndarray]
 """File, joint, robot, speeds -> the torque that resists."""
 
 
-def in_mujoco(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
-    model = compiled(path)
+def driven(model: mujoco.MjModel, name: str, speeds: np.ndarray) -> np.ndarray:
+    """Return the torque that resists at each step of a joint that moves at these speeds, but stays where it is."""
     data, found = mujoco.MjData(model), []
     dof, place = model.joint(name).dofadr[0], model.joint(name).qposadr[0]
     for speed in speeds:
-        mujoco.mj_resetData(model, data)
-        for _step in range(50 + int(0.01 / (abs(speed) * STEP))):  # until the torque is steady
-            data.qvel[:], data.qpos[place] = 0.0, 0.0
-            data.qvel[dof] = speed
-            mujoco.mj_forward(model, data)
-            found_now = -(data.qfrc_passive + data.qfrc_actuator + data.qfrc_constraint)[dof]
-            mujoco.mj_step(model, data)
-        found.append(found_now)
+        data.qvel[:], data.qpos[place] = 0.0, 0.0
+        data.qvel[dof] = speed
+        mujoco.mj_forward(model, data)
+        found.append(-(data.qfrc_passive + data.qfrc_actuator + data.qfrc_constraint)[dof])
+        mujoco.mj_step(model, data)
     return np.array(found)
+
+
+def in_mujoco(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
+    model = compiled(path)
+    steps = [50 + int(0.01 / (abs(speed) * STEP)) for speed in speeds]  # until the torque is steady
+    return np.array([driven(model, name, np.full(n, v))[-1] for n, v in zip(steps, speeds, strict=True)])
 
 
 def _line(coulomb: float, viscous: float, speeds: np.ndarray) -> np.ndarray:
@@ -166,15 +169,8 @@ def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None
     (line,) = (line for line in export(result, robot, tmp_path / "new.xml", "mjcf") if line.startswith("Joint "))
     assert "sigma_1 1.5 N m s/rad, sigma_0 200 N m/rad" in line
     assert "bristle" not in line
-    model = compiled(tmp_path / "new.xml")
-    data, dof, place = mujoco.MjData(model), model.joint(name).dofadr[0], model.joint(name).qposadr[0]
-    velocity, found = np.repeat([0.2, -0.2], round(0.4 / STEP)), []
-    for speed in velocity:
-        data.qvel[:], data.qpos[place] = 0.0, 0.0
-        data.qvel[dof] = speed
-        mujoco.mj_forward(model, data)
-        found.append(-(data.qfrc_passive + data.qfrc_actuator + data.qfrc_constraint)[dof])
-        mujoco.mj_step(model, data)
+    velocity = np.repeat([0.2, -0.2], round(0.4 / STEP))
+    found = driven(compiled(tmp_path / "new.xml"), name, velocity)
     after = slice(len(velocity) // 2, None)
     np.testing.assert_allclose(found[after], own.friction(velocity, period=STEP)[after], atol=0.02)
     weak = {k: replace(p, verdict="weak") if "bristle" in k else p for k, p in own.parameters.items()}

@@ -108,13 +108,12 @@ def joint_terms(
 def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> JointTerms:
     there = joint.parameters
     quantities = {name: (found.value, found.unit) for name, found in there.items()}
-    has_friction = _has_friction(joint, good)
     if form is None:
         left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
         if joint.verdict == "no friction":
             return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
-        steady = {name: own for name, own in quantities.items() if name not in UNSTEADY and has_friction}
-        return JointTerms(stated=steady, left_out=left_out)
+        steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
+        return JointTerms(stated=steady if _has_friction(joint, good) else {}, left_out=left_out)
     words, rotor, (unit, units) = form.words, {}, _units(joint)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
@@ -124,7 +123,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> Join
     if joint.verdict == "no friction" and joint.curve:
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
         return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)
-    if not has_friction:
+    if not _has_friction(joint, good):
         return JointTerms(stated=rotor, left_out=left_out)
     found, errors = nearest(joint, form), _errors(joint)
     friction = {
