@@ -18,9 +18,8 @@ from stribeck.robot import Robot
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.robots.toro import ROBOT_FILE
 from stribeck_simulation.run import POSTURES
-from stribeck_simulation.walking.balance.qp import Program, Task, Weights, Wishes, build
+from stribeck_simulation.walking.balance.qp import Program, Task, Weights, Wishes, build, wrench_cone
 from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck_simulation.walking.start import start_standing
 
 

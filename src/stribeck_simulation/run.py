@@ -97,7 +97,10 @@ def run_scenario(
         )
         found = simulate_walk(robot, walk, posture, conditions, progress)
         return Simulated(robot, found.log, found.truth)
-    _refuse_in_ideal(scenario)
+    if scenario.push or scenario.model_error:
+        raise SettingsError(
+            f"scenario: the simulator '{scenario.simulator}' is ideal; pushes and model_error are for 'mujoco'"
+        )
     literal = scenario.simulator == "constrained-paper"
     found = simulate_ideal_walk(robot, walk, posture, friction, soles=soles, paper_literal=literal, progress=progress)
     return _measured(robot, found.log, found.truth, scenario)
@@ -118,12 +121,9 @@ def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
         drift = Drift(table.drift.ratios, table.drift.time_constant) if table.drift else None
         parameters = by_joint(table.joints, table.common, joints, "[friction.joints]")
         effects.append(LawFriction(joints, law_of(table), parameters, drift))
-    if table.lugre:
-        effects.append(LuGre(joints, by_joint(table.lugre, {}, joints, "[friction.lugre]")))
-    if table.backlash:
-        effects.append(Backlash(joints, by_joint(table.backlash, {}, joints, "[friction.backlash]")))
-    if table.load:
-        effects.append(Load(joints, by_joint(table.load, {}, joints, "[friction.load]")))
+    for name, effect in (("lugre", LuGre), ("backlash", Backlash), ("load", Load)):
+        if patterns := getattr(table, name):
+            effects.append(effect(joints, by_joint(patterns, {}, joints, f"[friction.{name}]")))
     return FrictionTruth(len(joints), effects)
 
 
@@ -183,10 +183,3 @@ def _measured(robot: Robot, log: RobotLog, truth: Truth, scenario: Scenario) -> 
     if scenario.sensors != "ideal":
         log = measure(log, sensors_for(log, PROFILES[scenario.sensors], scenario.seed))
     return Simulated(robot, log, truth)
-
-
-def _refuse_in_ideal(scenario: Scenario) -> None:
-    if scenario.push or scenario.model_error:
-        raise SettingsError(
-            f"scenario: the simulator '{scenario.simulator}' is ideal; pushes and model_error are for 'mujoco'"
-        )

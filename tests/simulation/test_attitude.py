@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from stribeck_simulation.walking.attitude import FLAT, AttitudeFilter, AttitudeGains
+from stribeck_simulation.walking.estimator import FLAT, AttitudeFilter, AttitudeGains
 
 PERIOD = 1e-3
 STANDING, SWINGING = 1.0, 0.0

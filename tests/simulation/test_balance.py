@@ -15,12 +15,10 @@ from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.controller import WalkingController
-from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve
+from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve, wrench_cone
 from stribeck_simulation.walking.balance.swing import PRESS, swing_at
-from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task
+from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task, desired_velocity
 from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.balance.velocity import desired_velocity
-from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck_simulation.walking.footsteps import Footprint, Steps
 from stribeck_simulation.walking.plan import plan_walk
 from stribeck_simulation.walking.start import start_standing

@@ -15,12 +15,12 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.typing import Array
+from stribeck_simulation.demo import truth_reference
 from stribeck_simulation.pictures.walk import POSES, Pose, WalkPicture, stances, stick_figure, walk_picture
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.biped import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
-from stribeck_simulation.truth import truth_reference
 
 SOLES = {f"{side}_foot": Sole((0.0, 0.0, 0.0), 0.11, 0.05) for side in SIDES}
 """Of the packaged biped."""

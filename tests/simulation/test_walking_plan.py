@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from stribeck_simulation.walking.dcm import Stretch, plan_dcm
 from stribeck_simulation.walking.footsteps import Footprint, Steps, plan_steps
-from stribeck_simulation.walking.plan import BOTH, plan_walk
+from stribeck_simulation.walking.plan import BOTH, Stretch, plan_dcm, plan_walk
 
 FEET = (Footprint(0.0, 0.1, 0.0), Footprint(0.0, -0.1, 0.0))
 PULSATION = 3.2  # [1/s]

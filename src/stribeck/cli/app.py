@@ -401,9 +401,8 @@ def demo(
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
     from stribeck.robot import Robot
-    from stribeck_simulation.demo import FILES, make_demo
+    from stribeck_simulation.demo import FILES, make_demo, truth_reference
     from stribeck_simulation.pictures.section import walk_section
-    from stribeck_simulation.truth import truth_reference
 
     check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
     with staged_folder(output) as staging, progress_bar(quiet) as progress:

@@ -121,20 +121,34 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
             f"{robot.name}: a walk cannot be drawn; expected a floating base, base_orientation and contact"
         )
     found = stances(log.time, log.contact)
-    pose_rows = _pose_rows(found, base_position)
-    points = min(2000, round((log.time[-1] - log.time[0]) / 0.02) + 2, len(log.time))  # one per 20 ms
-    com_rows = np.unique(np.linspace(0, len(log.time) - 1, points).round().astype(np.int64))
     model, data = robot.tree.model, robot.tree.model.createData()
+    configurations = _configurations(robot, log, base_position)
     poses, names = [], ()
-    for row, configuration in zip(pose_rows, _configurations(robot, log, base_position, pose_rows), strict=True):
-        pin.forwardKinematics(model, data, configuration)
+    for row in _pose_rows(found, base_position):
+        pin.forwardKinematics(model, data, configurations[row])
         names, segments = zip(*stick_figure(robot, data, soles), strict=True)
-        poses.append(Pose(time=float(log.time[row]), segments=np.array(segments), configuration=configuration))
-    ways = _configurations(robot, log, base_position, com_rows)
+        poses.append(Pose(time=float(log.time[row]), segments=np.array(segments), configuration=configurations[row]))
+    footprints = []
+    for start, end, foot in found:  # half way through a stance, where the foot rests
+        pin.framesForwardKinematics(model, data, configurations[(start + end) // 2])
+        name = log.foot_names[foot]
+        pose, sole = data.oMf[model.getFrameId(robot.contacts[name].frame)], soles.get(name, NO_SOLE)
+        x, y, _ = pose.act(np.array(sole.centre)).tolist()
+        footprints.append(
+            Footprint(
+                foot=name,
+                place=(x, y),
+                yaw=float(np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0])),
+                size=(2 * sole.half_length, 2 * sole.half_width),
+                time=float(log.time[start]),
+            )
+        )
+    points = min(2000, round((log.time[-1] - log.time[0]) / 0.02) + 2, len(log.time))  # one per 20 ms
+    rows = np.unique(np.linspace(0, len(log.time) - 1, points).round().astype(np.int64))
     return WalkPicture(
-        footprints=tuple(_footprints(robot, log, base_position, found, soles)),
-        com_time=log.time[com_rows],
-        com=np.array([pin.centerOfMass(model, data, configuration)[:2] for configuration in ways]),
+        footprints=tuple(footprints),
+        com_time=log.time[rows],
+        com=np.array([pin.centerOfMass(model, data, configurations[row])[:2] for row in rows]),
         poses=tuple(poses),
         segment_names=names,
     )
@@ -177,32 +191,12 @@ def _pose_rows(found: list[Stance], base_position: Array) -> NDArray[np.int64]:
     return np.linspace(start, end, POSES).round().astype(np.int64)
 
 
-def _configurations(robot: Robot, log: RobotLog, base_position: Array, rows: NDArray[np.int64]) -> Array:
-    """Compute configurations of the tree, shape (rows, 7 + n); the log's orientation may be another frame's."""
+def _configurations(robot: Robot, log: RobotLog, base_position: Array) -> Array:
+    """Compute configurations of the tree, shape (T, 7 + n); the log's orientation may be another frame's."""
     assert log.base_orientation is not None
-    in_root, _ = frame_pose(robot.tree, robot.tree.model.getFrameId(robot.base_frame), log.position[rows])
-    rotation = Rotation.from_quat(log.base_orientation[rows]) * Rotation.from_matrix(in_root).inv()
-    return np.hstack([base_position[rows], rotation.as_quat(), log.position[rows][:, robot.tree.columns]])
-
-
-def _footprints(
-    robot: Robot, log: RobotLog, base_position: Array, found: list[Stance], soles: Mapping[str, Sole]
-) -> Iterator[Footprint]:
-    """Yield the feet's places half way through each stance, where they rest."""
-    rows = np.array([(start + end) // 2 for start, end, _ in found], dtype=np.int64)
-    for row, base, (start, _, foot) in zip(rows, _configurations(robot, log, base_position, rows), found, strict=True):
-        name = log.foot_names[foot]
-        sole, base_turn = soles.get(name, NO_SOLE), Rotation.from_quat(base[3:7])
-        rotation, translation = robot.foot_pose(name, log.position[[row]])
-        turn = base_turn.as_matrix() @ rotation[0]
-        place = base[:3] + base_turn.apply(translation[0]) + turn @ sole.centre
-        yield Footprint(
-            foot=name,
-            place=(float(place[0]), float(place[1])),
-            yaw=float(np.arctan2(turn[1, 0], turn[0, 0])),
-            size=(2 * sole.half_length, 2 * sole.half_width),
-            time=float(log.time[start]),
-        )
+    in_root, _ = frame_pose(robot.tree, robot.tree.model.getFrameId(robot.base_frame), log.position)
+    rotation = Rotation.from_quat(log.base_orientation) * Rotation.from_matrix(in_root).inv()
+    return np.hstack([base_position, rotation.as_quat(), log.position[:, robot.tree.columns]])
 
 
 def stick_figure(robot: Robot, data: pin.Data, soles: Mapping[str, Sole]) -> Iterator[tuple[str, Array]]:

@@ -9,10 +9,9 @@ difference at sample k is the acceleration of sample k; by the old one, as the p
 and what is found from positions alone is off by 0.1 N m instead of 0.01.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -104,8 +103,7 @@ def simulate_constrained(
     feet = RigidFeet(robot, model, _ground(robot, supports, configuration), corrected=not paper_literal)
     step, samples = 1.0 / rate, round(duration * rate)
     body = _Body(robot, model, feet, friction, step, paper_literal)
-    rows = _Rows.empty(samples, model, robot)
-    q, v = configuration.copy(), np.zeros(model.nv)
+    q, v, kept = configuration.copy(), np.zeros(model.nv), []
     for k in range(samples):
         v = feet.stand(_standing(supports, k * step), k * step, q, v)
         torque = np.asarray(controller(k * step, BodyState(q.copy(), v.copy(), feet.feet)), dtype=float)
@@ -115,10 +113,11 @@ def simulate_constrained(
                 f"{robot.name}: the simulation diverges {k * step:.3f} s after the start; "
                 f"expected a controller that is stable at {rate:g} Hz"
             )
-        rows.keep(k, q, v, a, torque, resisting, feet)
+        kept.append((q, v, a, torque, resisting, feet.standing(), feet.wrenches()))
         end = v + step * a
         q = pin.integrate(model, q, step * (v if paper_literal else end))
         v = feet.held(q, end)
+    rows = _Rows(*map(np.array, zip(*kept, strict=True)))
     return _log(robot, model, rows, step), _truth(robot, rows, friction)
 
 
@@ -158,9 +157,8 @@ def _accelerate(body: _Body, time: float, q: Array, v: Array, torque: Array) -> 
     return a, body.friction.after(middle)
 
 
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """What a run has been through, a row a sample; joints in the tree's order but for friction."""
+class _Rows(NamedTuple):
+    """Samples of a run, one per row; joints in the tree's order except for friction."""
 
     configuration: Array
     velocity: Array
@@ -169,26 +167,6 @@ class _Rows:
     friction: Array
     contact: NDArray[np.bool_]
     wrench: Array
-
-    @classmethod
-    def empty(cls, samples: int, model: pin.Model, robot: Robot) -> _Rows:
-        """Return room for this many samples."""
-        joints, feet = len(robot.joint_names), len(robot.contacts)
-        return cls(
-            configuration=np.empty((samples, model.nq)),
-            velocity=np.empty((samples, model.nv)),
-            acceleration=np.empty((samples, model.nv)),
-            torque=np.empty((samples, joints)),
-            friction=np.empty((samples, joints)),
-            contact=np.zeros((samples, feet), dtype=bool),
-            wrench=np.empty((samples, feet, 6)),
-        )
-
-    def keep(self, k: int, q: Array, v: Array, a: Array, torque: Array, friction: Array, feet: RigidFeet) -> None:
-        """Write down a sample."""
-        self.configuration[k], self.velocity[k], self.acceleration[k] = q, v, a
-        self.torque[k], self.friction[k] = torque, friction
-        self.contact[k], self.wrench[k] = feet.standing(), feet.wrenches()
 
 
 def _log(robot: Robot, model: pin.Model, rows: _Rows, step: float) -> RobotLog:
@@ -214,11 +192,11 @@ def _log(robot: Robot, model: pin.Model, rows: _Rows, step: float) -> RobotLog:
 
 
 def _truth(robot: Robot, rows: _Rows, friction: FrictionTruth) -> Truth:
+    truth = Truth(friction_torque=rows.friction, parameters=friction.parameters)
     if robot.base == "fixed":
-        return Truth(friction_torque=rows.friction, parameters=friction.parameters)
-    return Truth(
-        friction_torque=rows.friction,
-        parameters=friction.parameters,
+        return truth
+    return replace(
+        truth,
         base_position=rows.configuration[:, :3],
         base_orientation=rows.configuration[:, 3:7],
         base_velocity=rows.velocity[:, :6],

@@ -9,13 +9,18 @@ from stribeck.errors import StribeckError
 from stribeck.robot import Robot
 from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.walking.balance.qp import BASE, Task, Weights, Wishes, build, solve
+from stribeck_simulation.walking.balance.qp import BASE, Task, Weights, Wishes, build, solve, wrench_cone
 from stribeck_simulation.walking.balance.step_adjustment import StepAdjuster
 from stribeck_simulation.walking.balance.swing import Swing, swing_at
-from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task, swing_error, swing_task
+from stribeck_simulation.walking.balance.tasks import (
+    Gains,
+    base_task,
+    com_task,
+    desired_velocity,
+    swing_error,
+    swing_task,
+)
 from stribeck_simulation.walking.balance.terms import Dynamics, FootState, Terms
-from stribeck_simulation.walking.balance.velocity import desired_velocity
-from stribeck_simulation.walking.balance.wrench_cone import wrench_cone
 from stribeck_simulation.walking.plan import BOTH, Plan
 from stribeck_simulation.walking.start import Start
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.walking.dcm import Stretch, plan_dcm
-from stribeck_simulation.walking.plan import BOTH, Plan
+from stribeck_simulation.walking.plan import BOTH, Plan, Stretch, plan_dcm
 
 LEFT = 0.3
 """Share of the next sole that is left to bear an error."""
