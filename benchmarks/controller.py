@@ -14,7 +14,7 @@ from stribeck.export.joints import JointTerms
 from stribeck.export.target import Request
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
 from stribeck.robot import Robot
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 
 TERMS = {
     "viscous": 0.3,

@@ -36,7 +36,7 @@ from stribeck_simulation.friction import FrictionTruth, LawFriction
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.rigid.constrained import BodyState, simulate_constrained
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table

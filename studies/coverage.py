@@ -22,7 +22,7 @@ from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.gait import Gait
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.sensors.measure import with_noise
 from studies.command import Row, command

@@ -23,7 +23,7 @@ from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.gait import Gait
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 from studies.accuracy_cases import CASES, LAW, measured, wrong_model
 from studies.command import ROOT, Row, command

@@ -8,7 +8,7 @@ from pathlib import Path
 import stribeck
 from stribeck import Robot, read_log
 from stribeck_simulation.files import read_truth, write_simulated
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import PACKAGED, Simulated, run_scenario
 from stribeck_simulation.scenario import Scenario
 

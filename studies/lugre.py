@@ -26,7 +26,7 @@ from stribeck import Result, Robot, RobotLog, Settings, identify
 from stribeck.friction import get_law
 from stribeck_simulation.friction import FrictionTruth, Instant, LawFriction, LuGre
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.sensors.measure import with_noise
 from studies.command import Row, command, rounded

@@ -20,7 +20,7 @@ from stribeck.identification.whole_log.tests_of_fit.findings import UNCLEAR
 from stribeck.log import RobotLog
 from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 from studies.accuracy import ALL_CASES, walks_of
 from studies.accuracy_cases import CASES

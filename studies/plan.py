@@ -38,7 +38,7 @@ from stribeck.settings import RobotFile
 from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.ground import inverse_dynamics
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 from studies.accuracy_cases import wrong_model
 from studies.command import Row, command, rounded

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stribeck import Robot
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.walking.footsteps import Steps

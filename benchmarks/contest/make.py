@@ -45,7 +45,7 @@ from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, LuGre
 from stribeck_simulation.friction.injection import Instant
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import PACKAGED, POSTURES, Simulated, run_scenario
 from stribeck_simulation.sensors.measure import measure, sensors_for
 

@@ -16,7 +16,7 @@ from stribeck_simulation.files import write_simulated
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.pictures.walk import WalkPicture, walk_picture
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import read_scenario

@@ -13,7 +13,7 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck_simulation.friction import Backlash, Drift, FrictionEffect, FrictionTruth, LawFriction, Load, LuGre
 from stribeck_simulation.prescribed.exact import Truth, exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.scenario import FrictionTable, Named, Scenario, by_joint
 from stribeck_simulation.sensors.measure import measure, sensors_for

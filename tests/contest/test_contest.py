@@ -21,7 +21,7 @@ from benchmarks.contest.table import lines, real_table
 from stribeck import Robot, read_log
 from stribeck.errors import SettingsError
 from stribeck.methods import METHODS
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 4.0

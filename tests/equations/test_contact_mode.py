@@ -11,7 +11,7 @@ from stribeck.log import RobotLog
 from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings, Settings
 from stribeck_simulation.prescribed.exact import Truth, exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}

@@ -14,7 +14,7 @@ from stribeck.equations.constants import LONGEST_FLIGHT
 from stribeck.log import RobotLog
 from stribeck.log.sampling import regularise
 from stribeck.typing import Array
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 
 COULOMB = 2.0
 

@@ -13,7 +13,7 @@ from stribeck.dynamics.state import Orientation, State
 from stribeck.equations.regressors import inertia_regressors, zero_regressors
 from stribeck.robot.rooting import RootedModel
 from stribeck.typing import Array
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 
 FEET = [("toro.toml", "left_foot"), ("toro.toml", "right_foot"), ("arm.toml", "")]
 

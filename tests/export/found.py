@@ -13,7 +13,7 @@ from stribeck.identification.whole_log.model.bodies import bodies_of
 from stribeck.result import BodyCorrection, Corrections, JointResult, LogSummary, ParameterEstimate, Result
 from stribeck.robot import Robot
 from stribeck.settings import Priors
-from stribeck_simulation.robots.biped import MODELS as PACKAGED
+from stribeck_simulation.robots import MODELS as PACKAGED
 from stribeck_simulation.robots.toro import ROBOT_FILE
 
 FRICTION = {"viscous": (0.3, "N m s/rad"), "coulomb": (1.2, "N m"), "offset": (-0.4, "N m")}

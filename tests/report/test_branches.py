@@ -12,7 +12,7 @@ from stribeck.report.details import branch_charts, branches
 from stribeck.result import Result
 from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 

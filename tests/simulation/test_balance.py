@@ -12,7 +12,7 @@ from tests.simulation.walkers import POSTURE, SOLES, walker
 from stribeck.errors import SettingsError
 from stribeck.typing import Array
 from stribeck_simulation.mujoco.model import compile_body
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.controller import WalkingController
 from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve, wrench_cone

@@ -16,7 +16,7 @@ from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.mujoco.simulator import MujocoSim, foot_wrenches
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.start import start_standing

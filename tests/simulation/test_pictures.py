@@ -18,7 +18,7 @@ from stribeck.typing import Array
 from stribeck_simulation.demo import truth_reference
 from stribeck_simulation.pictures.walk import POSES, Pose, WalkPicture, stances, stick_figure, walk_picture
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
 

@@ -11,7 +11,7 @@ from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck import identify
 from stribeck.robot import Robot
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.profiles import PROFILES
 from stribeck_simulation.walking.footsteps import Steps
 from stribeck_simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk

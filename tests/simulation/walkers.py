@@ -8,7 +8,7 @@ from tests.models import MODELS as EXAMPLE_MODELS
 from stribeck.friction import Stribeck
 from stribeck.robot import Robot
 from stribeck_simulation.friction import FrictionTruth, LawFriction
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 
 LEG_JOINTS = ("leg_", "hip", "knee", "ankle")

@@ -19,7 +19,7 @@ from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
 from stribeck.identification.judgement.curve import WIDEST
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import Simulated, friction_of
 from stribeck_simulation.walking.footsteps import Steps
 from stribeck_simulation.walking.simulate import Push

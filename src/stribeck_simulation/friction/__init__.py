@@ -6,5 +6,5 @@ from stribeck_simulation.friction.injection import FrictionTruth as FrictionTrut
 from stribeck_simulation.friction.injection import Instant as Instant
 from stribeck_simulation.friction.law import Drift as Drift
 from stribeck_simulation.friction.law import LawFriction as LawFriction
-from stribeck_simulation.friction.load import Load as Load
+from stribeck_simulation.friction.law import Load as Load
 from stribeck_simulation.friction.lugre import LuGre as LuGre

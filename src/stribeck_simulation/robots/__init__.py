@@ -1,1 +1,6 @@
 """The robots that come with the package."""
+
+from pathlib import Path
+
+MODELS = Path(__file__).parent / "models"
+"""Folder of the packaged models and robot files."""

@@ -86,7 +86,8 @@ def plan_steps(walk: Sequence[Steps], feet: tuple[Footprint, Footprint]) -> list
         foot = _first_foot(kind, sides)
         for k in range(kind.count):
             if k < kind.count - 1:
-                centre = _advance(centre, kind, leading=k % 2 == 0)
+                sideways = kind.sideways if k % 2 == 0 else 0.0
+                centre = _place(centre, Footprint(kind.forward, sideways, kind.turn))
             goal = _place(centre, _at_width(sides[foot], kind.width))
             steps.append(Step(foot, now[foot], goal, now[1 - foot], kind))
             now[foot] = goal
@@ -115,11 +116,6 @@ def _first_foot(kind: Steps, sides: tuple[Footprint, Footprint]) -> int:
 def _at_width(side: Footprint, width: float | None) -> Footprint:
     """Return a foot's pose seen from the middle of the feet, at half of this width [m]."""
     return side if width is None else replace(side, y=float(np.copysign(width / 2, side.y)))
-
-
-def _advance(centre: Footprint, kind: Steps, leading: bool) -> Footprint:
-    sideways = kind.sideways if leading else 0.0
-    return _place(centre, Footprint(kind.forward, sideways, kind.turn))
 
 
 def _place(centre: Footprint, seen: Footprint) -> Footprint:

@@ -38,10 +38,6 @@ class FellError(StribeckError):
     """The simulated robot fell."""
 
 
-def _unheard(_: float) -> None:
-    """Tell nobody."""
-
-
 @dataclass(frozen=True)
 class Push:
     """A force on the base for a time.
@@ -120,7 +116,7 @@ def simulate_walk(
     walk: Sequence[Steps],
     posture: Mapping[str, float],
     conditions: Conditions,
-    progress: Callable[[float], None] = _unheard,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Walk:
     """Let a robot walk, torque-controlled at 500 Hz; its sensors are logged at 1 kHz.
 

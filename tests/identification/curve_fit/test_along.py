@@ -20,7 +20,7 @@ from stribeck.motion.averaging import average_nodes
 from stribeck.samples import Samples
 from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 TRUTH = np.array([0.3, 1.2, 0.3, 0.15, 0.2, 4e-3, 2.0])

@@ -10,7 +10,7 @@ from stribeck import Robot
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.sensors.measure import with_noise
 

@@ -15,7 +15,7 @@ from stribeck.log import RobotLog
 from stribeck.result import Result, read_result
 from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 
 SHARED = {"viscous": 0.5, "coulomb": 2.0}

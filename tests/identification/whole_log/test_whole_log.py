@@ -17,7 +17,7 @@ from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.preparation import prepare
 from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.biped import MODELS
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.sensors.measure import with_noise
 

@@ -4,14 +4,12 @@
 from their solids and writes them out, so that every reader of the file takes the same numbers.
 """
 
-from pathlib import Path
-
 import mujoco
 import numpy as np
 
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.toro.table import FOOT_SIZE, PELVIS, SIDES, SOLE, Solid, toro_links
 
-MODELS = Path(__file__).parents[1] / "models"
 MODEL_FILE = MODELS / "toro.xml"
 ROBOT_FILE = MODELS / "toro.toml"
 FOOT_THICKNESS = 0.03

@@ -1,4 +1,7 @@
-"""The TORO-like model is what its table says, the same robot to both engines, and its sides are mirror images."""
+"""The packaged humanoids are what their tables say, the same to both engines, and their sides are mirror images."""
+
+from collections.abc import Callable
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -6,27 +9,10 @@ import pinocchio as pin
 import pytest
 
 from stribeck.robot import Robot
+from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.toro import FOOT_SIZE, MODEL_FILE, ROBOT_FILE, standing_posture, toro_links, toro_mjcf
 
 LEG = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
-PRINTED = {
-    "hip_roll": (110, 176),
-    "hip_pitch": (157, 100),
-    "hip_yaw": (157, 100),
-    "knee": (176, 130),
-    "ankle_roll": (120, 40),
-    "ankle_pitch": (176, 130),
-    "waist": (157, 100),
-    "shoulder_1": (157, 100),
-    "shoulder_2": (157, 100),
-    "shoulder_3": (120, 40),
-    "elbow": (120, 40),
-    "wrist_1": (120, 40),
-    "wrist_2": (120, 40),
-    "neck_yaw": (270, 8.4),
-    "neck_pitch": (270, 8.4),
-}
-"""Speed [deg/s] and torque [N m] of Table 4.1."""
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +25,37 @@ def engines() -> tuple[mujoco.MjModel, pin.Model]:
     return mujoco.MjModel.from_xml_path(str(MODEL_FILE)), pin.buildModelFromMJCF(str(MODEL_FILE))
 
 
-def test_the_packaged_file_is_made_of_the_table():
+def test_the_packaged_file_is_made_of_the_table(engines):
     assert MODEL_FILE.read_text(encoding="utf-8") == toro_mjcf()
+    compiled, _ = engines
+    for link in toro_links():
+        effort = link.drive.effort
+        np.testing.assert_allclose(compiled.jnt_actfrcrange[compiled.joint(link.name).id], (-effort, effort))
+        np.testing.assert_allclose(compiled.joint(link.name).range, np.radians(link.range), atol=1e-5)
+
+
+def test_the_biped_consists_of_solids():
+    """A box and a cylinder have the moments of the textbook; 60 kg, and 1.64 m from the sole to the crown."""
+    robot = Robot.from_file(MODELS / "robot.toml")
+    assert robot.mass == pytest.approx(60.0, abs=0.01)
+    assert len(robot.joint_names) == 23
+    assert robot.position_controlled == ("neck_yaw", "neck_pitch")
+    assert robot.warnings == ()
+    sole = robot.foot_pose("left_foot", np.zeros((1, 23)))[1][0, 2]
+    assert 0.10 + 0.40 + 0.05 + 0.19 - sole == pytest.approx(1.64)  # the way up the trunk to the top of the head
+    links = [link for link in ElementTree.parse(MODELS / "biped.urdf").getroot().iter("link") if len(link)]
+    assert len(links) == 24
+    for link in links:
+        solid, inertia = link.find("visual/geometry")[0], link.find("inertial/inertia")
+        if solid.tag == "box":
+            square = np.array(solid.get("size").split(), dtype=float) ** 2 / 12
+        else:
+            radius, length = float(solid.get("radius")), float(solid.get("length"))
+            square = np.array([radius**2 / 4, radius**2 / 4, length**2 / 12])
+        expected = float(link.find("inertial/mass").get("value")) * (square.sum() - square)
+        found = [float(inertia.get(key)) for key in ("ixx", "iyy", "izz")]
+        np.testing.assert_allclose(found, expected, rtol=1e-8)
+        assert link.find("visual/origin").get("xyz") == link.find("inertial/origin").get("xyz")
 
 
 def test_joints_mass_and_height_are_those_of_the_paper(robot, engines):
@@ -57,15 +72,6 @@ def test_joints_mass_and_height_are_those_of_the_paper(robot, engines):
     extent = [data.geom_xpos[:, 2] + sign * compiled.geom_aabb[:, 5] for sign in (1, -1)]
     upright = np.abs(data.geom_xmat[:, 8]) > 0.99
     assert extent[0][upright].max() - extent[1][upright].min() == pytest.approx(1.74)
-
-
-def test_limits_are_those_of_the_printed_table(engines):
-    compiled, _ = engines
-    for link in toro_links():
-        speed, effort = PRINTED[link.name.removeprefix("left_").removeprefix("right_")]
-        assert (link.drive.speed, link.drive.effort) == (speed, effort)
-        np.testing.assert_allclose(compiled.jnt_actfrcrange[compiled.joint(link.name).id], (-effort, effort))
-        np.testing.assert_allclose(compiled.joint(link.name).range, np.radians(link.range), atol=1e-5)
 
 
 def test_both_engines_agree_on_inertia_and_bias(engines):
@@ -95,21 +101,35 @@ def test_both_engines_agree_on_inertia_and_bias(engines):
         )
 
 
-def test_sides_are_mirror_images():
-    """Torques of the mirrored motion are the mirrored torques: sides change places, roll and yaw change sign."""
+def biped() -> tuple[pin.Model, set[str]]:
+    """Return a biped with a fixed base, and the joints whose axis goes from side to side."""
+    model = pin.buildModelFromUrdf(str(MODELS / "biped.urdf"))
+    names = list(model.names)[1:]
+    return model, {name for name in names if any(word in name for word in ("pitch", "knee", "elbow"))}
+
+
+def toro() -> tuple[pin.Model, set[str]]:
     floating = pin.buildModelFromMJCF(str(MODEL_FILE))
     model = pin.buildReducedModel(floating, [1], pin.neutral(floating))
+    return model, {link.name for link in toro_links() if link.axis[1] != 0}
+
+
+@pytest.mark.parametrize("make", [biped, toro])
+def test_sides_are_mirror_images(make: Callable[[], tuple[pin.Model, set[str]]]):
+    """Torques of the mirrored motion are the mirrored torques: sides change places, roll and yaw change sign."""
+    model, across = make()
     names = list(model.names)[1:]
     other = [name.replace("left", "#").replace("right", "left").replace("#", "right") for name in names]
     place = [names.index(name) for name in other]
-    across = {link.name: link.axis[1] != 0 for link in toro_links()}
-    sign = np.array([1.0 if across[name] else -1.0 for name in names])
+    sign = np.array([1.0 if name in across else -1.0 for name in names])
     generator = np.random.default_rng(0)
     for _ in range(5):
         motion = generator.uniform(-1, 1, (3, model.nv))
         torque = pin.rnea(model, model.createData(), *motion)
         mirrored = pin.rnea(model, model.createData(), *(sign * motion[:, place]))
-        np.testing.assert_allclose(mirrored, sign * torque[place], atol=1e-4)  # the file has six digits
+        np.testing.assert_allclose(
+            mirrored, sign * torque[place], atol=1e-12 if make is biped else 1e-4
+        )  # toro.xml has six digits
     low, high = model.lowerPositionLimit, model.upperPositionLimit
     np.testing.assert_array_equal(np.where(sign > 0, low, -high)[place], low)
 
