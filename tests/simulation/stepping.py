@@ -8,11 +8,14 @@ import pinocchio as pin
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
+from stribeck_simulation.demo import SCENARIO
 from stribeck_simulation.friction import FrictionTruth, LawFriction
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.prescribed.exact import Truth
 from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
 from stribeck_simulation.robots.toro import ROBOT_FILE, standing_posture
+from stribeck_simulation.run import friction_of
+from stribeck_simulation.scenario import read_scenario
 
 LEFT, RIGHT = ("left_foot",), ("right_foot",)
 SUPPORTS = (
@@ -26,25 +29,15 @@ DURATION = 2.4
 SWINGS = {"right": (0.2, 1.0), "left": (1.3, 2.1)}
 SWING = {"hip_roll": 0.15, "hip_pitch": -0.4, "hip_yaw": 0.3, "knee": 0.6, "ankle_roll": 0.15, "ankle_pitch": -0.2}
 """How far the joints of the left leg go and come back [rad]; roll and yaw of the right one go the other way."""
-LEVELS = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
-"""Coulomb friction and offset [N m], Table 6.2."""
-FRICTION = {
-    f"{side}_{joint}": {
-        "viscous": 0.2,
-        "coulomb": level,
-        "stribeck_gain": 0.2,
-        "stribeck_velocity": 0.2,
-        "offset": level,
-        "slope": 40.0,
-    }
-    for side in SWINGS
-    for joint, level in LEVELS.items()
-}
 
 
 @cache
 def toro() -> Robot:
     return Robot.from_file(ROBOT_FILE)
+
+
+FRICTION = friction_of(read_scenario(SCENARIO), toro()).parameters
+"""In the joints of the legs, Table 6.2."""
 
 
 def reference(time: float) -> np.ndarray:

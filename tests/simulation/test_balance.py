@@ -1,5 +1,6 @@
 """The whole-body program: its cone, its terms, and what its solution keeps to."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,9 @@ from tests.models import make_robot
 from tests.simulation.walkers import POSTURE, SOLES, walker
 
 from stribeck.errors import SettingsError
+from stribeck.robot import Robot
 from stribeck.typing import Array
-from stribeck_simulation.mujoco.model import compile_body
+from stribeck_simulation.mujoco.model import Body, compile_body
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.controller import WalkingController
@@ -21,7 +23,7 @@ from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.footsteps import Footprint, Steps
 from stribeck_simulation.walking.plan import plan_walk
-from stribeck_simulation.walking.start import start_standing
+from stribeck_simulation.walking.start import Start, start_standing
 
 SOLE = Sole((0.0, 0.0, 0.0), 0.1, 0.05)
 
@@ -46,6 +48,14 @@ def test_the_cone_holds_all_that_corner_forces_can_give_and_no_more() -> None:
     assert pressing.all()  # each face touches what corner forces can give
     for wrench in ([0, 0, -1, 0, 0, 0], [50, 0, 100, 0, 0, 0], [0, 0, 100, 6, 0, 0], [0, 0, 100, 0, 11, 0]):
         assert (cone @ np.array(wrench, dtype=float)).max() > 0
+
+
+@cache
+def standing_toro() -> tuple[Robot, Body, Dynamics, Start]:
+    robot = walker("toro", Path())
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    return robot, body, dynamics, start_standing(robot, dynamics, POSTURE["toro"])
 
 
 @pytest.mark.parametrize("name", ["toro", "g1"])
@@ -81,11 +91,8 @@ def test_the_swing_starts_and_lands_at_rest_and_its_derivatives_are_its_own() ->
         np.testing.assert_allclose(exact[[0, -1]], 0.0, atol=1e-12)
 
 
-def test_standing_torques_carry_the_robot_within_cones_and_limits(tmp_path: Path) -> None:
-    robot = walker("toro", tmp_path)
-    body = compile_body(robot)
-    dynamics = Dynamics(robot, body.soles)
-    start = start_standing(robot, dynamics, POSTURE["toro"])
+def test_standing_torques_carry_the_robot_within_cones_and_limits() -> None:
+    robot, body, dynamics, start = standing_toro()
     plan = plan_walk([Steps(count=2)], start.feet, 3.2)
     controller = WalkingController(robot, dynamics, body.soles, start, body.torque_limit, plan, Gains())
     rest = np.zeros(dynamics.model.nv)
@@ -105,12 +112,9 @@ def test_standing_torques_carry_the_robot_within_cones_and_limits(tmp_path: Path
     assert np.all(np.abs(torque) <= body.torque_limit)
 
 
-def test_the_watched_limits_give_the_whole_programs_solution(tmp_path: Path) -> None:
+def test_the_watched_limits_give_the_whole_programs_solution() -> None:
     """Torques are those of a controller that always watches every joint."""
-    robot = walker("toro", tmp_path)
-    body = compile_body(robot)
-    dynamics = Dynamics(robot, body.soles)
-    start = start_standing(robot, dynamics, POSTURE["toro"])
+    robot, body, dynamics, start = standing_toro()
     plan = plan_walk([Steps(count=2, forward=0.2)], start.feet, 3.2)
     limit = np.minimum(body.torque_limit, 40.0)  # knees need more than that
     quick, whole = (WalkingController(robot, dynamics, body.soles, start, limit, plan, Gains()) for _ in range(2))
@@ -128,12 +132,9 @@ def test_the_watched_limits_give_the_whole_programs_solution(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("feet", [(1,), (0, 1)])
-def test_the_desired_velocity_is_the_tasks_own(feet: tuple[int, ...], tmp_path: Path) -> None:
+def test_the_desired_velocity_is_the_tasks_own(feet: tuple[int, ...]) -> None:
     """With the standing foot at rest, it moves the centre of mass, the base and the feet as they are asked to."""
-    robot = walker("toro", tmp_path)
-    body = compile_body(robot)
-    dynamics = Dynamics(robot, body.soles)
-    start = start_standing(robot, dynamics, POSTURE["toro"])
+    _, _, dynamics, start = standing_toro()
     nv = dynamics.model.nv
     terms = dynamics.at(start.configuration, np.zeros(nv))
     dcm, turned = terms.com[:2] + np.array([0.01, 0.02]), np.eye(3, nv, 3)
@@ -153,12 +154,9 @@ def test_the_desired_velocity_is_the_tasks_own(feet: tuple[int, ...], tmp_path: 
 
 
 @pytest.mark.parametrize("feet", [(1,), (0, 1)])
-def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...], tmp_path: Path) -> None:
+def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...]) -> None:
     """The program of all accelerations and wrenches, with the equation of motion as a constraint, says the same."""
-    robot = walker("toro", tmp_path)
-    body = compile_body(robot)
-    dynamics = Dynamics(robot, body.soles)
-    start = start_standing(robot, dynamics, POSTURE["toro"])
+    _, _, dynamics, start = standing_toro()
     generator = np.random.default_rng(6)
     nv, n = dynamics.model.nv, dynamics.model.nv - 6
     configuration, velocity = start.configuration.copy(), 0.2 * generator.normal(size=nv)

@@ -74,8 +74,11 @@ def difference(signal: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_velocity_and_acceleration_are_the_derivatives_of_position(case):
-    _, log, truth = made(case)
+def test_velocity_and_acceleration_are_the_derivatives_of_position_within_limits(case):
+    """Free joints stay within their limits; legs, placed by inverse kinematics, within a tenth of a radian."""
+    robot, log, truth = made(case)
+    low, high = robot.position_limits
+    assert np.all((log.position > low - 0.1) & (log.position < high + 0.1))
     np.testing.assert_allclose(difference(log.position), log.velocity[2:-2], atol=5e-6)
     np.testing.assert_allclose(difference(log.velocity), log.acceleration[2:-2], atol=5e-2 if "trot" in case else 2e-4)
     if truth.base_position is not None:
@@ -89,7 +92,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_position(case):
 
 @pytest.mark.parametrize("case", CASES)
 def test_equation_of_motion_holds(case):
-    """M a + h = S^T (tau - R) + J^T W, row by row, from the untouched model."""
+    """M a + h = S^T (tau - R) + J^T W, row by row, from the untouched model; base rows are the rate of momentum."""
     robot, log, truth = made(case)
     for k in samples(log):
         model, q, v, a = plain_state(case, k)
@@ -128,22 +131,6 @@ def test_standing_feet_stay_where_they_are(case):
         assert np.abs(np.array(poses) - poses[0]).max() < 1e-9
 
 
-@pytest.mark.parametrize("case", STANDING)
-def test_ground_and_gravity_change_the_momentum(case):
-    robot, log, _ = made(case)
-    for k in samples(log):
-        model, q, v, a = plain_state(case, k)
-        data = model.createData()
-        change = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, a)
-        pin.updateFramePlacements(model, data)
-        total = pin.Force(robot.mass * robot.gravity, np.zeros(3))
-        for foot, wrench in zip(log.foot_names, log.foot_wrench[k], strict=True):
-            pose = data.oMf[model.getFrameId(robot.contacts[foot].frame)]
-            pose = pin.SE3(pose.rotation, pose.translation - data.com[0])
-            total += pose.act(pin.Force(wrench))
-        np.testing.assert_allclose(change.vector, total.vector, atol=1e-7)
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_power_of_the_joints_is_the_rate_of_energy(case):
     """The ground does no work, so d/dt (kinetic + potential energy) = v (tau - R)."""
@@ -173,34 +160,7 @@ def test_friction_is_the_law_and_dissipates(case):
         assert np.all((friction - STRIBECK["offset"]) * log.velocity[:, column] >= 0)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_joints_stay_within_limits_or_close(case):
-    """Free joints stay within their limits; legs, placed by inverse kinematics, within a tenth of a radian."""
-    robot, log, _ = made(case)
-    model = plain_model(case.split()[0])
-    for column, name in enumerate(robot.joint_names):
-        joint = model.joints[model.getJointId(name)]
-        if joint.nq == 1:
-            assert log.position[:, column].min() > model.lowerPositionLimit[joint.idx_q] - 0.1
-            assert log.position[:, column].max() < model.upperPositionLimit[joint.idx_q] + 0.1
-
-
-@pytest.mark.parametrize(("case", "fast"), [("ur5 walk", 1.0), ("talos walk", 0.8)])
-def test_moving_joints_pass_the_stribeck_region(case, fast):
-    """Every joint is both slow against vs = 0.2 rad/s and fast against it, the legs while they swing."""
-    robot = example_robot(case.split()[0])
-    log, _ = exact_log(robot, Stribeck(), {}, duration=8, seed=1, posture=POSTURES.get(case.split()[0]))
-    for column in range(len(robot.joint_names)):
-        moving = np.ones(len(log.time), dtype=bool)
-        for k, foot in enumerate(log.foot_names):
-            if robot.standing((foot,))[column]:
-                moving &= ~log.contact[:, k]
-        speed = np.abs(log.velocity[moving, column])
-        assert (speed < 0.05).sum() > 20
-        assert speed.max() > fast, robot.joint_names[column]
-
-
-def test_a_walk_swings_one_foot_at_a_time():
+def test_a_walk_swings_one_foot_at_a_time_and_a_trot_two():
     _, log, _ = made("talos walk")
     standing = log.contact.sum(axis=1)
     assert set(standing) == {1, 2}
@@ -208,12 +168,10 @@ def test_a_walk_swings_one_foot_at_a_time():
     assert np.all(log.foot_wrench[standing == 1][:, :, 2].sum(axis=1) > 0)
     assert np.abs(np.diff(log.torque, axis=0)).max() < 10  # load passes from foot to foot smoothly
 
-
-def test_point_feet_carry_no_moment():
-    for case, standing in (("go2 walk", {3, 4}), ("go2 trot", {2, 4})):
+    for case, numbers in (("go2 walk", {3, 4}), ("go2 trot", {2, 4})):
         _, log, _ = made(case)
-        assert set(log.contact.sum(axis=1)) == standing
-        assert not log.foot_wrench[:, :, 3:].any()
+        assert set(log.contact.sum(axis=1)) == numbers
+        assert not log.foot_wrench[:, :, 3:].any()  # point feet carry no moment
 
 
 def test_seed_decides_the_motion():
@@ -257,12 +215,8 @@ def test_wrong_arguments_are_named(name):
     robot, arguments, words = WRONG[name]
     with pytest.raises(SettingsError, match=words):
         exact_log(example_robot(robot), Stribeck(), arguments.pop("parameters", {}), duration=1.0, **arguments)
-
-
-def test_a_floating_robot_needs_feet():
-    robot = make_robot("go2_description/urdf/go2.urdf", {}, {})
-    with pytest.raises(SettingsError, match="needs \\[contacts\\] to stand on"):
-        exact_log(robot, Stribeck(), {}, duration=1.0)
+    with pytest.raises(SettingsError, match=r"needs \[contacts\] to stand on"):
+        exact_log(make_robot("go2_description/urdf/go2.urdf", {}, {}), Stribeck(), {}, duration=1.0)
 
 
 def test_both_feet_share_the_load_in_the_least_way():

@@ -85,21 +85,13 @@ def test_a_steep_law_on_a_light_link_at_rest_does_not_chatter():
     np.testing.assert_allclose(run["velocity"][-50:], np.arctanh(0.5) / 40, rtol=1e-3)
 
 
-def test_joints_keep_their_columns():
+def test_joints_keep_their_columns_and_effects_add_up():
     parameters = {"c": STRIBECK, "a": {**STRIBECK, "offset": -1.0}}
-    truth = FrictionTruth(3, [LawFriction(["a", "b", "c"], Stribeck(), parameters)])
+    truth = FrictionTruth(3, [LawFriction(["a", "b", "c"], Stribeck(), parameters) for _ in range(2)])
     at_rest = np.zeros(3)
     damping, _ = truth.before(Instant(time=0, step=1e-3, position=at_rest, velocity=at_rest, torque=at_rest))
-    np.testing.assert_allclose(truth.after(np.zeros(3)), [-1.0, 0.0, 0.3])
-    np.testing.assert_allclose(damping, [48.2, 0.0, 48.2], rtol=1e-4)  # Fv + Fc a (1 + S)
-
-
-def test_effects_add_up():
-    single = FrictionTruth(1, [LawFriction(["a"], Stribeck(), {"a": STRIBECK})])
-    double = FrictionTruth(1, [LawFriction(["a"], Stribeck(), {"a": STRIBECK}) for _ in range(2)])
-    instant = Instant(time=0, step=1e-3, position=np.zeros(1), velocity=np.array([0.4]), torque=np.zeros(1))
-    single.before(instant), double.before(instant)
-    np.testing.assert_allclose(double.after(np.array([0.5])), 2 * single.after(np.array([0.5])))
+    np.testing.assert_allclose(truth.after(np.zeros(3)), [-2.0, 0.0, 0.6])
+    np.testing.assert_allclose(damping, [96.4, 0.0, 96.4], rtol=1e-4)  # twice Fv + Fc a (1 + S)
 
 
 def test_warm_joints_have_the_warm_parameters():
@@ -181,8 +173,5 @@ def test_load_takes_a_share_of_the_torque_and_only_energy_out():
     assert moving.mean() > 0.8
     sign = np.sign(run["velocity"])
     np.testing.assert_allclose(run["friction"][moving], (0.1 * np.abs(run["torque"]) * sign)[moving], rtol=0.02)
-
-
-def test_load_holds_no_more_than_its_share():
     run = swing(Load(["a"], {"a": {"load_share": 0.5, "load_slope": 1e4}}), lambda _: 2.0, 1.0)
     assert run["velocity"][-1] == pytest.approx(1.0 * (2.0 - 1.0) / 0.01, rel=0.01)  # half of it is lost

@@ -128,36 +128,17 @@ def free_leg(step: float, control_period: float) -> tuple[MujocoSim, int]:
     return sim, names.index("left_knee")
 
 
-def distance_from_the_law(step: float) -> float:
-    """How far the friction torque that acts is from the law at the velocity that positions show [N m], RMS."""
-    sim, knee = free_leg(step, step)
-    values = np.array([sim.friction.parameters["left_knee"][parameter.name] for parameter in Stribeck().parameters])
-    joint = sim.body.position_index[knee]
-    torque = np.zeros(27)
-    positions, frictions = [], []
-    for k in range(round(1.0 / step)):
-        torque[knee] = 0.3 + 10.0 * np.sin(2 * np.pi * 3 * k * step)
-        sim.advance(torque)
-        positions.append(sim.data.qpos[joint])
-        frictions.append(sim.now().friction_torque[knee])
-    shown = (np.array(positions[2:]) - positions[:-2]) / (2 * step)  # friction of a step acts at the position before it
-    return float(np.sqrt(np.mean((np.array(frictions[2:]) - Stribeck().torque(shown, values)) ** 2)))
+def distances_from_the_laws(step: float) -> list[float]:
+    """Return how far friction is from its law, and joint torques from the ones that the motion needs [N m], RMS.
 
-
-def test_friction_is_the_law_s_at_the_velocity_that_positions_show() -> None:
-    """The error falls with the square of the physics step: it is no friction that depends on the acceleration."""
-    coarse, fine = distance_from_the_law(0.0005), distance_from_the_law(0.00025)
-    assert fine < 2e-3
-    assert 3.0 < coarse / fine < 5.0
-
-
-def distance_from_the_equation_of_motion(step: float) -> float:
-    """How far the joint torques that act are from those that the shown motion needs [N m], RMS."""
+    Both belong to the motion that positions show.
+    """
     sim, knee = free_leg(step, step)
     sim.body.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)  # no joint's stop acts
     model = Robot.from_file(MODELS / "toro.toml").tree.model
     data, torque = model.createData(), np.zeros(27)
-    errors = []
+    values = np.array([sim.friction.parameters["left_knee"][parameter.name] for parameter in Stribeck().parameters])
+    positions, frictions, errors = [], [], []
     for k in range(round(0.3 / step)):
         torque[[0, knee - 1, knee]] = np.array([5.0, -5.0, 5.0]) * np.sin(2 * np.pi * 3 * k * step)
         before, _ = as_mujoco_has_it(sim)
@@ -165,15 +146,19 @@ def distance_from_the_equation_of_motion(step: float) -> float:
         applied, _, _ = sim.advance(torque)
         change = sim.data.qvel - velocity
         v, a = as_pinocchio_has_them(sim, before, velocity + 0.5 * change, change / step)
-        errors.append(pin.rnea(model, data, before, v, a)[6:] + sim.now().friction_torque - applied)
-    return float(np.sqrt(np.mean(np.square(errors[2:]))))
+        frictions.append(sim.now().friction_torque)
+        positions.append(sim.data.qpos[sim.body.position_index[knee]])
+        errors.append(pin.rnea(model, data, before, v, a)[6:] + frictions[-1] - applied)
+    shown = (np.array(positions[2:]) - positions[:-2]) / (2 * step)  # friction of a step acts at the position before it
+    beyond_the_law = np.array(frictions)[2:, knee] - Stribeck().torque(shown, values)
+    return [float(np.sqrt(np.mean(np.square(wrong)))) for wrong in (beyond_the_law, errors[2:])]
 
 
-def test_the_shown_motion_needs_the_torques_that_act() -> None:
-    """The error falls with the square of the physics step: Coriolis torques do not lag, like viscous friction."""
-    coarse, fine = distance_from_the_equation_of_motion(0.0005), distance_from_the_equation_of_motion(0.00025)
-    assert fine < 1e-4
-    assert 3.0 < coarse / fine < 5.0
+def test_friction_and_the_equation_of_motion_are_those_of_the_motion_that_positions_show() -> None:
+    """Errors fall with the square of the physics step: nothing depends on the acceleration, Coriolis does not lag."""
+    for coarse, fine, most in zip(*map(distances_from_the_laws, (0.0005, 0.00025)), (2e-3, 1e-4), strict=True):
+        assert fine < most
+        assert 3.0 < coarse / fine < 5.0
 
 
 def test_positions_and_velocities_are_of_one_instant() -> None:
@@ -217,24 +202,19 @@ def test_friction_stops_a_light_joint_without_chatter() -> None:
 
 
 def test_torque_is_cut_at_the_limit_of_the_joint() -> None:
-    robot = Robot.from_file(MODELS / "toro.toml")
-    sim, _ = standing(robot, FrictionTruth(27))
+    sim, _ = standing(Robot.from_file(MODELS / "toro.toml"), FrictionTruth(27))
     applied, _, _ = sim.advance(np.full(27, -1e3))
     np.testing.assert_allclose(applied, -sim.body.torque_limit)
     assert sim.body.torque_limit[3] == 130.0
 
 
-def test_a_foot_without_simple_shapes_needs_a_sole(tmp_path: Path) -> None:
-    robot = walker("talos", tmp_path)
-    with pytest.raises(SettingsError, match=r"contact 'left'.*give its sole"):
-        compile_body(robot)
-
-
-def test_soles_are_read_from_boxes_and_from_spheres(tmp_path: Path) -> None:
+def test_soles_are_read_from_boxes_and_from_spheres_and_must_be_given_for_meshes(tmp_path: Path) -> None:
     assert compile_body(walker("toro", tmp_path)).soles["left_foot"] == Sole((0.0, 0.0, 0.0), 0.1, 0.05)
     sole = compile_body(walker("g1", tmp_path)).soles["left"]
     assert sole.centre == pytest.approx((0.035, 0.0, -0.035))
     assert (sole.half_length, sole.half_width) == pytest.approx((0.085, 0.03))
+    with pytest.raises(SettingsError, match=r"contact 'left'.*give its sole"):
+        compile_body(walker("talos", tmp_path))
 
 
 def test_a_locked_joint_is_refused(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.errors import SettingsError
 from stribeck.log import RobotLog
-from stribeck_simulation.sensors.measure import Sensors, measure, sensors_for
+from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile, get_profile
 
 SAMPLES, JOINTS, PERIOD = 10_000, 20, 0.001
@@ -80,19 +80,18 @@ def test_noise_is_white_and_bias_constant(channel, noise, bias):
     assert constant.std() == pytest.approx(0.5, rel=0.1)
 
 
-def test_encoders_have_steps():
+def test_encoders_have_steps_torque_offsets_drift_and_time_stamps_jitter():
     step = 0.01
-    log = measured(position_resolution=step)
+    log = measured(position_resolution=step, torque_drift=6.0, jitter=2e-5)
     np.testing.assert_allclose(log.position / step, np.round(log.position / step), atol=1e-9)
     error = log.position - LOG.position
     assert np.abs(error).max() <= step / 2 * (1 + 1e-9)
     assert error.std() == pytest.approx(step / np.sqrt(12), rel=0.02)
-
-
-def test_torque_offsets_drift():
-    error = measured(torque_drift=6.0).torque - LOG.torque
-    np.testing.assert_allclose(error[-1], 2 * error[SAMPLES // 2], rtol=1e-3)
-    assert error[-1].std() == pytest.approx(6.0 * SAMPLES * PERIOD / 60, rel=0.5)
+    drift = log.torque - LOG.torque
+    np.testing.assert_allclose(drift[-1], 2 * drift[SAMPLES // 2], rtol=1e-3)
+    assert drift[-1].std() == pytest.approx(6.0 * SAMPLES * PERIOD / 60, rel=0.5)
+    assert (log.time - LOG.time).std() == pytest.approx(2e-5, rel=0.03)
+    assert np.all(np.diff(measured(jitter=5e-3).time) > 0)
 
 
 def test_orientation_is_off_by_a_constant_and_wanders():
@@ -119,17 +118,11 @@ def test_feet_have_their_own_forces_and_moments():
 
 
 def test_imu_and_feet_are_late_and_joints_are_not():
-    log = measured(delay=0.005)
+    log, prompt = (measured(delay=delay, torque_noise=0.1) for delay in (0.005, 0.0))
     np.testing.assert_array_equal(log.position, LOG.position)
-    np.testing.assert_array_equal(log.torque, LOG.torque)
+    np.testing.assert_array_equal(log.torque, prompt.torque)
     for name in ("base_orientation", "angular_velocity", "linear_acceleration", "contact", "foot_wrench"):
         np.testing.assert_allclose(log.channels()[name][5:], LOG.channels()[name][:-5], atol=1e-15)
-
-
-def test_time_stamps_jitter_but_time_goes_on():
-    error = measured(jitter=2e-5).time - LOG.time
-    assert error.std() == pytest.approx(2e-5, rel=0.03)
-    assert np.all(np.diff(measured(jitter=5e-3).time) > 0)
 
 
 def test_a_seed_gives_the_same_errors_again_and_another_seed_others():
@@ -153,16 +146,6 @@ def test_a_controller_sees_what_the_log_will_hold():
         )
         np.testing.assert_array_equal(sensors.foot_wrench(k, LOG.foot_wrench[late]), log.foot_wrench[k])
         assert sensors.time(k, LOG.time[k]) == log.time[k]
-
-
-def test_one_error_does_not_change_another():
-    quiet, loud = measured(torque_noise=0.1), measured(torque_noise=0.1, position_noise=1e-3, force_noise=1.0)
-    np.testing.assert_array_equal(quiet.torque, loud.torque)
-
-
-def test_an_arm_has_no_feet():
-    sensors = Sensors(PROFILES["realistic"], joints=6, feet=0, samples=10, period=0.001, seed=0)
-    assert sensors.foot_wrench(0, np.zeros((0, 6))).shape == (0, 6)
 
 
 def test_profiles_get_worse():

@@ -57,10 +57,11 @@ def test_a_jump_that_no_sole_can_bear_is_met_by_a_step(jump: tuple[float, float]
     assert np.abs(errors_after(plan, number, np.array(jump), steps=True)[-1]).max() < 2e-3
 
 
-def test_what_the_sole_bears_changes_nothing() -> None:
+def test_what_the_sole_bears_and_what_comes_too_late_changes_nothing() -> None:
     assert np.all(adjusted(walk(), 2, 0.99 * LEFT * np.array([SOLE.half_width, SOLE.half_width])) == 0.0)
     assert np.any(adjusted(walk(), 2, np.array([0.08, 0.0])) != 0.0)
     assert np.all(adjusted(walk(), 2, np.array([0.3, 0.3]), share=LAST) == 0.0)  # too late
+    assert np.all(adjusted(walk(), 5, np.array([0.3, 0.0])) == 0.0)  # the last step goes where it was planned
 
 
 def test_feet_keep_apart_and_within_reach() -> None:
@@ -72,10 +73,6 @@ def test_feet_keep_apart_and_within_reach() -> None:
     assert abs(inwards[1]) == pytest.approx(apart - 2 * SOLE.half_width - GAP)
     far = adjusted(plan, 2, np.array([0.5, 0.5 * outwards]), share=0.4)
     np.testing.assert_allclose(np.abs(far), REACH)
-
-
-def test_the_last_step_goes_where_it_was_planned() -> None:
-    assert np.all(adjusted(walk(), 5, np.array([0.3, 0.0])) == 0.0)
 
 
 def test_a_turned_walk_is_adjusted_in_its_own_directions() -> None:

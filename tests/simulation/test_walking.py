@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck import identify
@@ -14,6 +17,7 @@ from stribeck.robot import Robot
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.profiles import PROFILES
 from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.recorder import without_bounces
 from stribeck_simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk
 
 COARSE = 0.0005  # [s], twice the usual physics step
@@ -149,11 +153,6 @@ def pushed(force: float) -> np.ndarray:
     return position
 
 
-def test_a_push_moves_it() -> None:
-    assert np.abs(pushed(0.0)[:, 1]).max() < 1e-3
-    assert 0.005 < np.abs(pushed(80.0)[:, 1]).max() < 0.1
-
-
 def test_a_push_that_one_foot_cannot_bear_is_met_by_a_step_aside() -> None:
     walk = [Steps(count=4, forward=0.2)]
     conditions = Conditions(
@@ -167,7 +166,20 @@ def test_a_push_that_one_foot_cannot_bear_is_met_by_a_step_aside() -> None:
     assert np.abs(orientation[:, :2]).max() < 0.03
 
 
-def test_a_fall_ends_the_run_with_a_sentence() -> None:
+def test_a_push_moves_it_and_a_fall_ends_the_run_with_a_sentence() -> None:
+    assert np.abs(pushed(0.0)[:, 1]).max() < 1e-3
+    assert 0.005 < np.abs(pushed(80.0)[:, 1]).max() < 0.1
     with pytest.raises(FellError, match=r"^TORO-like humanoid fell [0-9.]+ s after the start, standing$") as caught:
         pushed(3000.0)
     assert caught.value.exit_code == 2
+
+
+@given(st.lists(st.tuples(st.booleans(), st.integers(1, 9)), min_size=1, max_size=12), st.integers(1, 8))
+def test_gaps_between_contacts_are_filled_if_they_are_short(runs: list[tuple[bool, int]], shortest: int) -> None:
+    touching = np.concatenate([np.full(count, flag) for flag, count in runs])
+    merged = [(flag, len(list(group))) for flag, group in groupby(touching.tolist())]
+    expected = [
+        np.full(count, flag or (0 < k < len(merged) - 1 and count < shortest)) for k, (flag, count) in enumerate(merged)
+    ]
+    found = without_bounces(touching[:, None], shortest)
+    np.testing.assert_array_equal(found[:, 0], np.concatenate(expected))
