@@ -15,8 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.typing import Array
-from stribeck_simulation.friction import FrictionTruth
-from stribeck_simulation.friction import Instant as Beginning
+from stribeck_simulation.friction import FrictionTruth, Instant
 from stribeck_simulation.mujoco.model import Body
 from stribeck_simulation.span import span
 
@@ -134,7 +133,7 @@ class MujocoSim:
         first = last = np.zeros((0, TOUCH))
         for k in range(self.substeps):
             middle = velocity + 0.5 * self._change
-            beginning = Beginning(data.time, step, views.position[self._positions], middle[index], applied)
+            beginning = Instant(data.time, step, views.position[self._positions], middle[index], applied)
             slope, offset = self.friction.before(beginning)
             half = 0.5 * slope
             views.damping[index], views.force[index] = half, applied - offset - half * velocity[index]
