@@ -10,13 +10,12 @@ from tests.arm import write_arm
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import LogError, SettingsError
+from stribeck.errors import StribeckError
 from stribeck.export.samples import drawn
 from stribeck.friction import get_law
 from stribeck.identification.direct.consistent import base_parameters
 from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.log import RobotLog
-from stribeck.methods import METHODS
 from stribeck.result import BodyCorrection
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
@@ -102,18 +101,13 @@ def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: 
     """Errors of friction and bodies make up for one another: drawn one by one, they would be off by far more."""
     result = identify(with_noise(log, position=5e-5, torque=0.3), arm, settings())
     assert result.corrections is not None
-    alone = replace(
-        result,
-        corrections=replace(result.corrections, correlations=[]),
-        joints={name: replace(joint, correlation=None) for name, joint in result.joints.items()},
-    )
+    joints = {name: replace(joint, correlation=None) for name, joint in result.joints.items()}
+    alone = replace(result, corrections=replace(result.corrections, correlations=[]), joints=joints)
     velocity = np.gradient(log.position, log.time, axis=0)
     motion = [each[20:-20:50] for each in (log.position, velocity, np.gradient(velocity, log.time, axis=0))]
-    spread = [
-        np.std([predicted_torque(arm, each, *motion)[0] for each in drawn(of, 60)], axis=0).mean(axis=0)
-        for of in (result, alone)
-    ]
-    assert (spread[0] < 0.5 * spread[1]).all(), spread
+    draws = ([predicted_torque(arm, each, *motion)[0] for each in drawn(of, 60)] for of in (result, alone))
+    together, apart = (np.std(torques, axis=0).mean(axis=0) for torques in draws)
+    assert (together < 0.5 * apart).all(), (together, apart)
 
 
 def test_a_body_whose_shape_cannot_exist_has_no_errors_of_it(arm: Robot, log: RobotLog) -> None:
@@ -193,20 +187,17 @@ def test_a_leg_that_always_stands_gets_no_numbers(walk: tuple[Robot, RobotLog]) 
             assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.05), name
 
 
-def test_a_filter_that_the_log_has_no_channel_for_is_refused(arm: Robot, log: RobotLog) -> None:
-    with pytest.raises(LogError, match="filter kind is 'log' but there is no channel"):
-        identify(log, arm, settings(**OWN_MOTION))
+REFUSED = {
+    "filter kind is 'log' but there is no channel": OWN_MOTION,
+    "law 'stribeck' needs method 'curve-fit or .*', found 'direct'": {"law": "stribeck"},
+    "standing_legs is 'measured', and the method 'direct' does not use": {"standing_legs": "measured"},
+}
 
 
-def test_a_law_that_is_not_linear_is_refused(arm: Robot, log: RobotLog) -> None:
-    assert METHODS["direct"].laws == ("coulomb-viscous", "asymmetric")
-    with pytest.raises(SettingsError, match=r"law 'stribeck' needs method 'curve-fit or .*', found 'direct'"):
-        identify(log, arm, method="direct", law="stribeck")
-
-
-def test_measured_wrenches_are_refused(arm: Robot, log: RobotLog) -> None:
-    with pytest.raises(SettingsError, match="standing_legs is 'measured', and the method 'direct' does not use"):
-        identify(log, arm, settings(standing_legs="measured"))
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_it_cannot_do_is_refused(arm: Robot, log: RobotLog, words: str) -> None:
+    with pytest.raises(StribeckError, match=words):
+        identify(log, arm, settings(**REFUSED[words]))
 
 
 def test_both_directions_apart(arm: Robot, log: RobotLog) -> None:

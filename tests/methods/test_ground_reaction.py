@@ -15,7 +15,7 @@ from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks
 from tests.models import MODELS, POSTURES, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import LogError, SettingsError
+from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.friction_torque.stream import torque_chunks
 from stribeck.log import RobotLog
@@ -24,7 +24,6 @@ from stribeck.result import Result
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 
 LAW, TRUTH = get_law("coulomb-viscous"), {"viscous": 0.4, "coulomb": 1.0, "offset": 0.3}
-ROOT = Path(__file__).parents[2]
 MEASURED = Settings(method="ground-reaction", filter=EXACT, law=LAW.name)
 BIAS = np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
 KNEE = "leg_left_4_joint"
@@ -152,11 +151,3 @@ def test_a_fixed_base_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.
     said = refused(capsys, "identify", log, "-r", robot, "-o", tmp_path / "out", "--method", "ground-reaction")
     assert "base is 'fixed'; expected a floating base, or --method whole-log or curve-fit" in said
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("key", ["double_support", "standing_legs"])
-def test_what_it_measures_is_not_for_settings_to_say(key: str) -> None:
-    value = {"double_support": "fit", "standing_legs": True}[key]
-    log, _ = moved("walk", 8.0)
-    with pytest.raises(SettingsError, match=f"{key} is .*'ground-reaction' does not use"):
-        identify(log, robot(), MEASURED.model_copy(update={key: value}))

@@ -2,9 +2,9 @@
 
 import ast
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -29,22 +29,18 @@ SOURCE = Path(__file__).parents[2] / "src/stribeck"
 NAMES = tuple(METHODS)
 """Of stribeck's own methods: tests add another for a while."""
 
-OTHER = {
-    "tilt": "flat",
-    "double_support": "fit",
-    "standing_legs": True,
+OTHER = {"tilt": "flat", "double_support": "fit", "standing_legs": True}
+"""Settings of robots on feet by key, each another than the usual one."""
+ON_AN_ARM = {
     "loss": "huber",
     "fit_armature": True,
     "filter_torque": True,
     "averaged_law": True,
     "rest": 0.1,
     "block": 0.5,
-    "holdout": 4,
-    "corrections": "none",
-    "observer_bandwidth": 5.0,
-    "regression": "robust",
 }
-"""Settings by key, each another than the usual one."""
+ON_AN_ARM |= {"holdout": 4, "corrections": "none", "observer_bandwidth": 5.0, "regression": "robust"}
+OTHER |= ON_AN_ARM
 
 
 @pytest.fixture(scope="module")
@@ -132,26 +128,20 @@ def test_a_comparison_with_the_method_is_nowhere() -> None:
     assert compared == []
 
 
+STEPS = ("read_log", "regularise", "find_support_phases")
+"""Functions that prepare a log."""
+
+
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
 def test_each_log_is_prepared_once(
     arm: Robot, log: RobotLog, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    calls: Counter[str] = Counter()
-
-    def counted(name: str) -> Callable[..., object]:
-        function = getattr(preparation, name)
-
-        def count(*arguments: object) -> object:
-            calls[name] += 1
-            return function(*arguments)
-
-        return count
-
-    for name in ("read_log", "regularise", "find_support_phases"):
-        monkeypatch.setattr(preparation, name, counted(name))
+    calls = {name: mock.Mock(wraps=getattr(preparation, name)) for name in STEPS}
+    for name, step in calls.items():
+        monkeypatch.setattr(preparation, name, step)
     paths = [save_npz(log, tmp_path / "a.npz"), save_npz(arm_log(arm, duration=8, seed=9), tmp_path / "b.npz")]
     identify(paths, arm, method=method, table=tmp_path / "f.parquet")
-    assert calls == {"read_log": 2, "regularise": 2, "find_support_phases": 2}
+    assert [step.call_count for step in calls.values()] == [2, 2, 2]
 
 
 def test_a_method_that_asks_for_the_same_friction_torque_twice_gets_one_answer(arm: Robot, log: RobotLog) -> None:
@@ -193,7 +183,6 @@ def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> No
 
 
 ON_FEET = "ground-reaction"
-ON_AN_ARM = [key for key in OTHER if key not in ("tilt", "double_support", "standing_legs")]
 
 
 @pytest.mark.parametrize(
