@@ -219,34 +219,24 @@ def export(
     from stribeck.robot import Robot
 
     found = read_result(_result_file(result))
-    machine, asked = Robot.from_file(robot), _names(joints)
+    machine = Robot.from_file(robot)
+    chosen: dict[str, Any] = {"joints": _names(joints), "include_weak": include_weak}
     if ranges and (samples is not None or strict or friction is not None):
         raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
     if samples is not None:
         if output.is_dir() and any(output.iterdir()) and not overwrite:
             raise SettingsError(f"{output}: is there already; name another folder, or add --overwrite")
         with findings_kept([*machine.warnings, *found.warnings]):
-            paths = export_samples(
-                found, machine, output, to, samples, joints=asked, include_weak=include_weak, friction=friction
-            )
+            paths = export_samples(found, machine, output, to, samples, friction=friction, **chosen)
         if not quiet:
             console.print_paths(paths)
         return
     check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
         if ranges:
-            lines = export_ranges(found, machine, output, to, joints=asked, include_weak=include_weak)
+            lines = export_ranges(found, machine, output, to, **chosen)
         else:
-            lines = write_model(
-                found,
-                machine,
-                output,
-                to,
-                joints=asked,
-                include_weak=include_weak,
-                strict=strict,
-                friction=friction,
-            )
+            lines = write_model(found, machine, output, to, strict=strict, friction=friction, **chosen)
     if not quiet:
         typer.echo("\n".join(lines))
         console.print_paths([output])
@@ -310,17 +300,12 @@ def replay(
     from stribeck.robot import Robot
 
     machine = Robot.from_file(robot)
+    chosen = with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
     check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
     with progress_bar(quiet) as progress:
-        found = run(
-            _part(log, machine, start, stop),
-            machine,
-            model,
-            with_settings(machine.settings, {}, settings),
-            force=force,
-            progress=progress,
-        )
+        part = _part(log, machine, start, stop)
+        found = run(part, machine, model, chosen, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")
