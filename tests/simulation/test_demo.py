@@ -75,24 +75,14 @@ def test_the_packaged_walk_has_the_friction_of_the_paper_in_all_leg_joints() -> 
 
 
 def test_its_folder_has_all_that_identify_needs(made: Made) -> None:
-    names = {path.name for path in made.folder.iterdir()}
-    assert names == {
-        "scenario.toml",
-        "robot.toml",
-        "toro.xml",
-        "log.npz",
-        "log.truth.npz",
-        "result.json",
-        "report.html",
-        "friction_torque.parquet",
-    }
+    names = sorted(path.name for path in made.folder.iterdir())
+    assert names == sorted([*demo.FILES, "result.json", "report.html", "friction_torque.parquet"])
     assert (made.folder / "scenario.toml").read_text() == SHORT
     shown = read_result(made.folder / "result.json")
     assert shown.log.path == str(made.folder / "log.npz")
-    again = identify(made.folder / "log.npz", Robot.from_file(made.folder / "robot.toml"), method="curve-fit")
-    assert again.joints.keys() == shown.joints.keys()
-    for knee in ("left_knee", "right_knee"):
-        assert again.joints[knee].parameters["offset"].value == pytest.approx(1.0, rel=0.1)
+    page = (made.folder / "report.html").read_text()
+    for words in ("The robot from", "From above; strong: while the poses last", "truth"):
+        assert words in page
 
 
 @pytest.mark.long
@@ -131,10 +121,3 @@ def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:
         assert printed[name][5] == estimate.verdict
     assert re.search(r"^24 parameters: \d+ identified, \d+ covered by their 95 % interval", made.printed, re.MULTILINE)
     assert made.printed.endswith(f"{made.folder / 'report.html'}\n")
-
-
-def test_the_report_shows_the_walk_and_the_truth(made: Made) -> None:
-    page = (made.folder / "report.html").read_text()
-    assert "The robot from" in page
-    assert "From above; strong: while the poses last" in page
-    assert "truth" in page
