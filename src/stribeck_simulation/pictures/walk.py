@@ -20,9 +20,6 @@ POSES = 8
 NO_SOLE = Sole((0.0, 0.0, 0.0), 0.0, 0.0)
 """Sole of a point foot."""
 
-Stance = tuple[int, int, int]
-"""First and last sample, and number of the foot."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Footprint:
@@ -154,8 +151,10 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
     )
 
 
-def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
-    """Find the stances of each foot from contact flags, shape (T, feet), in the order of the touchdowns.
+def stances(time: Array, contact: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
+    """Find the first and last sample and the foot of each stance, in the order of the touchdowns.
+
+    `contact` has shape (T, feet).
 
     A foot that stands for less than 50 ms has only touched the ground, and one in the air for less than 100 ms has
     only bounced.
@@ -170,7 +169,7 @@ def stances(time: Array, contact: NDArray[np.bool_]) -> list[Stance]:
     return sorted(found)
 
 
-def _pose_rows(found: list[Stance], base_position: Array) -> NDArray[np.int64]:
+def _pose_rows(found: list[tuple[int, int, int]], base_position: Array) -> NDArray[np.int64]:
     """Select rows of one stride, between touchdowns of a foot: the longest one, to 0.1 m, nearest to the middle.
 
     A robot that stands is shown over all of the time.
