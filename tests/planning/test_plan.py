@@ -14,10 +14,9 @@ from stribeck.cli.app import app
 from stribeck.errors import SettingsError
 from stribeck.identification.judgement.curve import WIDEST, relative_width
 from stribeck.planning.advice import PERIOD, motions_of, of_pace, present_length, sweep
-from stribeck.planning.information import covariances, dynamics_of, expected_curve
+from stribeck.planning.information import covariances, dynamics_of, expected_curve, read_noise
 from stribeck.planning.joint import PlannedJoint, PresentMotion, Reach, guess
 from stribeck.planning.plan import gravity
-from stribeck.planning.present import read_noise
 from stribeck.result import JointResult, Result, read_result
 
 NOISE = 20.0

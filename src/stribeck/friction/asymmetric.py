@@ -1,6 +1,5 @@
 """Coulomb and viscous friction that differ between the two directions."""
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -45,11 +44,3 @@ class Asymmetric(FrictionLaw):
         """Return dR/d(viscous_positive, viscous_negative, coulomb_positive, coulomb_negative), shape (N, 4)."""
         forward, backward = velocity > 0, velocity < 0
         return np.column_stack([velocity * forward, velocity * backward, 1.0 * forward, -1.0 * backward])
-
-    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - no nonlinear parameters
-        """Return the four columns of the Jacobian, shape (N, 4)."""
-        return self.jacobian(velocity, np.zeros(4))
-
-    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
-        """Return the coefficients themselves, none negative."""
-        return np.maximum(coefficients, 0.0)

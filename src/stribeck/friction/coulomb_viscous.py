@@ -1,6 +1,5 @@
 """Coulomb and viscous friction."""
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -33,12 +32,3 @@ class CoulombViscous(FrictionLaw):
     def jacobian(self, velocity: Array, values: Array) -> Array:  # noqa: ARG002 - the law is linear
         """Return dR/d(viscous, coulomb, offset), shape (N, 3)."""
         return np.column_stack([velocity, np.sign(velocity), np.ones_like(velocity)])
-
-    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - no nonlinear parameters
-        """Return the columns v, sgn(v), 1, shape (N, 3)."""
-        return self.jacobian(velocity, np.zeros(3))
-
-    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
-        """Return (viscous, coulomb, offset): the coefficients themselves, the first two not negative."""
-        viscous, coulomb, offset = coefficients
-        return np.array([max(viscous, 0.0), max(coulomb, 0.0), offset])

@@ -60,10 +60,10 @@ class FrictionLaw(abc.ABC):
        dissipates; an `offset` may have either sign. Those that several laws share are in `parameters.py`.
     3. Write `torque` and its derivatives `jacobian` (same order as `parameters`); both finite within the bounds at
        any finite velocity.
-    4. Write `basis` and `from_linear`: with the nonlinear parameters (those with `starts`) fixed, the law is
-       `basis @ coefficients`; `from_linear` turns the coefficients into parameters. Fits start from there. Give
-       `free_coefficients`, the indices of the coefficients that may be negative; the others may not. Set `jumps` if
-       R jumps at standstill: samples at rest are then left out of its fits.
+    4. Unless the law is linear in all parameters, write `basis` and `from_linear`: with the nonlinear parameters (those
+       with `starts`) fixed, the law is `basis @ coefficients`; `from_linear` turns the coefficients into parameters.
+       Fits start from there. Give `free_coefficients`, the indices of the coefficients that may be negative; the others
+       may not. Set `jumps` if R jumps at standstill: samples at rest are then left out of its fits.
     5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it:
        dissipation, derivatives, the linear form, recovery from wrong starts.
     6. Draw it in `studies/paper/law_figures.py` (`python -m studies.paper chapter3`), and add a page to `docs/laws/`
@@ -96,13 +96,13 @@ class FrictionLaw(abc.ABC):
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Return dR/dp, shape (N, p)."""
 
-    @abc.abstractmethod
-    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - the law is linear
         """Return the columns that the linear coefficients multiply, shape (N, k), for given nonlinear parameters."""
+        return self.jacobian(velocity, np.zeros(len(self.parameters)))
 
-    @abc.abstractmethod
-    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
         """Return parameter values, shape (p,), within their bounds, from linear coefficients, shape (k,)."""
+        return np.clip(coefficients, [each.lower for each in self.parameters], [each.upper for each in self.parameters])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -8,7 +8,7 @@ import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.friction.law import LawWithState, Motion, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.friction.stribeck import split_stribeck
+from stribeck.friction.stribeck import bell, split_stribeck
 from stribeck.friction.stribeck_exponent import StribeckExponent
 from stribeck.typing import Array
 
@@ -89,15 +89,15 @@ class LuGre(LawWithState):
         _, Fc, S, vs, _, d, damping = values
         legs, v = _legs(motion, S, vs, d), motion.velocity
         u, by_shape = _deflection_and_slopes(legs, S, vs, d)
-        bell = _bell(v, vs)
-        level = 1.0 + S * bell
+        weight = bell(v, vs)
+        level = 1.0 + S * weight
         by_level = damping * np.abs(v) * u / level**2
         columns = np.empty((len(v), 7), order="F")
         columns[:, 0] = v
         columns[:, 1] = u
         columns[:, [5, 2, 3]] = (Fc - damping * np.abs(v) / level)[:, None] * by_shape
-        columns[:, 2] += by_level * bell
-        columns[:, 3] += by_level * S * bell * 2.0 * (v / vs) ** 2 / vs
+        columns[:, 2] += by_level * weight
+        columns[:, 3] += by_level * S * weight * 2.0 * (v / vs) ** 2 / vs
         columns[:, 4] = 1.0
         columns[:, 6] = _rate(v, u, S, vs)
         return columns
@@ -106,7 +106,7 @@ class LuGre(LawWithState):
         """Return the columns v, u, u exp(-(v / vs)^2), 1, dz/dt, shape (M, 5), with u without a Stribeck effect."""
         v, vs = motion.velocity, shape["stribeck_velocity"]
         u = _deflection(_legs(motion, 0.0, vs, shape["bristle_travel"]))
-        return np.column_stack([v, u, u * _bell(v, vs), np.ones_like(v), _rate(v, u, 0.0, vs)])
+        return np.column_stack([v, u, u * bell(v, vs), np.ones_like(v), _rate(v, u, 0.0, vs)])
 
 
 def _steady(values: Array) -> Array:
@@ -136,7 +136,7 @@ class _Legs(NamedTuple):
 
 def _legs(motion: Motion, gain: float, stribeck_velocity: float, travel: float) -> _Legs:
     velocity, path = motion.legs
-    level = 1.0 + gain * _bell(velocity, stribeck_velocity)
+    level = 1.0 + gain * bell(velocity, stribeck_velocity)
     return _Legs(velocity, path, level, np.exp(-path / (travel * level)))
 
 
@@ -157,18 +157,14 @@ def _deflection_and_slopes(legs: _Legs, gain: float, stribeck_velocity: float, t
     before = np.append(0.0, u[:-1])
     path = np.where(np.isfinite(legs.path), legs.path, 0.0)  # a beginning forgets all: its `keep` is zero
     fades = legs.keep * path / (travel * legs.level) * (before - legs.aim)
-    bell = _bell(legs.velocity, stribeck_velocity)
+    weight = bell(legs.velocity, stribeck_velocity)
     by_level = fades / legs.level + (1.0 - legs.keep) * np.sign(legs.velocity)
-    by_speed = gain * bell * 2.0 * (legs.velocity / stribeck_velocity) ** 2 / stribeck_velocity
-    right = np.column_stack([fades / travel, by_level * bell, by_level * by_speed])
+    by_speed = gain * weight * 2.0 * (legs.velocity / stribeck_velocity) ** 2 / stribeck_velocity
+    right = np.column_stack([fades / travel, by_level * weight, by_level * by_speed])
     return u[1::2], _recur(legs.keep, right)[1::2]
 
 
 def _rate(velocity: Array, deflection: Array, gain: float, stribeck_velocity: float) -> Array:
     """Return dz/dt [rad/s], shape (M,)."""
-    level = 1.0 + gain * _bell(velocity, stribeck_velocity)
+    level = 1.0 + gain * bell(velocity, stribeck_velocity)
     return np.asarray(velocity - np.abs(velocity) * deflection / level)
-
-
-def _bell(velocity: Array, stribeck_velocity: float) -> Array:
-    return np.asarray(np.exp(-((velocity / stribeck_velocity) ** 2)))

@@ -35,18 +35,18 @@ class Stribeck(FrictionLaw):
     def torque(self, velocity: Array, values: Array) -> Array:
         """Return R(v) [N m], shape (N,)."""
         Fv, Fc, S, vs, offset, a = values
-        return np.asarray(Fv * velocity + Fc * np.tanh(a * velocity) * (1.0 + S * _bell(velocity, vs)) + offset)
+        return np.asarray(Fv * velocity + Fc * np.tanh(a * velocity) * (1.0 + S * bell(velocity, vs)) + offset)
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Return dR/dp, shape (N, 6), in the order of `parameters`."""
         _, Fc, S, vs, _, a = values
         sign = np.tanh(a * velocity)
-        bell = _bell(velocity, vs)
-        level = 1.0 + S * bell
+        weight = bell(velocity, vs)
+        level = 1.0 + S * weight
         columns = np.empty((len(velocity), 6), order="F")
         columns[:, 0] = velocity
         columns[:, 1] = sign * level
-        columns[:, 2] = Fc * sign * bell
+        columns[:, 2] = Fc * sign * weight
         columns[:, 3] = columns[:, 2] * S * 2.0 * (velocity / vs) ** 2 / vs
         columns[:, 4] = 1.0
         columns[:, 5] = Fc * level * velocity * (1.0 - sign**2)
@@ -55,8 +55,8 @@ class Stribeck(FrictionLaw):
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
         """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, shape (N, 4)."""
         sign = np.tanh(shape["slope"] * velocity)
-        bell = _bell(velocity, shape["stribeck_velocity"])
-        return np.column_stack([velocity, sign, sign * bell, np.ones_like(velocity)])
+        weight = bell(velocity, shape["stribeck_velocity"])
+        return np.column_stack([velocity, sign, sign * weight, np.ones_like(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Return the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear ones."""
@@ -65,5 +65,6 @@ class Stribeck(FrictionLaw):
         return np.array([max(viscous, 0.0), coulomb, gain, shape["stribeck_velocity"], offset, shape["slope"]])
 
 
-def _bell(velocity: Array, stribeck_velocity: float) -> Array:
+def bell(velocity: Array, stribeck_velocity: float) -> Array:
+    """Compute the weight of the Stribeck effect, exp(-(v / vs)^2)."""
     return np.asarray(np.exp(-((velocity / stribeck_velocity) ** 2)))

@@ -11,15 +11,16 @@ import numpy as np
 from stribeck.errors import errors_about
 from stribeck.finding import Finding
 from stribeck.friction_torque.auto_filter import cutoff_from_log
-from stribeck.friction_torque.ground_reaction import GroundReaction
 from stribeck.friction_torque.stream import Chunk, support_name, torque_chunks
 from stribeck.friction_torque.table import friction_table
 from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
+from stribeck.log import RobotLog
 from stribeck.motion import make_filter, resolve_auto
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings
+from stribeck.typing import Array
 
 CLOSE_UP = 4.0
 """[s] of the log that the report shows over time."""
@@ -173,17 +174,16 @@ def log_friction(
     """
     log, phases = prepared.log, prepared.support.phases
     stride = _stride(prepared, count)
-    ground = GroundReaction()
-    kept, used = [], 0
+    kept, used, moments = [], 0, np.zeros((3, 6))
     with errors_about(log.path):
         for chunk in torque_chunks(prepared, robot, settings):
             write(index, chunk)
             kept.append(thin(chunk, stride))
             used += int(chunk.samples.usable.any(axis=1).sum())
-            ground.compare(log, chunk)
+            moments += _wrench_errors(log, chunk)
             progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
         samples = join(kept)
-    notes, findings = ground.said(robot)
+    notes, findings = _ground_reaction(moments, robot)
     return LogFriction(
         used=used,
         samples=samples,
@@ -201,6 +201,36 @@ def log_friction(
         findings=findings,
         filter_name=_filter_name(settings, prepared.sampling.period),
     )
+
+
+def _wrench_errors(log: RobotLog, chunk: Chunk) -> Array:
+    """Compare a single standing foot's measured wrench with the wrench that the model predicts.
+
+    Count, sum and sum of squares of the differences over a chunk, shape (3, 6). Friction does not enter them.
+    """
+    moments = np.zeros((3, 6))
+    for k, name in enumerate(chunk.samples.support_names):
+        rows = np.flatnonzero(chunk.samples.support == k)
+        if log.foot_wrench is not None and len(rows) and name in log.foot_names:
+            difference = log.foot_wrench[chunk.rows[rows], log.foot_names.index(name)] - chunk.wrench[rows]
+            difference = difference[np.all(np.isfinite(difference), axis=1)]
+            moments += [np.full(6, len(difference)), difference.sum(axis=0), (difference**2).sum(axis=0)]
+    return moments
+
+
+def _ground_reaction(moments: Array, robot: Robot) -> tuple[list[str], list[Finding]]:
+    """Write a note on the differences of wrenches, and a finding where model and foot sensor are far apart."""
+    samples = int(moments[0, 0])
+    if not samples:
+        return [], []
+    weight = robot.mass * float(np.linalg.norm(robot.gravity))
+    rms, mean = np.sqrt(moments[2] / samples), float(moments[1, 2] / samples)
+    text = (
+        f"ground reaction, foot sensor against model, RMS over {samples} samples: vertical {rms[2]:.1f} N "
+        f"({100 * rms[2] / weight:.1f} % of the weight, mean {mean:+.1f} N), horizontal "
+        f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
+    )
+    return [text], [Finding.of("foot-sensors", evidence=text)] if rms[2] > 0.1 * weight else []
 
 
 def _filter_name(settings: Settings, period: float) -> str:

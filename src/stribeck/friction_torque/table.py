@@ -11,9 +11,6 @@ import pyarrow.parquet as pq
 from stribeck.friction_torque.foot_wrenches import AXES
 from stribeck.friction_torque.stream import Chunk
 
-PRECISION = pa.float32()
-"""Of velocity and friction torque: seven digits, half the bytes."""
-
 
 @contextmanager
 def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
@@ -52,6 +49,7 @@ def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
 def _table(log: int, chunk: Chunk) -> pa.Table:
     samples = chunk.samples
     names = pa.array(samples.support_names, pa.string())
+    single = pa.float32()  # seven digits, half the bytes
     columns = {
         "log": pa.array([log] * len(samples.time), pa.int32()),
         "time": pa.array(samples.time),
@@ -59,10 +57,10 @@ def _table(log: int, chunk: Chunk) -> pa.Table:
         "block": pa.array(samples.block),
     }
     for k, joint in enumerate(samples.joint_names):
-        columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(PRECISION)
-        columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(PRECISION)
+        columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(single)
+        columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(single)
         columns[f"usable.{joint}"] = pa.array(samples.usable[:, k])
     if chunk.wrench.size:
         for k, axis in enumerate(AXES):
-            columns[f"ground_reaction.{axis}"] = pa.array(chunk.wrench[:, k]).cast(PRECISION)
+            columns[f"ground_reaction.{axis}"] = pa.array(chunk.wrench[:, k]).cast(single)
     return pa.table(columns)

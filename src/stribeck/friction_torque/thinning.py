@@ -12,8 +12,10 @@ from stribeck.samples import Samples
 MOST_KEPT = 60_000
 """Samples that are kept: filtered samples lie closer together than they differ, so a fit loses nothing."""
 
-_ALWAYS = ("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support")
-PER_SAMPLE = (*_ALWAYS, "torque", "jerk", "snap", "sharp_velocity")
+PER_SAMPLE = (
+    *("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support"),
+    *("torque", "jerk", "snap", "sharp_velocity"),
+)
 """What `Samples` has of each sample."""
 
 

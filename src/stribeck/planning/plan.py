@@ -10,9 +10,8 @@ import numpy as np
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.planning.advice import LONGEST, JointAdvice, advise
 from stribeck.planning.collision import load_self_collision
-from stribeck.planning.information import dynamics_of
+from stribeck.planning.information import dynamics_of, noise_of, read_present
 from stribeck.planning.joint import PlannedJoint, Reach, guess
-from stribeck.planning.present import noise_of, read_present
 from stribeck.planning.series import PERIOD, Task
 from stribeck.planning.trajectory import Trajectory, design
 from stribeck.preparation import Progress, quiet
