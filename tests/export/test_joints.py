@@ -33,7 +33,7 @@ def test_friction_is_said_as_it_is_or_by_the_nearest(
         assert [found.numbers[name] for name in (*form.numbers, "static")] == pytest.approx(
             [expected[name] for name in (*form.numbers, "static")]
         )
-        assert found.remains == pytest.approx(0.0, abs=1e-9 * max(found.of, 1.0))
+        assert found.remains == pytest.approx(0.0, abs=1e-9 * min(found.of, 1.0))
     other = nearest(effect, PLAIN)
     assert 0 < other.remains / other.of < 1
     speeds = np.linspace(-1.0, 1.0, 2001)
