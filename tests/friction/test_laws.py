@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, FrictionLaw, Parameter, get_law, unit_for
-from stribeck.identification.curve_fit.fit import fit_joint
+from stribeck.identification.curve_fit.fit import fit_joint, grid_starts
 from stribeck.identification.curve_fit.problem import FitProblem
-from stribeck.identification.curve_fit.starts import grid_starts
 from stribeck.typing import Array
 
 every_law = pytest.mark.parametrize("law", [law() for law in LAWS.values()], ids=list(LAWS))

@@ -6,19 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.friction import FrictionLaw, Parameter
-from stribeck.identification.curve_fit.covariance import block_covariance, intervals_95
-from stribeck.identification.curve_fit.descent import Descent, internal_jacobian, to_internal
-from stribeck.identification.curve_fit.problem import FitProblem
-from stribeck.identification.curve_fit.robust import Loss, influence
-from stribeck.identification.judgement.speed import top_speed
+from stribeck.identification.curve_fit.problem import to_internal
 from stribeck.result import law_values
 from stribeck.typing import Array
 
 PRIOR_FACTOR = 100.0
 """How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
-
-PRIOR_LOGARITHM = 7.0
-"""The same for the logarithm of a scale [1]: a factor of a thousand."""
 
 AT_BOUND = 0.01
 """A value sits on its bound if it is this close to it [1], in standard errors and in units of the joint's motion."""
@@ -85,34 +78,6 @@ class JointFit:
         return values
 
 
-def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float) -> JointFit:
-    """Attach covariance, intervals and counts to the minimum that was found."""
-    values, logs = best.values, problem.logarithmic
-    residual = problem.friction_torque - problem.predict(values)
-    jacobian = internal_jacobian(problem, values)
-    psi, slope = influence(residual / loss_scale, loss) if loss_scale else (residual, 1.0)
-    score = psi * (loss_scale or 1.0) / max(slope, 0.1)
-    estimate = block_covariance(jacobian, score, problem.block, _prior(problem))
-    deviation = np.sqrt(np.diag(estimate.covariance))
-    factor = np.where(logs, values, 1.0)
-    bounds = problem.bounds
-    intervals = intervals_95(values, deviation, estimate.degrees_of_freedom, logs)
-    units = parameter_units(problem.parameters, *_scales(problem))
-    return JointFit(
-        parameters=problem.parameters,
-        values=values,
-        standard_errors=deviation * factor,
-        covariance=estimate.covariance * np.outer(factor, factor),
-        intervals=np.clip(intervals, bounds[:, :1], bounds[:, 1:]),
-        degrees_of_freedom=estimate.degrees_of_freedom,
-        at_bound=best.at_bound | near_bound(problem.parameters, values, deviation, units),
-        rms=float(np.sqrt(np.mean(residual**2))),
-        samples=len(residual),
-        blocks=len(np.unique(problem.block)),
-        converged=best.converged,
-    )
-
-
 def with_gain_error(fit: JointFit, error: float) -> JointFit:
     """Return a fit that knows the relative standard error [1] of its torques' gain, which scales all friction."""
     scaled = fit.values * np.array([parameter.unit.startswith(("N", "kg")) for parameter in fit.parameters])
@@ -143,18 +108,3 @@ def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: flo
     """Return a sensible unit of each parameter [its own] by what a joint does, shape (p,); 1 of logarithms."""
     units = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
     return np.array([1.0 if each.logarithmic else units.get(each.unit, 1.0) for each in parameters])
-
-
-def _scales(problem: FitProblem) -> tuple[float, float, float]:
-    """Return torque, speed and acceleration of a joint [N m], [rad/s], [rad/s^2]; 1 where there is none."""
-    torque = float(np.sqrt(np.mean(problem.friction_torque**2))) or 1.0
-    acceleration = 1.0
-    if problem.acceleration is not None:
-        acceleration = float(np.sqrt(np.mean(problem.acceleration**2))) or 1.0
-    return torque, top_speed(problem.velocity) or 1.0, acceleration
-
-
-def _prior(problem: FitProblem) -> Array:
-    """Return the standard deviation of each parameter, or its logarithm, before any sample was seen, shape (p,)."""
-    factors = [PRIOR_LOGARITHM if parameter.logarithmic else PRIOR_FACTOR for parameter in problem.parameters]
-    return np.array(factors) * parameter_units(problem.parameters, *_scales(problem))

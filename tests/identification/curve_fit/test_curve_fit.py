@@ -7,9 +7,8 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit.fit import fit_law
+from stribeck.identification.curve_fit.fit import eliminate_linear, fit_law
 from stribeck.identification.curve_fit.problem import hold_out, joint_problem
-from stribeck.identification.curve_fit.starts import eliminate_linear
 from stribeck.settings import Settings
 
 SETTINGS = Settings()

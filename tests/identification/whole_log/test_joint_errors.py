@@ -6,7 +6,7 @@ from tests.arm import arm_log, write_arm
 
 from stribeck import Robot, Settings, identify
 from stribeck.export.samples import drawn
-from stribeck.identification.curve_fit.descent import to_external
+from stribeck.identification.curve_fit.problem import to_external
 from stribeck.identification.whole_log.uncertainty.intervals import joint_coordinates
 from stribeck.inertial_parameters import SIZE, pseudo_inertia, shape_coordinates
 from stribeck.methods import whole_log

@@ -86,7 +86,7 @@ class FitProblem:
         return result
 
     def law_torque(self, values: Array) -> Array:
-        """Return the torque of the law [N m], of its own parameter values, as the filter averages it, shape (N,)."""
+        """Compute the torque of the law [N m], of its own parameter values, as the filter averages it, shape (N,)."""
         if self.along is not None and isinstance(self.law, LawWithState):
             return self.along.average(self.law.torque_along(self.along.motion, values))
         return self.average(lambda velocity: self.law.torque(velocity, values))
@@ -115,6 +115,10 @@ class FitProblem:
             return self.law_jacobian(values)
         return np.column_stack([self.law_jacobian(values[:-1]), self.acceleration])
 
+    def internal_jacobian(self, values: Array) -> Array:
+        """Compute the derivatives by the coordinates of a descent, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
+        return self.jacobian(values) * np.where(self.logarithmic, values, 1.0)
+
     def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
         """Return the problem of these samples alone."""
         return replace(
@@ -126,6 +130,16 @@ class FitProblem:
             around=None if self.around is None else self.around[rows],
             along=None if self.along is None else self.along.take(rows),
         )
+
+
+def to_internal(values: Array, logarithmic: NDArray[np.bool_]) -> Array:
+    """Convert parameter values, shape (..., p), to coordinates of a descent: scales by their logarithm."""
+    return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+
+
+def to_external(internal: Array, logarithmic: NDArray[np.bool_]) -> Array:
+    """Convert coordinates of a descent, shape (..., p), to parameter values."""
+    return np.where(logarithmic, np.exp(np.where(logarithmic, internal, 0.0)), internal)
 
 
 def joint_problem(samples: Samples, joint: str, law: FrictionLaw, settings: Settings) -> FitProblem:

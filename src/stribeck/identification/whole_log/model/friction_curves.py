@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from stribeck.friction import FrictionLaw, Parameter
-from stribeck.identification.curve_fit.descent import to_external, to_internal
+from stribeck.identification.curve_fit.problem import to_external, to_internal
 from stribeck.identification.whole_log.model.basis import Basis
 from stribeck.settings import Priors
 from stribeck.typing import Array

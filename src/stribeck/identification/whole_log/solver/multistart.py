@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.identification.curve_fit.starts import shapes_of
+from stribeck.identification.curve_fit.fit import shapes_of
 from stribeck.identification.whole_log.constants import LEAST_DECREASE, MULTISTART_STARTS
 from stribeck.identification.whole_log.model.friction_curves import Curves
 from stribeck.identification.whole_log.model.model_corrections import ModelCorrections

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from stribeck.friction import Parameter
 from stribeck.identification.curve_fit.covariance import intervals_95
-from stribeck.identification.curve_fit.descent import to_external
-from stribeck.identification.curve_fit.problem import ARMATURE
+from stribeck.identification.curve_fit.problem import ARMATURE, to_external
 from stribeck.identification.joint_fit import JointFit, near_bound, parameter_units
 from stribeck.identification.whole_log.constants import FOLDS
 from stribeck.identification.whole_log.estimate import WholeLogFit
