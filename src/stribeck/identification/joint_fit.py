@@ -13,9 +13,6 @@ from stribeck.typing import Array
 PRIOR_FACTOR = 100.0
 """How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
 
-AT_BOUND = 0.01
-"""A value sits on its bound if it is this close to it [1], in standard errors and in units of the joint's motion."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointFit:
@@ -101,7 +98,7 @@ def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Arra
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
     distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
-    return np.asarray(distance < AT_BOUND * np.minimum(deviation, units))
+    return np.asarray(distance < 0.01 * np.minimum(deviation, units))
 
 
 def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: float, acceleration: float = 1.0) -> Array:

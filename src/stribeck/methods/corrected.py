@@ -17,9 +17,6 @@ from stribeck.robot.rooting import BASE_FRAME
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections
 
-LEAST_SHIFT = 0.1
-"""Delay over the sampling period [1] below which a log stays as it is."""
-
 
 def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Robot:
     """Return the robot whose bodies have the inertias that were found."""
@@ -50,7 +47,7 @@ def corrected_log(
     """
     layout = layout_of(corrections)
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
-    late = abs(delay) > LEAST_SHIFT * (log.time[1] - log.time[0])
+    late = abs(delay) > 0.1 * (log.time[1] - log.time[0])  # else the log stays as it is
     torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
     if corrections.log_offsets[0] and number is not None:
         torque = torque.copy()

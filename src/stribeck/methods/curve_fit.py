@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from stribeck.errors import SettingsError
 from stribeck.finding import Finding
 from stribeck.friction import LAWS, LAWS_WITH_STATE, FrictionLaw, LawWithState
-from stribeck.identification.curve_fit.fit import fit_law
-from stribeck.identification.curve_fit.validation import held_out, validate
+from stribeck.identification.curve_fit.fit import fit_law, held_out, validate
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen
 from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot

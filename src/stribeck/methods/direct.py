@@ -10,8 +10,8 @@ from stribeck.equations.couplings import acting
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.stage import with_filter
+from stribeck.identification.curve_fit.fit import validate_values
 from stribeck.identification.curve_fit.problem import ARMATURE, joint_problem
-from stribeck.identification.curve_fit.validation import validate_values
 from stribeck.identification.direct.describe import JointColumns, corrections, joint_fits
 from stribeck.identification.direct.estimate import DirectFit, fit_direct
 from stribeck.identification.direct.rows import DirectRows

@@ -24,15 +24,6 @@ from stribeck.settings import Settings
 from stribeck.typing import Array
 from stribeck.weak_equations import Corrections
 
-MOST_NUMBERS = 2e7
-"""Entries of all regressors together [1]: 160 MB; of longer logs, one row of some is taken."""
-
-AT_A_TIME = 512
-"""Samples whose rows are held in one piece [1]: what is made of them meanwhile stays small."""
-
-GAIT_BIN, GAIT_BINS = 0.05, 40
-"""Width of a phase of the gait since feet were put down [s], and how many there are: the last has no end."""
-
 ROOT_ROWS = 6
 """Kinds of rows before those of the joints: a free root's."""
 
@@ -102,7 +93,7 @@ class RowMaker:
     ) -> list[DirectRows]:
         """Return rows of some blocks, which have these numbers in what is returned."""
         columns = self.corrections.inertial_parameters.size * (ROOT_ROWS + len(self.joints))
-        stride = -(-sum(block.last - block.first for block in blocks) * columns // int(MOST_NUMBERS))
+        stride = -(-sum(block.last - block.first for block in blocks) * columns // 20_000_000)  # 160 MB
         found: list[DirectRows] = []
         feet, numbered = list(dict.fromkeys(block.feet for block in blocks)), zip(blocks, numbers, strict=True)
         for log, own in groupby(numbered, key=lambda pair: pair[0].log):
@@ -129,9 +120,9 @@ class RowMaker:
             mode_of_row[each.rows], clusters[0][each.rows] = feet.index(each.feet), number
             steady[phase.steady_first : phase.steady_last] = True
             if phase.kind != "fixed":
-                since = (part.log.time[each.rows] - part.log.time[phase.start]) / GAIT_BIN
-                first = GAIT_BINS * feet.index(each.feet)
-                clusters[1][each.rows] = first + np.minimum(since.astype(np.int64), GAIT_BINS - 1)
+                since = (part.log.time[each.rows] - part.log.time[phase.start]) / 0.05
+                first = 40 * feet.index(each.feet)  # phases of 50 ms since feet were put down; the last has no end
+                clusters[1][each.rows] = first + np.minimum(since.astype(np.int64), 39)
         period = part.sampling.period
         motion_filter = make_filter(self.settings.filter, period)
         turn_filter = orientation_filter(self.robot, part.log, motion_filter, period, self.settings)
@@ -208,4 +199,4 @@ def _in_pieces(modes: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
     """Yield the places of each contact mode, not too many at a time."""
     for mode in np.unique(modes):
         places = np.flatnonzero(modes == mode)
-        yield from np.array_split(places, -(-len(places) // AT_A_TIME))
+        yield from np.array_split(places, -(-len(places) // 512))

@@ -27,9 +27,6 @@ from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.typing import Array
 
-DIFFERENT, SURE = 0.5, 2.0
-"""Share of its friction [1] by which swinging may differ from standing, and standard errors [1] beyond that."""
-
 
 def find(
     prepared: Sequence[PreparedLog],
@@ -127,8 +124,8 @@ def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str,
     left = predicted * (swung.friction_torque - predicted @ [factor, shift])[:, None]
     starts = np.flatnonzero(np.diff(swung.block, prepend=-1))
     errors = np.sqrt(np.sum((np.add.reduceat(left, starts) @ inverse) ** 2, axis=0))
-    off = (np.abs([factor - 1, shift]) - SURE * errors) / [1.0, _rms(swung.friction_torque)]
-    return f"{factor:.2f} times {shift:+.2g} N m", bool((off > DIFFERENT).any())
+    off = (np.abs([factor - 1, shift]) - 2.0 * errors) / [1.0, _rms(swung.friction_torque)]
+    return f"{factor:.2f} times {shift:+.2g} N m", bool((off > 0.5).any())
 
 
 def _rms(values: Array) -> float:

@@ -14,18 +14,6 @@ from stribeck.preparation import PreparedLog
 from stribeck.robot import Robot
 from stribeck.typing import Array
 
-TOP_SPEED = 99.9
-"""Percentile of |v| [%] that the knots of the friction curves reach to; impacts are faster."""
-
-SPEED_SPACING = 0.010
-"""Over which speeds are looked at beforehand [s]."""
-
-MOST_SPEEDS = 200_000
-"""Speeds [1] that are looked at: of longer logs, one of some segments."""
-
-FEWEST = 5
-"""Speeds in a segment [1]; less is not worth the trouble."""
-
 
 def joints_that_move(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
@@ -60,7 +48,8 @@ def joints_that_move(
         name for name, own in robot.couplings.items() if moving.issuperset(own) and not reason(sums[name], False)
     ]
     speeds = np.column_stack([velocity[:, moves], *(sums[name] for name in couplings)])
-    return robot.torque_controlled[moves], tuple(couplings), np.percentile(np.abs(speeds), TOP_SPEED, axis=0)
+    top_speeds = np.percentile(np.abs(speeds), 99.9, axis=0)  # impacts are faster
+    return robot.torque_controlled[moves], tuple(couplings), top_speeds
 
 
 def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
@@ -68,8 +57,8 @@ def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, 
     cut = []
     for part in prepared:
         period = part.sampling.period
-        step = max(1, round(SPEED_SPACING / period))
-        segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, FEWEST * step)
+        step = max(1, round(0.010 / period))  # speeds over 10 ms
+        segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, 5 * step)
         cut += [(part, step, segment) for segment in segments]
     if not cut:
         raise NothingIdentifiedError(
@@ -79,7 +68,7 @@ def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, 
     many = sum((segment.last - segment.first) // step for _, step, segment in cut)
     speeds: list[Array] = []
     blocks: list[NDArray[np.int64]] = []
-    for part, step, segment in cut[:: -(-many // MOST_SPEEDS)]:
+    for part, step, segment in cut[:: -(-many // 200_000)]:  # of longer logs, one of some segments
         position = part.log.position[segment.first : segment.last : step, robot.torque_controlled]
         speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
         blocks.append(np.full(len(position) - 1, len(blocks)))

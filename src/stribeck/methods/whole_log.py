@@ -37,12 +37,6 @@ from stribeck.settings import ChannelTable, Priors, Settings
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
-SUSPICIOUS = 1.5
-"""Chi^2 per degree of freedom [1] from which a warning is given."""
-
-HETEROGENEOUS = 4.0
-"""Heterogeneity over folds [1] from which a warning is given: folds differ by twice as much as errors explain."""
-
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no model is as wrong as that."""
 
@@ -52,21 +46,6 @@ MOVED = 3.0
 In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
 2.6: second moments are corrected by more, as friction that the law lacks is taken for them.
 """
-
-DELAY_ROUNDS = 6
-"""Fits at most [1], each to torques shifted by the delay that those before have found."""
-
-LINEAR_DELAY = 1e-3
-"""Delay [s] from which torques are shifted, and fitted again: they are linear in less."""
-
-LONGEST_DELAY = 0.1
-"""Delay that is looked for at most [s]."""
-
-NOTABLE_DELAY = 1.5e-3
-"""Delay [s] from which a warning is given."""
-
-MUCH_SET_ASIDE = 0.1
-"""Share of the log [1] that is set aside, from which a warning is given."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -160,11 +139,11 @@ class WholeLog:
         """Problems that a user should act on: errors beyond their covariance, a model far off, and the score tests."""
         fit = self.fit
         found = []
-        if fit.set_aside > MUCH_SET_ASIDE:
+        if fit.set_aside > 0.1:
             found.append(Finding.of("much-set-aside", share=100 * fit.set_aside))
-        if fit.chi_square >= SUSPICIOUS:
+        if fit.chi_square >= 1.5:  # per degree of freedom
             found.append(Finding.of("chi-square", chi_square=fit.chi_square))
-        if fit.heterogeneity >= HETEROGENEOUS:
+        if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
             found.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
         if np.any(fit.wrenches_off > FAR):
             found.append(Finding.of("wrench-sensors", far=FAR))
@@ -192,7 +171,7 @@ class WholeLog:
                 setting=already.delay + late[0],
             )
             for check, late, already in self._delays
-            if late and abs(late[0]) > max(NOTABLE_DELAY, 3 * late[1])
+            if late and abs(late[0]) > max(1.5e-3, 3 * late[1])  # [s]
         ]
 
 
@@ -214,7 +193,7 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law)
     delay = 0.0
-    for _ in range(DELAY_ROUNDS):
+    for _ in range(6):  # fits to torques shifted by the delay found so far
         forms = weak_forms(prepared, robot, columns, couplings, settings, delay)
         equations = equation_sequence(forms)
         corrections = equations.corrections
@@ -238,8 +217,8 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
             rest,
             settings.priors,
         )
-        delay = float(np.clip(delay + fit.torque_delay, -LONGEST_DELAY, LONGEST_DELAY))
-        if abs(fit.torque_delay) < LINEAR_DELAY:
+        delay = float(np.clip(delay + fit.torque_delay, -0.1, 0.1))  # [s]
+        if abs(fit.torque_delay) < 1e-3:  # [s], in which torques are linear
             break
     held_out: list[list[slice]] = [[] for _ in forms]
     for log, segment, _ in (equations.parts[place] for place in fit.held_out):

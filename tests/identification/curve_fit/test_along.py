@@ -12,9 +12,8 @@ from stribeck.friction import get_law
 from stribeck.friction.law import Motion
 from stribeck.friction.lugre import LuGre
 from stribeck.identification.curve_fit.along import FORGOTTEN, Along, along, state_known
-from stribeck.identification.curve_fit.fit import fit_joint, fit_law
+from stribeck.identification.curve_fit.fit import fit_joint, fit_law, validate
 from stribeck.identification.curve_fit.problem import FitProblem, hold_out, joint_problem
-from stribeck.identification.curve_fit.validation import validate
 from stribeck.identification.judgement.verdict import judge
 from stribeck.motion.averaging import average_nodes
 from stribeck.samples import Samples

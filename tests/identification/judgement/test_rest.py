@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit.fit import fit_joint, fit_law
+from stribeck.identification.curve_fit.fit import fit_joint, fit_law, validate
 from stribeck.identification.curve_fit.problem import joint_problem
-from stribeck.identification.curve_fit.validation import validate
 from stribeck.identification.judgement.verdict import judge
 from stribeck.settings import Settings
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, get_law
-from stribeck.identification.curve_fit.fit import fit_law
-from stribeck.identification.curve_fit.validation import validate
+from stribeck.identification.curve_fit.fit import fit_law, validate
 from stribeck.identification.judgement.verdict import judge
 from stribeck.identification.judgement.weakness import USUAL, is_weak
 from stribeck.methods.whole_log import CRITERIA

@@ -14,9 +14,6 @@ from stribeck.identification.judgement.speed import top_speed
 from stribeck.samples import Samples
 from stribeck.typing import Array
 
-BROKEN = 0.5
-"""Share of a period by which a step in time may differ from it [1]; beyond, a piece of motion ends."""
-
 FORGOTTEN = 0.05
 """Path over the top speed [s] after which a joint's state no longer shows how it began.
 
@@ -101,7 +98,7 @@ def _motion(samples: Samples, column: int) -> tuple[Array, NDArray[np.bool_]]:
     """Return the velocity of all samples [rad/s], and which begin a piece, as time breaks off before, shape (N,)."""
     source = samples.velocity if samples.sharp_velocity is None else samples.sharp_velocity
     period = samples.period * samples.stride
-    begins = np.abs(np.diff(samples.time, prepend=-np.inf) / period - 1) > BROKEN
+    begins = np.abs(np.diff(samples.time, prepend=-np.inf) / period - 1) > 0.5
     return np.ascontiguousarray(source[:, column], dtype=np.float64), begins
 
 

@@ -1,7 +1,7 @@
 """Friction law parameters of every joint from its friction torque samples, (6.4): starts, descents, uncertainty."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import cast
 
@@ -16,6 +16,7 @@ from stribeck.identification.curve_fit.robust import TUNING, Loss, influence, ro
 from stribeck.identification.joint_fit import PRIOR_FACTOR, JointFit, near_bound, parameter_units
 from stribeck.identification.judgement.excitation import excitation
 from stribeck.identification.judgement.speed import top_speed
+from stribeck.result import Validation
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 from stribeck.threads import one_blas_thread
@@ -187,3 +188,44 @@ def _prior(problem: FitProblem) -> Array:
     # logarithms of scales: a factor of a thousand
     factors = [7.0 if parameter.logarithmic else PRIOR_FACTOR for parameter in problem.parameters]
     return np.array(factors) * parameter_units(problem.parameters, *_scales(problem))
+
+
+def validate(
+    fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
+) -> dict[str, Validation | None]:
+    """Return how each joint's fit does on the blocks that `fit_law` held out, None without any."""
+    found: dict[str, Validation | None] = {}
+    for joint, fit in fits.items():
+        training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
+        found[joint] = validate_values(fit.values, training, unseen) if len(unseen.velocity) else None
+    return found
+
+
+def held_out(fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings) -> NDArray[np.bool_]:
+    """Return which samples of each joint lie in the blocks that `fit_law` held out, shape (N, n)."""
+    found = np.zeros(samples.usable.shape, dtype=bool)
+    for joint in fits:
+        _, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
+        found[:, samples.joint_names.index(joint)] = np.isin(samples.block, unseen.block)
+    return found
+
+
+def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> Validation:
+    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks.
+
+    `values` are those of the problems' parameters, shape (p,).
+    """
+    coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
+    return Validation(
+        rms=_rms(unseen.friction_torque - unseen.predict(values)),
+        rms_zero_friction=_rms(unseen.friction_torque),
+        rms_coulomb_only=_rms(unseen.friction_torque - _coulomb_basis(unseen) @ coefficients),
+    )
+
+
+def _coulomb_basis(problem: FitProblem) -> Array:
+    return np.column_stack([np.sign(problem.velocity), np.ones_like(problem.velocity)])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -21,10 +21,6 @@ ARMATURE = Parameter(name="armature", symbol="Ia", unit="kg m^2")
 """Rotor inertia that the model lacks: an extra torque, armature times acceleration."""
 
 
-STEADY = 0.2
-"""Change of the velocity over the filter's window, as a share of it [1], below which a law is straight enough."""
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FitProblem:
     """N samples of one joint and the p parameters that shall explain them, (6.4).
@@ -74,7 +70,7 @@ class FitProblem:
         if self.around is None:
             return np.empty(0, dtype=np.int64)
         change = np.abs(self.around - self.velocity[:, None]).max(axis=1)
-        return np.flatnonzero(change > STEADY * np.abs(self.velocity))
+        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # below it a law is straight enough
 
     def average(self, function: Callable[[Array], Array]) -> Array:
         """Return a function of the velocity, shape (M,) -> (M, ...), as the filter averages it, shape (N, ...)."""

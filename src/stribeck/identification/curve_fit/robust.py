@@ -8,20 +8,14 @@ from stribeck.typing import Array
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
-MAD_TO_STANDARD_DEVIATION = 1.4826
-"""Standard deviation over median absolute deviation of a normal distribution [1]."""
-
-TINY = 1e-150
-"""Scale [N m] of residuals that are all zero: its square is still a number."""
-
 TUNING: dict[Loss, float] = {"linear": 1.0, "soft_l1": 1.345, "huber": 1.345, "cauchy": 2.385}
 """Loss scales, in standard deviations of the residual [1]: 95 % efficiency on normal noise (Huber, Cauchy)."""
 
 
 def robust_scale(residual: Array) -> float:
     """Return the standard deviation [N m] of the residuals by their median absolute value, never zero."""
-    scale = MAD_TO_STANDARD_DEVIATION * float(np.median(np.abs(residual)))
-    return max(scale, TINY)
+    scale = 1.4826 * float(np.median(np.abs(residual)))  # of a normal distribution
+    return max(scale, 1e-150)  # its square is still a number
 
 
 def influence(ratio: Array, loss: Loss) -> tuple[Array, float]:

@@ -17,9 +17,6 @@ from stribeck.inertial_parameters import SIZE, log_cholesky, pseudo_inertia
 from stribeck.result import BODY_COORDINATES, Corrections
 from stribeck.typing import Array
 
-SHAPELESS = 4
-"""Coordinates of a body without those of its shape: mass and centre."""
-
 STEP = 1e-4
 """Of differences, in standard errors [1]."""
 
@@ -96,7 +93,7 @@ def corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence[
     for k in kept:
         own = slice(SIZE * k, SIZE * (k + 1))
         slopes = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[own]))
-        told[k] = SIZE if np.isfinite(slopes).all() else SHAPELESS
+        told[k] = SIZE if np.isfinite(slopes).all() else 4  # mass and centre, without the shape
         turn[own, own][: told[k]] = slopes[: told[k]]
     covariance = turn @ fit.covariance @ turn.T
     errors = np.sqrt(np.diag(covariance))

@@ -12,9 +12,6 @@ from stribeck.typing import Array
 ROOT = 6
 """Unknowns of a floating root [1]."""
 
-RANK = 1e-6
-"""Singular values below this share of the largest [1] are of feet that constrain the same twice."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DirectRows:
@@ -64,7 +61,8 @@ class DirectRows:
         size = np.sqrt(np.diagonal(squares, axis1=1, axis2=2))[:, :, None]
         size = np.where(size > 0, size, 1.0)  # of a force that no row feels
         values, vectors = np.linalg.eigh(squares / (size * size.transpose(0, 2, 1)))  # ranks are no matter of units
-        kept = values > RANK**2 * values.max(axis=1, keepdims=True, initial=0.0)
+        # smaller ones are of feet that constrain the same twice
+        kept = values > 1e-12 * values.max(axis=1, keepdims=True, initial=0.0)
         root = vectors / size * np.where(kept, 1 / np.sqrt(np.where(kept, values, 1.0)), 0.0)[:, None]
         return Weights(scale, response @ root, root)
 

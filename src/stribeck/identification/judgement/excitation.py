@@ -27,9 +27,6 @@ MIN_REVERSALS = 4
 NOISE_FACTOR = 4.0
 """Velocity noise [standard deviations] that does not count as motion: one sample in 16,000 exceeds it by chance."""
 
-HYSTERESIS = 0.02
-"""Share of the top speed [1] that a joint must reach on the other side before a reversal counts."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
@@ -47,7 +44,7 @@ def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
     velocity = problem.velocity
     blocks = len(np.unique(problem.block))
     noise = velocity_noise(velocity)
-    threshold = max(NOISE_FACTOR * noise, HYSTERESIS * top_speed(velocity))
+    threshold = max(NOISE_FACTOR * noise, 0.02 * top_speed(velocity))  # hysteresis
     reversals = count_reversals(velocity, threshold)
     return Excitation(
         samples=len(velocity),

@@ -9,9 +9,6 @@ from stribeck.result import JointResult
 from stribeck.samples import Samples
 from stribeck.typing import Array
 
-POWER_DEAD_ZONE = 1e-3
-"""Share [1] of rms velocity times rms torque below which power, of either sign, is rounding or standstill."""
-
 LEAST_NEGATIVE = 4.0
 """Mean added power, in standard errors over the blocks [1], from which passivity is violated.
 
@@ -58,4 +55,4 @@ def positive_power_fraction(velocity: Array, friction_torque: Array) -> float:
     """
     power = velocity * friction_torque
     usual = float(np.sqrt(np.mean(velocity**2) * np.mean(friction_torque**2)))
-    return float(np.mean(power < -POWER_DEAD_ZONE * usual))
+    return float(np.mean(power < -1e-3 * usual))  # less, of either sign, is rounding or standstill

@@ -23,9 +23,6 @@ from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validati
 from stribeck.samples import Samples
 from stribeck.settings import Settings
 
-BESIDE_FRICTION = ("offset", "armature")
-"""Parameters of torques that are no friction: what is left of a joint without any."""
-
 NOT_FITTED = "it moves too little where the method can use the log: move it longer between contact changes"
 """Of a joint that the samples show to move, but not in the contact modes that a fit used."""
 
@@ -102,7 +99,7 @@ def _judge_joint(
                 variance_shares=None if fit.variance_shares is None else fit.variance_shares[i],
             )
             for i, parameter in enumerate(fit.parameters)
-            if verdict != "no friction" or parameter.name in BESIDE_FRICTION
+            if verdict != "no friction" or parameter.name in ("offset", "armature")  # torques that are no friction
         },
         verdict=verdict,
         reason=reason,

@@ -11,25 +11,11 @@ from stribeck.identification.judgement.speed import top_speed
 from stribeck.result import CurvePoint
 from stribeck.typing import Array
 
-MOST, FEW = 0.9, 0.02
-"""Shares of the samples [1] that, slower than the Stribeck velocity, leave what lies above or below it open."""
-
 CLEARED = 2.0
 """Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
 
-BEYOND = ("viscous", "coulomb", "stribeck_gain")
-"""Parameters of what lies beyond the Stribeck velocity; below it they make up for each other."""
-
 RISING = 2.0
 """Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
-
-
-NEAR = 0.2
-"""Share of the top speed [1] within which samples are near a speed."""
-
-
-SHARPER = 0.25
-"""Path within half of a window over that within all of it [1]: laws with state see the motion through such a half."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,12 +62,12 @@ def is_weak(
     ]
     weak = np.asarray(fit.at_bound | cut | (high - low > 2 * WIDEST * reference))
     if criteria.assumes_exact_law and not _clears(fit, weak, velocity):
-        weak |= np.isin(fit.names, BEYOND)
+        weak |= np.isin(fit.names, ("viscous", "coulomb", "stribeck_gain"))
     if criteria.shares_shapes:
         weak |= np.isin(fit.names, _shape_of_nothing(fit))
     if "bristle_travel" in fit.names:
         travel, damping = (fit.names.index(name) for name in ("bristle_travel", "bristle_damping"))
-        weak[travel] |= not fit.values[travel] >= SHARPER * unresolved  # also where there is no reversal
+        weak[travel] |= not fit.values[travel] >= 0.25 * unresolved  # also where there is no reversal
         weak[damping] |= weak[travel] or fit.values[travel] < unresolved
     return weak
 
@@ -110,7 +96,7 @@ def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, pris
     residual = f"a residual of {fit.rms:.2g} {force} in {fit.blocks} blocks"
     if not is_significant(curve):
         return f"no friction is significant, but it may be up to {upper_bound(curve):.3g} {force}: {residual}"
-    near = float(np.mean(np.abs(np.abs(velocity) - point.velocity) < NEAR * curve[-1].velocity))
+    near = float(np.mean(np.abs(np.abs(velocity) - point.velocity) < 0.2 * curve[-1].velocity))
     said = (
         f"friction at {name} speed, {point.velocity:.2g} {unit}, is {point.value:.3g} ({low:.3g} to {high:.3g} {force})"
     )
@@ -152,9 +138,9 @@ def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], v
     slower = float(np.mean(np.abs(velocity) < speed))
     causes = []
     inside = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
-    if inside and slower >= MOST:
+    if inside and slower >= 0.9:
         causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
-    elif inside and slower <= FEW:
+    elif inside and slower <= 0.02:
         causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
     elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
         causes.append(f"its top speed, {top:.2g} {unit}, does not clear the Stribeck velocity, {speed:.2g} {unit}")
