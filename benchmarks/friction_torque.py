@@ -17,16 +17,16 @@ from studies.dense import dense_friction_torque
 
 from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import Array
 from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import THREADS, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
-from stribeck.friction_torque.stream import torque_chunks
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
-from stribeck.threads import one_blas_thread
-from stribeck.typing import Array
 
 LOOP_SAMPLES = 2000
 REPETITIONS = 5

@@ -14,7 +14,7 @@ from typing import Any
 import mujoco
 
 from benchmarks.report import arguments, report
-from stribeck.threads import one_blas_thread
+from stribeck.base.threads import one_blas_thread
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import read_scenario
 

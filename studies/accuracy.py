@@ -25,10 +25,10 @@ from typing import Any
 import numpy as np
 
 from stribeck import Robot, Settings, identify
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.result import Result
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, Case, exact_walks
 from studies.command import Row, command, rounded

@@ -7,9 +7,9 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.scenario import FrictionTable, PushTable, Scenario, SoleTable, StepsTable
 from stribeck_simulation.sensors.measure import with_noise

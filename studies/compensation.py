@@ -27,11 +27,11 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import MomentumObserver, Robot, RobotLog, identify
-from stribeck.export import export
-from stribeck.export.joints import joint_terms
+from stribeck.base.typing import Array
+from stribeck.exporters import export
+from stribeck.exporters.joints import joint_terms
 from stribeck.friction import get_law
 from stribeck.result import Result
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, LawFriction
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.prescribed.exact import exact_log

@@ -13,11 +13,11 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from stribeck.base.typing import Array
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
-from stribeck.typing import Array
 
 
 @dataclass(frozen=True, eq=False)

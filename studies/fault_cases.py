@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from stribeck import Robot
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
-from stribeck.typing import Array
 
 Change = Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]
 

@@ -19,8 +19,8 @@ import numpy as np
 from stribeck import LogError, NothingIdentifiedError, Robot, Settings, identify
 from stribeck.audit import audit
 from stribeck.friction import get_law
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.gait import Gait
 from stribeck_simulation.robots import MODELS

@@ -14,8 +14,8 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from stribeck import Robot
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.scenario import PushTable, StepsTable
 from studies.accuracy_cases import NAMES, ROBOTS, Case, as_walked, kept_walks_of, measured, with_factors, wrong_model

@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
+from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import linear
 from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
-from stribeck.typing import Array
 from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 

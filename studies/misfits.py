@@ -15,10 +15,10 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot, identify
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
-from stribeck.identification.whole_log.tests_of_fit.findings import UNCLEAR
 from stribeck.log import RobotLog
-from stribeck.typing import Array
+from stribeck.whole_log.fit_checks.findings import UNCLEAR
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise

@@ -28,14 +28,14 @@ from typing import Any
 import numpy as np
 
 from stribeck import Robot, identify, plan
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.planning.joint import PlannedJoint, Reach
-from stribeck.planning.plan import Plan
+from stribeck.plan.joint import PlannedJoint, Reach
+from stribeck.plan.plan import Plan
 from stribeck.result import JointResult, Result
 from stribeck.robot import from_robot_file
 from stribeck.settings import RobotFile
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.ground import inverse_dynamics
 from stribeck_simulation.robots import MODELS

@@ -24,15 +24,15 @@ from unittest.mock import patch
 import numpy as np
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.equations import build
-from stribeck.equations.joint_acceleration import JointAcceleration
-from stribeck.identification.whole_log import estimate
-from stribeck.identification.whole_log.noise import update, variance_components, whitening
-from stribeck.identification.whole_log.noise.variance_components import AWAY, VarianceComponents
-from stribeck.identification.whole_log.solver import empirical_bayes, pilot_fit
-from stribeck.identification.whole_log.uncertainty.heterogeneity import heterogeneity
-from stribeck.typing import Array
-from stribeck.weak_equations import WeakEquations
+from stribeck.base.typing import Array
+from stribeck.whole_log import estimate
+from stribeck.whole_log.equations import build
+from stribeck.whole_log.equations.joint_acceleration import JointAcceleration
+from stribeck.whole_log.noise import update, variance_components, whitening
+from stribeck.whole_log.noise.variance_components import AWAY, VarianceComponents
+from stribeck.whole_log.solver import empirical_bayes, pilot_fit
+from stribeck.whole_log.uncertainty.heterogeneity import heterogeneity
+from stribeck.whole_log.weak_equations import WeakEquations
 from studies.accuracy import CURVE_FIT, MEASURES, SETTINGS, coverage, measure
 from studies.accuracy_cases import CASES, LAW
 from studies.command import Row, command, real_robot, rounded

@@ -7,7 +7,7 @@ six parameters of some joints. What is over 25 % wrong, a parameter or a joint's
 (recall), what is within 10 % should not (false alarms). Errors of offsets are relative to the Coulomb friction where
 that is larger, as their verdicts are; the error of a curve is the root mean square over its three speeds, as its width
 is. The table has the verdicts as they are, and half widths of the 95 % interval, relative to the value, from which all
-could be called weak; `WIDEST` in `identification/judgement/curve.py` was chosen from it.
+could be called weak; `WIDEST` in `judgement/curve.py` was chosen from it.
 """
 
 from collections.abc import Iterable, Iterator
@@ -17,7 +17,7 @@ import numpy as np
 
 from stribeck import Settings, identify
 from stribeck.friction import get_law
-from stribeck.identification.judgement.curve import relative_width
+from stribeck.judgement.curve import relative_width
 from stribeck.result import JointResult
 from studies.accuracy import walks_of
 from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, measured, wrong_model

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.signal import lfilter, savgol_filter
 
 from stribeck import Robot
+from stribeck.base.typing import Array
 from stribeck.friction import Stribeck
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, LawFriction
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.mujoco.model import PHYSICS_STEP, compile_body

@@ -16,9 +16,9 @@ from itertools import product
 import numpy as np
 
 from stribeck import Robot, identify
+from stribeck.base.typing import Array
 from stribeck.errors import StribeckError
 from stribeck.result import Result
-from stribeck.typing import Array
 from stribeck_simulation.sensors.profiles import get_profile
 from stribeck_simulation.walking.footsteps import Steps
 from stribeck_simulation.walking.plan import BOTH

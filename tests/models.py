@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.robot import Robot, from_robot_file
 from stribeck.settings import RobotFile
-from stribeck.typing import Array
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 CASSIE = Path(__file__).parents[1] / "examples" / "robots" / "cassie" / "cassie.urdf"

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.samples import Samples
-from stribeck.typing import Array
+from stribeck.base.typing import Array
+from stribeck.friction_torque.samples import FrictionSamples
 
 
 def make_samples(
     velocity: Array, friction_torque: Array, names: tuple[str, ...] = ("knee",), period: float = 1e-3, **changed: Any
-) -> Samples:
+) -> FrictionSamples:
     """Make samples of shape (N,) or (N, n) that follow each other, all usable, each a block; fields may be changed."""
     count, shape = len(velocity), (len(velocity), len(names))
     fields = {
@@ -23,4 +23,4 @@ def make_samples(
         "support": np.zeros(count, dtype=np.int64),
         "support_names": ("base",),
     }
-    return Samples(joint_names=names, period=period, **(fields | changed))
+    return FrictionSamples(joint_names=names, period=period, **(fields | changed))

@@ -24,17 +24,17 @@ from tests.log.readers.formats import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
 
 from stribeck import Robot, identify, read_result, result, settings
+from stribeck.base.finding import FRICTION, Finding, catalogue
 from stribeck.cli.app import app
+from stribeck.differentiation.filters import TAKES
 from stribeck.errors import StribeckError
-from stribeck.finding import FRICTION, Finding, catalogue
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
-from stribeck.identification.whole_log.tests_of_fit.findings import WORDS
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
-from stribeck.motion.filters import TAKES
 from stribeck.result.joint import Verdict, verdict_place
 from stribeck.robot import from_robot_file
+from stribeck.whole_log.fit_checks.findings import WORDS
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import Scenario
 

@@ -5,12 +5,12 @@ import pytest
 from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
+from stribeck.base.typing import Array
 from stribeck.friction import Parameter, Stribeck, get_law
+from stribeck.friction_torque.preparation import prepare, quiet
 from stribeck.friction_torque.stage import log_friction
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare, quiet
 from stribeck.settings import FilterSettings
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import exact_log
 
 

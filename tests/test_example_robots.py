@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stribeck import Settings, identify, write_log
-from stribeck.draft import draft_robot_file
+from stribeck.init import draft_robot_file
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import read_scenario
 

@@ -12,9 +12,9 @@ from tests.friction_torque.test_friction_torque import EXACT
 from tests.methods.test_ground_reaction import moved, robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.friction_torque.stream import torque_chunks
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck.replay.replay import replay
 from stribeck.result import Result
 from stribeck_simulation.sensors.measure import with_noise

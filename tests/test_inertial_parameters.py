@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from stribeck.inertial_parameters import carried, inertial_parameters, pseudo_inertia
+from stribeck.robot.inertial_parameters import carried, inertial_parameters, pseudo_inertia
 
 
 def some_bodies(count: int = 5) -> list[pin.Inertia]:

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
-import stribeck.friction_torque.stream
+import stribeck.friction_torque.inverse_dynamics
 import stribeck.friction_torque.thinning
 from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
@@ -72,7 +72,7 @@ def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None
     log = replace(arm_log(arm, duration=8), velocity=None, acceleration=None)
     settings = Settings(method="curve-fit", filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)
     whole = identify(log, arm, settings)
-    monkeypatch.setattr(stribeck.friction_torque.stream, "CHUNK", 997)
+    monkeypatch.setattr(stribeck.friction_torque.inverse_dynamics, "CHUNK", 997)
     pieces = identify(log, arm, settings)
     np.testing.assert_allclose(
         pieces.evidence.samples.friction_torque, whole.evidence.samples.friction_torque, rtol=0, atol=1e-9

@@ -58,16 +58,16 @@ def test_type_checkers_see_the_same_names() -> None:
 @pytest.mark.parametrize(
     "program",
     [
-        "import stribeck; found = stribeck.export; import stribeck.export",
-        "import stribeck.export; from stribeck import export as found",
-        "from stribeck.export import export; import stribeck; found = stribeck.export",
+        "import stribeck; found = stribeck.plan; import stribeck.plan.plan",
+        "import stribeck.plan.plan; from stribeck import plan as found",
+        "from stribeck.plan.plan import plan; import stribeck; found = stribeck.plan",
     ],
     ids=["function first", "module first", "out of the module first"],
 )
 def test_a_function_is_not_its_module(program: str) -> None:
-    check = "; print(type(found).__name__, found.__name__, found is stribeck.export)"
+    check = "; print(type(found).__name__, found.__name__, found is stribeck.plan)"
     done = subprocess.run([sys.executable, "-c", program + check], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "function export True"
+    assert done.stdout.strip() == "function plan True"
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.draft import draft_robot_file
+from stribeck.audit.inspection import inspect_log
 from stribeck.errors import LogError, NothingIdentifiedError
-from stribeck.inspection import inspect_log
+from stribeck.init import draft_robot_file
 from stribeck.settings import FilterSettings, LogTable
 
 ROOT = Path(__file__).parents[1]

@@ -12,9 +12,9 @@ from pathlib import Path
 
 from benchmarks.contest.schema import ANSWER, CASE, Case, read
 from benchmarks.contest.score import Score, score
+from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
 from stribeck.methods import METHODS
-from stribeck.outputs import whole_or_not_at_all
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENTS = ROOT / "benchmarks/contest/environments"

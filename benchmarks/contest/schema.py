@@ -13,9 +13,9 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from stribeck.base.files import read_text
+from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
-from stribeck.files import read_text
-from stribeck.outputs import whole_or_not_at_all
 from stribeck.settings import describe
 
 CASE, TRUTH, ANSWER = "case.json", "truth.json", "answer.json"

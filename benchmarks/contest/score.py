@@ -26,8 +26,8 @@ from benchmarks.contest.schema import (
     check_answer,
     read,
 )
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.typing import Array
 
 FAR = 0.25
 """Relative error of Coulomb or viscous friction beyond which a number that is called good is a confident error [1]."""

@@ -4,7 +4,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from stribeck.finding import catalogue, message
+from stribeck.base.finding import catalogue, message
 
 PAGE = Path(__file__).parents[1] / "findings.md"
 
@@ -12,7 +12,7 @@ HEAD = """# Findings
 
 A finding is a problem in a log, a robot file or a fit. `Result.findings` contains the name of its check, the message,
 the affected joints and a remedy. `Result.warnings`, the console and the report show each finding in one line. The
-headings below are the names of the checks. This page is generated from `src/stribeck/findings.toml`.
+headings below are the names of the checks. This page is generated from `src/stribeck/base/findings.toml`.
 """
 
 INTRODUCTIONS = {

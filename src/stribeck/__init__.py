@@ -9,28 +9,28 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stribeck.audit.inspection import inspect_log as inspect_log
+    from stribeck.base.version import __version__ as __version__
     from stribeck.errors import LogError as LogError
     from stribeck.errors import NothingIdentifiedError as NothingIdentifiedError
     from stribeck.errors import RobotFileError as RobotFileError
     from stribeck.errors import SettingsError as SettingsError
     from stribeck.errors import StribeckError as StribeckError
-    from stribeck.export import export as export
+    from stribeck.exporters import export as export
     from stribeck.friction import FrictionLaw as FrictionLaw
     from stribeck.friction.register import register_law as register_law
     from stribeck.friction_torque.observer import MomentumObserver as MomentumObserver
-    from stribeck.inspection import inspect_log as inspect_log
     from stribeck.log import RobotLog as RobotLog
     from stribeck.log.readers import read_log as read_log
     from stribeck.log.writers import write_log as write_log
     from stribeck.pipeline import identify as identify
-    from stribeck.planning.plan import plan as plan
+    from stribeck.plan.plan import plan as plan
     from stribeck.report import write_report as write_report
     from stribeck.result import Result as Result
     from stribeck.result import read_result as read_result
     from stribeck.result.compare import compare as compare
     from stribeck.robot import Robot as Robot
     from stribeck.settings import Settings as Settings
-    from stribeck.version import __version__ as __version__
 
 _EXPORTS = {
     "FrictionLaw": "stribeck.friction",
@@ -44,12 +44,12 @@ _EXPORTS = {
     "Settings": "stribeck.settings",
     "SettingsError": "stribeck.errors",
     "StribeckError": "stribeck.errors",
-    "__version__": "stribeck.version",
+    "__version__": "stribeck.base.version",
     "compare": "stribeck.result.compare",
-    "export": "stribeck.export",
+    "export": "stribeck.exporters",
     "identify": "stribeck.pipeline",
-    "inspect_log": "stribeck.inspection",
-    "plan": "stribeck.planning.plan",
+    "inspect_log": "stribeck.audit.inspection",
+    "plan": "stribeck.plan.plan",
     "read_log": "stribeck.log.readers",
     "read_result": "stribeck.result",
     "register_law": "stribeck.friction.register",
@@ -73,7 +73,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """Keeps `stribeck.export` the function: importing the submodule of the same name would put that in its place."""
+    """Keeps `stribeck.exporters` the function: importing the submodule of the same name would put that in its place."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _EXPORTS and isinstance(value, ModuleType)):

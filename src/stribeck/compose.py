@@ -6,30 +6,30 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck.audit import model_findings
+from stribeck.base.finding import merged
+from stribeck.base.version import __version__
 from stribeck.errors import NothingIdentifiedError
-from stribeck.finding import merged
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
+from stribeck.friction_torque.preparation import PreparedLog, log_names
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.friction_torque.stage import LogsFriction, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
-from stribeck.identification.joint_fit import JointFit, with_gain_error
-from stribeck.identification.judgement.own_friction import own_friction
-from stribeck.identification.judgement.passivity import passivity_violated
-from stribeck.identification.judgement.torque_error import torque_r2
-from stribeck.identification.judgement.verdict import judge
-from stribeck.identification.whole_log.terms.selection import with_terms
+from stribeck.judgement.joint_fit import JointFit, with_gain_error
+from stribeck.judgement.own_friction import own_friction
+from stribeck.judgement.passivity import passivity_violated
+from stribeck.judgement.torque_error import torque_r2
+from stribeck.judgement.verdict import judge
 from stribeck.methods import Fitted, Method
-from stribeck.preparation import PreparedLog, log_names
 from stribeck.result import CouplingResult, Evidence, JointResult, Result, TorqueR2
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
-from stribeck.samples import Samples
 from stribeck.settings import Settings
-from stribeck.version import __version__
+from stribeck.whole_log.terms.selection import with_terms
 
 
 def compose(
     fitted: Fitted,
-    friction: FrictionSamples,
+    friction: LogsFriction,
     prepared: Sequence[PreparedLog],
     robot: Robot,
     law: FrictionLaw,
@@ -112,7 +112,7 @@ def compose(
 
 
 def _joints(
-    fitted: Fitted, fits: Mapping[str, JointFit], samples: Samples, law: FrictionLaw, settings: Settings
+    fitted: Fitted, fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
 ) -> dict[str, JointResult]:
     """Return what is said of every joint and coupling, with the terms of the law "auto"."""
     joints = judge(fits, samples, law, settings, fitted.validations, fitted.criteria)
@@ -129,7 +129,7 @@ def _joints(
 
 
 def _torque_r2(
-    fitted: Fitted, friction: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
+    fitted: Fitted, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
 ) -> dict[str, TorqueR2]:
     """Return how much of each joint's torque is explained in the parts that a fit has not seen."""
     if fitted.unseen is None:
@@ -165,10 +165,10 @@ def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ..
 
 def _evidence(
     fitted: Fitted,
-    friction: FrictionSamples,
-    shown: tuple[Samples, Samples],
+    friction: LogsFriction,
+    shown: tuple[FrictionSamples, FrictionSamples],
     prepared: Sequence[PreparedLog],
-    correction: tuple[Samples, Samples] | None,
+    correction: tuple[FrictionSamples, FrictionSamples] | None,
     origin: list[tuple[str, str]],
 ) -> Evidence:
     """Return what the report draws."""
@@ -191,8 +191,8 @@ def _evidence(
 
 
 def _before_and_after(
-    friction: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot
-) -> tuple[Samples, Samples]:
+    friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot
+) -> tuple[FrictionSamples, FrictionSamples]:
     """Return the samples of free and swinging limbs by robot and logs as given, and as corrected.
 
     These limbs show best what a model does to friction.
@@ -202,7 +202,7 @@ def _before_and_after(
     return before, _swinging(samples, robot)
 
 
-def _swinging(samples: Samples, robot: Robot) -> Samples:
+def _swinging(samples: FrictionSamples, robot: Robot) -> FrictionSamples:
     """Return samples of which those of free and swinging limbs alone are usable."""
     feet = [tuple(foot for foot in name.split("+") if foot in robot.contacts) for name in samples.support_names]
     standing = np.array([robot.standing(standing) for standing in feet])

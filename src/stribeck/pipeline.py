@@ -6,18 +6,18 @@ from dataclasses import replace
 from pathlib import Path
 
 from stribeck.audit import audit_or_stop, torques_of_currents
+from stribeck.base.outputs import check_outputs, whole_or_not_at_all
+from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
 from stribeck.errors import SettingsError, findings_kept
+from stribeck.friction_torque.preparation import Progress, prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method, held_out_log
-from stribeck.outputs import check_outputs, whole_or_not_at_all
-from stribeck.preparation import Progress, prepare, quiet
 from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.threads import one_blas_thread
 
 
 def identify(

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.report import Reference
 from stribeck.result import Result
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.files import write_simulated
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.mujoco.model import compile_body

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
-from stribeck.outputs import whole_or_not_at_all
 from stribeck_simulation.prescribed.exact import Truth
 
 

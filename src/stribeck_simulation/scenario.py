@@ -6,8 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from stribeck.base.files import read_text
 from stribeck.errors import SettingsError
-from stribeck.files import read_text
 from stribeck.settings import Finite, NonNegative, Positive, Table, describe, parse_toml
 from stribeck_simulation.prescribed.gait import Gait
 

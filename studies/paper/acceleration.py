@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from stribeck import Settings
+from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.paper.estimate import Differences, Estimate, estimate
 from studies.paper.swing import JOINTS, SIDE, SUPPORT, swinging

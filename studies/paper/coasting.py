@@ -8,8 +8,8 @@ middle, which is yet to be found, multiplies by (1 - x / 2) / (1 + x / 2), which
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, Instant, LawFriction
 from stribeck_simulation.rigid.constrained import ITERATIONS
 from studies.paper.laws import KNEE, STATIC

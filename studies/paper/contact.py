@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import SensorProfile, get_profile

@@ -6,8 +6,8 @@ import numpy as np
 
 from stribeck import Settings
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit.fit import fit_joint
-from stribeck.identification.curve_fit.problem import joint_problem
+from stribeck.judgement.curve_fit.fit import fit_joint
+from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Settings
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.markdown import markdown_table
 from studies.paper.estimate import EXACT, Differences, Estimate, estimate, rms

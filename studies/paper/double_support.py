@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Robot, Settings
+from stribeck.base.typing import Array
 from stribeck.dynamics.state import Orientation, State
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.dense import constrained_sample, minimum_norm_friction_torque
 from studies.markdown import markdown_table

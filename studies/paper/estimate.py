@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
+from stribeck.base.typing import Array
+from stribeck.differentiation.averaging import implied_weights
+from stribeck.differentiation.butterworth import central_kernels
+from stribeck.differentiation.filters import Filter, finite_filter
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import with_filter
-from stribeck.friction_torque.stream import torque_chunks
 from stribeck.friction_torque.thinning import join
-from stribeck.motion.averaging import implied_weights
-from stribeck.motion.butterworth import central_kernels
-from stribeck.motion.filters import Filter, finite_filter
-from stribeck.preparation import prepare
-from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, SupportSettings
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 
 UNTRIMMED = SupportSettings(trim_start=0.0, trim_end=0.0)
@@ -66,7 +66,7 @@ def backward_kernels(period: float, compensate_delay: bool) -> Array:
 class Estimate:
     """Estimated friction torque, and the truth at the same samples and joints, shape (N, n) [N m]."""
 
-    samples: Samples
+    samples: FrictionSamples
     truth: Array
 
     @property

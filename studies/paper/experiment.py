@@ -9,8 +9,8 @@ import numpy as np
 
 from stribeck import Settings
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit.fit import fit_joint
-from stribeck.identification.curve_fit.problem import joint_problem
+from stribeck.judgement.curve_fit.fit import fit_joint
+from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings, SupportSettings
 from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate, estimate

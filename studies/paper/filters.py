@@ -8,10 +8,10 @@ impacts.
 import numpy as np
 
 from stribeck import Settings
+from stribeck.differentiation.savitzky_golay import savgol_cutoff
 from stribeck.friction import get_law
-from stribeck.identification.curve_fit.fit import fit_joint
-from stribeck.identification.curve_fit.problem import joint_problem
-from stribeck.motion.savitzky_golay import savgol_cutoff
+from stribeck.judgement.curve_fit.fit import fit_joint
+from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings, SupportSettings
 from stribeck_simulation.run import Simulated
 from studies.markdown import markdown_table

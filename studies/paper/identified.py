@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from stribeck import Settings, identify
-from stribeck.identification.judgement.speed import top_speed
+from stribeck.base.typing import Array
+from stribeck.judgement.speed import top_speed
 from stribeck.log import RobotLog
 from stribeck.result import JointResult
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.paper.study import Numbers
 

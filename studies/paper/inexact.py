@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 Change = Callable[[pin.Inertia], pin.Inertia]
 """What is done to a body's inertia."""

@@ -10,7 +10,7 @@ so that G is the unit matrix if joints do not interfere.
 import numpy as np
 
 from stribeck import Settings
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from studies.markdown import markdown_table
 from studies.paper.estimate import estimate
 from studies.paper.study import Numbers

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction import LAWS, get_law
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, Instant, LuGre
 
 KNEE = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.0}

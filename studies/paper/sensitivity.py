@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
+from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.dynamics.state import State
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from studies.dense import constrained_sample
 from studies.markdown import markdown_table, short

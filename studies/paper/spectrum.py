@@ -10,12 +10,12 @@ import numpy as np
 from scipy.signal import periodogram
 
 from stribeck import Settings
+from stribeck.base.typing import Array
+from stribeck.differentiation import make_filter
+from stribeck.differentiation.savitzky_golay import savgol_cutoff
+from stribeck.friction_torque.preparation import prepare
 from stribeck.friction_torque.stage import with_filter
-from stribeck.motion import make_filter
-from stribeck.motion.savitzky_golay import savgol_cutoff
-from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
-from stribeck.typing import Array
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import get_profile

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stribeck.identification.judgement.passivity import positive_power_fraction
-from stribeck.typing import Array
+from stribeck.base.typing import Array
+from stribeck.judgement.passivity import positive_power_fraction
 from studies.paper.estimate import Estimate
 
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")

@@ -11,8 +11,8 @@ from tests.models import example_robot
 
 from stribeck import Robot
 from stribeck.audit import audit
-from stribeck.finding import Finding
-from stribeck.preparation import prepare
+from stribeck.base.finding import Finding
+from stribeck.friction_torque.preparation import prepare
 
 
 @pytest.fixture(scope="module")

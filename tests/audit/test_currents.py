@@ -9,8 +9,8 @@ from tests.arm import TRUTH, arm_log, write_arm
 from stribeck import Robot, identify, inspect_log
 from stribeck.audit import currents
 from stribeck.errors import LogError
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings, Settings
 
 GAINS = np.array([5.0, 8.0, 40.0])

@@ -13,9 +13,9 @@ from tests.models import POSTURES, example_robot
 from stribeck import Robot
 from stribeck.audit import audit, gather
 from stribeck.audit.torque import check_torques
-from stribeck.finding import Finding
+from stribeck.base.finding import Finding
 from stribeck.friction import get_law
-from stribeck.preparation import prepare
+from stribeck.friction_torque.preparation import prepare
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 

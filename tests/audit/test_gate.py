@@ -10,8 +10,8 @@ from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, inspect_log, read_result
+from stribeck.base.finding import Finding, merged
 from stribeck.errors import StribeckError
-from stribeck.finding import Finding, merged
 from stribeck.settings import FilterSettings
 
 

@@ -16,7 +16,7 @@ import pytest
 import typer
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.damaged import DAMAGED
-from tests.export.found import found_in
+from tests.exporters.found import found_in
 from tests.log.readers.formats import JOINTS
 from tests.result.test_any_result import plain
 from typer.testing import CliRunner
@@ -25,7 +25,7 @@ from stribeck import Robot, identify
 from stribeck.cli import main
 from stribeck.cli.app import FORMATS, LAW_NAMES, METHOD_NAMES, app
 from stribeck.errors import SettingsError
-from stribeck.export import TARGETS
+from stribeck.exporters import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
 

@@ -15,9 +15,10 @@ from types import FrameType
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
-from stribeck import Robot, outputs
+from stribeck import Robot
+from stribeck.base import outputs
+from stribeck.base.outputs import Interrupted, staged_folder, whole_or_not_at_all
 from stribeck.errors import SettingsError
-from stribeck.outputs import Interrupted, staged_folder, whole_or_not_at_all
 
 
 @pytest.fixture(autouse=True)

@@ -12,9 +12,9 @@ from stribeck import Robot, identify, inspect_log
 from stribeck.dynamics.loops import closed_log, loop_inertia, loop_momentum_balance, loop_terms
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.friction import get_law
+from stribeck.friction_torque.preparation import prepare
 from stribeck.methods.whole_log import identify_whole_log
-from stribeck.planning.plan import plan
-from stribeck.preparation import prepare
+from stribeck.plan.plan import plan
 from stribeck.replay.replay import replay
 from stribeck.settings import FilterSettings, Settings
 

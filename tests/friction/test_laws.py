@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, FrictionLaw, Parameter, get_law, unit_for
-from stribeck.identification.curve_fit.fit import fit_joint, grid_starts
-from stribeck.identification.curve_fit.problem import FitProblem
-from stribeck.typing import Array
+from stribeck.judgement.curve_fit.fit import fit_joint, grid_starts
+from stribeck.judgement.curve_fit.problem import FitProblem
 
 every_law = pytest.mark.parametrize("law", [law() for law in LAWS.values()], ids=list(LAWS))
 

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS_WITH_STATE, LuGre, get_law
 from stribeck.friction.law import Motion
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, Instant
 from stribeck_simulation.friction import LuGre as SimulatedLuGre
 

@@ -8,7 +8,7 @@ from tests.loops import joint, link
 
 from stribeck import Robot
 from stribeck.friction_torque.auto_filter import cutoff_from_log
-from stribeck.preparation import prepare
+from stribeck.friction_torque.preparation import prepare
 
 COAXIAL = (
     '<robot name="coaxial"><link name="base"/><link name="empty"/>'

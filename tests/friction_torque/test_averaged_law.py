@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import stribeck.friction_torque.stream
+import stribeck.friction_torque.inverse_dynamics
 from stribeck import Robot, Settings, identify
+from stribeck.differentiation import make_filter
+from stribeck.differentiation.averaging import MOST_NODES, average_nodes
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.motion import make_filter
-from stribeck.motion.averaging import MOST_NODES, average_nodes
 from stribeck.settings import FilterSettings
 
 INERTIA, PERIOD, STEPS = 0.2, 1e-3, 20
@@ -109,7 +109,7 @@ def test_chunks_do_not_show(wheel: Robot, log: RobotLog, monkeypatch: pytest.Mon
     short = log.take(np.arange(len(log.time)) < 9000)
     settings = Settings(method="curve-fit", filter=SAVGOL, averaged_law=True)
     whole = identify(short, wheel, settings).evidence
-    monkeypatch.setattr(stribeck.friction_torque.stream, "CHUNK", 997)
+    monkeypatch.setattr(stribeck.friction_torque.inverse_dynamics, "CHUNK", 997)
     pieces = identify(short, wheel, settings).evidence
     for name in ("friction_torque", "jerk", "snap"):
         expected = getattr(whole.samples, name)

@@ -14,9 +14,9 @@ from tests.models import POSTURES, STRIBECK, example_robot
 from stribeck import Settings, identify
 from stribeck.errors import LogError
 from stribeck.friction import get_law
-from stribeck.friction_torque.stream import Chunk, torque_chunks
+from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck.settings import FilterSettings
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 

@@ -10,18 +10,18 @@ from tests.arm import TRUTH, arm_log, write_arm
 from tests.models import POSTURES, STRIBECK, example_robot
 
 from stribeck import LogError, MomentumObserver, Robot, Settings, SettingsError, identify
+from stribeck.base.typing import Array
+from stribeck.differentiation.averaging import exponential_nodes
 from stribeck.dynamics.momentum import momentum_balance
 from stribeck.dynamics.rooted import RootMotion, joint_inertia
 from stribeck.friction import get_law
-from stribeck.friction_torque import stream
+from stribeck.friction_torque import inverse_dynamics as stream
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare, quiet
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import FrictionTorqueStage
-from stribeck.friction_torque.stream import torque_chunks
 from stribeck.log import RobotLog
-from stribeck.motion.averaging import exponential_nodes
-from stribeck.preparation import prepare, quiet
-from stribeck.samples import Samples
 from stribeck.settings import FilterSettings
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
@@ -265,7 +265,7 @@ def test_an_average_over_the_past_is_the_sample_itself() -> None:
         PERIOD * (0.5 + np.arange(2000) @ (0.1 * shrinks ** np.arange(1, 2001) / shrinks))
     )
     one, none = np.ones((1, 1)), np.zeros((1, 1))
-    samples = Samples(
+    samples = FrictionSamples(
         joint_names=("joint",),
         period=PERIOD,
         time=np.zeros(1),

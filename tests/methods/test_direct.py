@@ -11,12 +11,12 @@ from tests.models import POSTURES, example_robot
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import StribeckError
-from stribeck.export.samples import drawn
+from stribeck.exporters.samples import drawn
 from stribeck.friction import get_law
-from stribeck.identification.direct.consistent import base_parameters
-from stribeck.inertial_parameters import pseudo_inertia
 from stribeck.log import RobotLog
+from stribeck.methods.direct.consistent import base_parameters
 from stribeck.result import BodyCorrection
+from stribeck.robot.inertial_parameters import pseudo_inertia
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 

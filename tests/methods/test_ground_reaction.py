@@ -17,9 +17,9 @@ from tests.models import MODELS, POSTURES, example_robot, make_robot
 from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError
 from stribeck.friction import get_law
-from stribeck.friction_torque.stream import torque_chunks
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck.result import Result
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 

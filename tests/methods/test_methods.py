@@ -12,13 +12,14 @@ import pytest
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
-from stribeck import Robot, Settings, identify, preparation
+from stribeck import Robot, Settings, identify
+from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
-from stribeck.finding import Finding
 from stribeck.friction import LAWS, get_law
+from stribeck.friction_torque import preparation
 from stribeck.friction_torque.stage import FrictionTorqueStage
-from stribeck.identification.curve_fit.fit import fit_joint
-from stribeck.identification.curve_fit.problem import joint_problem
+from stribeck.judgement.curve_fit.fit import fit_joint
+from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS, Fitted, Method
 from stribeck.methods.contract import SHARED

@@ -6,10 +6,10 @@ from tests.arm import arm_log, write_arm
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
+from stribeck.friction_torque.preparation import prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS, Fitted
-from stribeck.preparation import prepare, quiet
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.export.found import joint, of_joint
-from tests.export.test_sweep import EFFECT
+from tests.exporters.found import joint, of_joint
+from tests.exporters.test_sweep import EFFECT
 from tests.models import EXAMPLES, MODELS
 
-from stribeck import export
+from stribeck import exporters as export
 from stribeck.replay.model_friction import CREEP, JointFriction, ModelFriction
 from stribeck.replay.replay import read_friction
 

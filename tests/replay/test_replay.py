@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.cli.test_cli import refused, run
-from tests.export.found import robot_of
+from tests.exporters.found import robot_of
 
 from stribeck import Robot, Settings
 from stribeck.errors import RobotFileError

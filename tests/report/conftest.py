@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from tests.samples import make_samples
 
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report import Reference
 from stribeck.result import Evidence, JointResult, LogSummary, ParameterEstimate, Result, Validation
-from stribeck.samples import Samples
-from stribeck.typing import Array
 from stribeck_simulation.pictures.walk import Footprint, Pose, WalkPicture
 
 LAW = get_law("stribeck")
@@ -30,7 +30,7 @@ def joint_names(joints: int) -> tuple[str, ...]:
     return (*mirrored[: joints - 2], "torso_pitch", "torso_yaw")
 
 
-def walking_samples(names: tuple[str, ...], duration: float, period: float, seed: int) -> tuple[Samples, Array]:
+def walking_samples(names: tuple[str, ...], duration: float, period: float, seed: int) -> tuple[FrictionSamples, Array]:
     """Steps of 0.8 s with both feet down in between, every joint at its own rhythm; samples and the truth."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, duration, period)
@@ -66,7 +66,7 @@ def walking_samples(names: tuple[str, ...], duration: float, period: float, seed
     return samples, truth
 
 
-def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> JointResult:
+def make_joint(samples: FrictionSamples, index: int, truth: Array, weak: bool) -> JointResult:
     """What a fit would say of a joint."""
     name = samples.joint_names[index]
     keep = samples.usable[:, index]
@@ -110,7 +110,7 @@ def make_joint(samples: Samples, index: int, truth: Array, weak: bool) -> JointR
     )
 
 
-def take(samples: Samples, start: float, end: float) -> Samples:
+def take(samples: FrictionSamples, start: float, end: float) -> FrictionSamples:
     rows = (samples.time >= start) & (samples.time < end)
     return replace(samples, **{name: getattr(samples, name)[rows] for name in ARRAYS})
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.identification.whole_log.logs import TRUTH, with_wrong_bodies
+from tests.whole_log.logs import TRUTH, with_wrong_bodies
 
 from stribeck import Robot, identify, write_report
 from stribeck.friction import get_law

@@ -11,8 +11,8 @@ import pytest
 from tests.report.conftest import make_walk, take, truth_of
 from tests.result.made import point
 
+from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
-from stribeck.finding import Finding
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
 from stribeck.report.curves import common_scales, friction_curve

@@ -13,16 +13,17 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.export.found import found_in
+from tests.exporters.found import found_in
 from tests.result.made import estimate, joint, result
 from tests.robot.test_robot import MJCF, URDF, write_robot
 from tests.samples import make_samples
 
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError
-from stribeck.export import export
+from stribeck.exporters import export
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.log.completeness import LARGEST
 from stribeck.report import write_report
 from stribeck.result import (
@@ -42,7 +43,6 @@ from stribeck.result import (
 )
 from stribeck.result.compare import compare, compare_sides
 from stribeck.robot import Robot
-from stribeck.samples import Samples
 
 EXTREMES = st.sampled_from([0.0, -0.0, 5e-324, 1e-300, 1e-9, 0.5, 1.0, 1e7, 1e300, -1e-300, -1.0, -1e300])
 NUMBERS = st.one_of(EXTREMES, st.floats(-100, 100))
@@ -174,7 +174,7 @@ def evidence(draw: Callable[..., Any], result: Result) -> Evidence:
 
 
 @st.composite
-def _samples(draw: Callable[..., Any], names: tuple[str, ...]) -> Samples:
+def _samples(draw: Callable[..., Any], names: tuple[str, ...]) -> FrictionSamples:
     size = draw(st.sampled_from([0, 1, 2, 40]))
     shape, generator = (size, len(names)), np.random.default_rng(draw(st.integers(0, 3)))
     scale = draw(st.sampled_from([0.0, 1e-300, 1.0, LARGEST]))

@@ -13,7 +13,7 @@ from tests.result.made import estimate, joint, point, result
 
 from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
-from stribeck.identification.judgement.verdict import NOT_FITTED
+from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
 from stribeck.result.tables import advice, friction_text, point_text, rounded
 

@@ -10,9 +10,9 @@ from qpsolvers import solve_qp
 from tests.models import make_robot
 from tests.simulation.walkers import POSTURE, SOLES, walker
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.mujoco.model import Body, compile_body
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole

@@ -9,9 +9,9 @@ from tests.simulation.stepping import FRICTION, SUPPORTS, Stepper, simulate, sta
 from stribeck import Settings
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import Stribeck
-from stribeck.friction_torque.stream import Chunk, torque_chunks
+from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.preparation import prepare
 from stribeck.robot import Robot
 from stribeck_simulation.friction import Backlash, FrictionTruth, LawFriction, LuGre
 from stribeck_simulation.prescribed.exact import Truth

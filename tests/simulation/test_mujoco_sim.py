@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.mujoco.simulator import MujocoSim, foot_wrenches

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 from tests.models import SIDES, STRIBECK, example_robot
 from tests.report.conftest import TRUTH, build_result
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
-from stribeck.typing import Array
 from stribeck_simulation.demo import truth_reference
 from stribeck_simulation.pictures.walk import POSES, Pose, WalkPicture, stances, stick_figure, walk_picture
 from stribeck_simulation.prescribed.exact import exact_log

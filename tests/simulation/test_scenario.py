@@ -11,8 +11,8 @@ from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import SettingsError, StribeckError
-from stribeck.friction_torque.stream import torque_chunks
-from stribeck.preparation import prepare
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import friction_of, run_scenario
 from stribeck_simulation.scenario import Scenario, by_joint, read_scenario

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.prescribed.gait import STAND_TIME, in_the_air, load_share, plan_swings, swing_window
 from stribeck_simulation.prescribed.trajectory import bell, product, random_sines, smooth_step
 

@@ -17,7 +17,7 @@ from studies.walking_compensation import gain
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
-from stribeck.identification.judgement.curve import WIDEST
+from stribeck.judgement.curve import WIDEST
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import Simulated, friction_of

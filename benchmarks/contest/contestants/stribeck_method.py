@@ -25,10 +25,10 @@ from benchmarks.contest.schema import (
     write,
 )
 from stribeck import Robot, Settings, __version__, identify, read_log
+from stribeck.base.typing import Array
 from stribeck.errors import StribeckError
 from stribeck.log.interpolation import linear
 from stribeck.result import JointResult, ParameterEstimate, Result
-from stribeck.typing import Array
 
 NEEDS: Mapping[str, list[Need]] = {
     "curve-fit": ["contact flags"],

@@ -10,10 +10,10 @@ from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.scale import check_external
 from stribeck.audit.torque import check_torques, check_unexplained, check_unsigned
+from stribeck.base.finding import Finding, merged
 from stribeck.errors import LogError, errors_about, findings_kept
-from stribeck.finding import Finding, merged
+from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.log.sampling import SHORT
-from stribeck.preparation import PreparedLog, log_names
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 

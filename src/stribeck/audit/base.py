@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stribeck.audit.evidence import Evidence
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
-from stribeck.finding import Finding
-from stribeck.typing import Array
 
 FEWEST = 24
 """Fewest pairs of bins between which rotations are compared [1]."""

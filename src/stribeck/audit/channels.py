@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
-from stribeck.finding import Finding
-from stribeck.typing import Array
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 
 FROZEN_SAMPLES = 20
 """Fewest samples of a frozen part [1]."""

@@ -17,12 +17,12 @@ import pinocchio as pin
 from stribeck.audit.evidence import Evidence, gather
 from stribeck.audit.motion import gravity_torques
 from stribeck.audit.regression import FEWEST, effective_share, friction_shapes, without
+from stribeck.base.finding import Finding, listed
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
-from stribeck.finding import Finding, listed
-from stribeck.preparation import PreparedLog, log_names
+from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings
-from stribeck.typing import Array
 
 WIDEST = 0.05
 """Largest relative half-width of a gain's 95 % interval [1]."""

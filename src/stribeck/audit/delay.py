@@ -3,8 +3,8 @@
 import numpy as np
 
 from stribeck.audit.evidence import Evidence, Run
-from stribeck.finding import Finding
-from stribeck.typing import Array
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 
 MOST_SAMPLES = 6000
 """Samples of each joint that are compared [1]; shifts between them are at the log's rate."""

@@ -6,12 +6,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.friction_torque.stream import torque_chunks
-from stribeck.motion import make_filter
-from stribeck.preparation import PreparedLog
+from stribeck.base.typing import Array
+from stribeck.differentiation import make_filter
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
-from stribeck.typing import Array
 
 MOST_SAMPLES = 30_000
 """Samples that are examined [1]; of a longer log, `PARTS` evenly spaced parts."""
@@ -42,7 +42,7 @@ class Evidence:
     run
         Number of the run of each bin, shape (B,).
     support, support_names
-        As in `Samples`, for the bins.
+        As in `FrictionSamples`, for the bins.
     torque, model, velocity, acceleration
         Means over the bins, shape (B, k); the model's torque is inverse dynamics minus the external torque, NaN where
         it is unknown.

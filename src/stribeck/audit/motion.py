@@ -8,15 +8,15 @@ import pinocchio as pin
 
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, effective_share, fit, friction_shapes, without
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import root_quaternions
-from stribeck.finding import Finding
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import direction_in_root
 from stribeck.robot.rooting import BASE_FRAME
-from stribeck.typing import Array
 
 SURE = 5.0
 """Standard errors by which an inertial part differs from its expected value [1]."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
-from stribeck.finding import Finding
+from stribeck.base.finding import Finding
 
 OUTSIDE = 0.25
 """Distance outside the range beyond which no stop is plausible [rad] or [m]."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from stribeck.audit.evidence import Evidence
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 FEWEST = 20
 """Bins [1] that a regression needs."""

@@ -10,11 +10,11 @@ from scipy.linalg import null_space
 
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, Fit, fit
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
-from stribeck.finding import Finding
 from stribeck.robot import Robot
-from stribeck.typing import Array
 
 BINS_FOR_GAIN = 75
 """Fewest bins for a gain [1]; errors of the model dominate shorter motions."""

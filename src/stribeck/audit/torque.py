@@ -8,8 +8,8 @@ from scipy.optimize import linear_sum_assignment
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, unexplained, without
 from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, judged, scale_line
-from stribeck.finding import Finding, listed
-from stribeck.typing import Array
+from stribeck.base.finding import Finding, listed
+from stribeck.base.typing import Array
 
 LEAST_BINS = 24
 """Fewest bins for any comparison with the model [1]."""

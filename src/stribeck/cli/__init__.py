@@ -2,7 +2,7 @@
 
 import sys
 
-from stribeck.outputs import Interrupted, anything_written, catch_signals
+from stribeck.base.outputs import Interrupted, anything_written, catch_signals
 
 
 def main() -> None:

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console
 from stribeck.errors import SettingsError, StribeckError, findings_kept
-from stribeck.outputs import check_name, check_outputs, staged_folder
 
 if TYPE_CHECKING:
     from stribeck.log import RobotLog
@@ -67,7 +67,7 @@ RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 def _print_version(asked: bool) -> None:
     if asked:
-        from stribeck.version import __version__
+        from stribeck.base.version import __version__
 
         typer.echo(__version__)
         raise typer.Exit
@@ -126,8 +126,8 @@ def init(
     quiet: QuietOption = False,
 ) -> None:
     """Write a first robot file from a model and a log of the robot; what neither says is marked TODO."""
-    from stribeck.draft import draft_robot_file
-    from stribeck.outputs import whole_or_not_at_all
+    from stribeck.base.outputs import whole_or_not_at_all
+    from stribeck.init import draft_robot_file
     from stribeck.robot import model_path
 
     check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
@@ -155,7 +155,7 @@ def inspect(
     quiet: QuietOption = False,
 ) -> None:
     """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
-    from stribeck.inspection import inspect_log
+    from stribeck.audit.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
     from stribeck.robot import Robot
 
@@ -213,8 +213,8 @@ def export(
     quiet: QuietOption = False,
 ) -> None:
     """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
-    from stribeck.export import export as write_model
-    from stribeck.export import export_ranges, export_samples
+    from stribeck.exporters import export as write_model
+    from stribeck.exporters import export_ranges, export_samples
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
@@ -261,7 +261,7 @@ def plan(
     quiet: QuietOption = False,
 ) -> None:
     """Say which motion would make the friction of weak joints known, and write the trajectory of it."""
-    from stribeck.planning.plan import plan as run
+    from stribeck.plan.plan import plan as run
     from stribeck.robot import Robot
 
     file = _result_file(result)

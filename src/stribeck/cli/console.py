@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from stribeck.inspection import Inspection
-    from stribeck.planning.plan import Plan
+    from stribeck.audit.inspection import Inspection
+    from stribeck.plan.plan import Plan
     from stribeck.replay.replay import Replay
     from stribeck.result import ParameterEstimate, Result
     from stribeck.result.compare import Comparison, Difference

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.errors import LogError, SettingsError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
-from stribeck.typing import Array
 
 TOLERANCE = 0.25
 """How far the load of the feet may be from the robot's weight before it is remarked upon."""

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.typing import Array
 
 SLOWEST = 0.02
 """Speed of a foot [m/s] below which it stands, whatever the others do."""

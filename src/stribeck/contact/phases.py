@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
@@ -14,7 +15,6 @@ from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS
 from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
-from stribeck.typing import Array
 
 FALLEN = np.deg2rad(60.0)
 """Tilt of a base that has fallen [rad]."""

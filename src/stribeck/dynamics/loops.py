@@ -15,13 +15,13 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.dynamics.momentum import STEP, momentum_balance
 from stribeck.dynamics.rooted import RootMotion, joint_inertia
 from stribeck.errors import LogError, RobotFileError
 from stribeck.log.robot_log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
-from stribeck.typing import Array
 
 CLOSED = 1e-12
 """Gap [m], [rad], or step [rad], [m], at which Gauss-Newton ends."""

@@ -11,9 +11,9 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.robot.rooting import RootedModel
-from stribeck.typing import Array
 
 STEP = 1e-5
 """[s] to both sides, over which the inertia matrix is differenced: nine digits of M' v are right."""

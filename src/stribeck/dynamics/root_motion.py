@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.errors import LogError
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import PointMotion, direction_in_root, point_motion
 from stribeck.robot.rooting import BASE_FRAME, RootedModel
-from stribeck.typing import Array
 
 ENOUGH_POINTS = 3
 """Standing points that fix all six degrees of freedom of the base."""

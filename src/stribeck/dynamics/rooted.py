@@ -11,8 +11,8 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.robot.rooting import RootedModel
-from stribeck.typing import Array
 
 THREADS = os.cpu_count() or 1
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.rooting import BASE_FRAME
-from stribeck.typing import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 """Friction laws: the contract and one file a law."""
 
 from stribeck.errors import SettingsError, did_you_mean
-from stribeck.friction.assembled import Assembled as Assembled
 from stribeck.friction.asymmetric import Asymmetric as Asymmetric
+from stribeck.friction.auto import AutoLaw as AutoLaw
 from stribeck.friction.coulomb_viscous import CoulombViscous as CoulombViscous
 from stribeck.friction.law import FrictionLaw as FrictionLaw
 from stribeck.friction.law import LawWithState as LawWithState
@@ -17,7 +17,7 @@ LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (CoulombViscous, 
 LAWS_WITH_STATE: dict[str, type[FrictionLaw]] = {LuGre.name: LuGre}
 """Laws that are fitted along a motion."""
 
-AUTO = Assembled.name
+AUTO = AutoLaw.name
 """In place of a law's name: each joint gets the terms that its log supports."""
 
 
@@ -30,7 +30,7 @@ def get_law(name: str) -> FrictionLaw:
         If there is no such law; the message lists the names there are.
     """
     if name == AUTO:
-        return Assembled()
+        return AutoLaw()
     laws = {**LAWS, **LAWS_WITH_STATE}
     if name not in laws:
         names = sorted([*laws, AUTO])

@@ -4,8 +4,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw, Parameter
-from stribeck.typing import Array
 
 
 class Asymmetric(FrictionLaw):

@@ -4,9 +4,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, VISCOUS
-from stribeck.typing import Array
 
 
 class CoulombViscous(FrictionLaw):

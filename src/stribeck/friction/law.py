@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 PRISMATIC_UNITS = {
     "N m": "N",

@@ -6,11 +6,11 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import scipy  # its linalg is slow to import: loaded at its first use
 
+from stribeck.base.typing import Array
 from stribeck.friction.law import LawWithState, Motion, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.friction.stribeck import bell, split_stribeck
 from stribeck.friction.stribeck_exponent import StribeckExponent
-from stribeck.typing import Array
 
 STEADY = StribeckExponent()
 """Law of steady sliding, with the exponent 2."""

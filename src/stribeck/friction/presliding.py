@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 SMOOTH_SIGN = 0.01
 """Speed over the top speed at which the smooth sign has risen to 76 % [1], chosen by judgement."""

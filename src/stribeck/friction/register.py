@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.terms import BEYOND_VELOCITY
-from stribeck.typing import Array
 
 VELOCITY = np.linspace(-3.0, 3.0, 61)
 """Velocities [rad/s] at which a law is checked; zero is among them."""

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.typing import Array
 
 
 def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:

@@ -5,10 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 from stribeck.friction.stribeck import split_stribeck
-from stribeck.typing import Array
 
 
 class StribeckExponent(FrictionLaw):

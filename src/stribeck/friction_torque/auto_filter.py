@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
+from stribeck.differentiation import CutoffChoice, choose_cutoff
 from stribeck.dynamics.loops import loop_inertia
 from stribeck.errors import LogError
-from stribeck.friction_torque.stream import Chunk, torque_chunks
-from stribeck.motion import CutoffChoice, choose_cutoff
-from stribeck.preparation import PreparedLog
+from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
+from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
-from stribeck.typing import Array
 
 MOST_SAMPLES = 30_000
 """Usable samples that the cutoff is chosen from."""

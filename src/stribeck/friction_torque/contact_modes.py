@@ -14,17 +14,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
+from stribeck.differentiation.averaging import Nodes
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import base_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.foot_wrenches import effect_on_joints
-from stribeck.motion.averaging import Nodes
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
-from stribeck.typing import Array
 
 
 class Explained(NamedTuple):
@@ -41,7 +41,7 @@ class Explained(NamedTuple):
     velocity, acceleration, torque
         That the friction torque belongs to [rad/s], [rad/s^2], [N m], shape (N, n).
     nodes, jerk, snap
-        As in `Samples`, where the friction torque is an average of its own kind, shape (N, n).
+        As in `FrictionSamples`, where the friction torque is an average of its own kind, shape (N, n).
     """
 
     friction: Array
@@ -55,28 +55,28 @@ class Explained(NamedTuple):
     snap: Array | None = None
 
 
-class ContactMode(NamedTuple):
+class StandingFeet(NamedTuple):
     """Which feet stand, and which of them has stood longest: that one has come to rest."""
 
     feet: tuple[str, ...]
     rested: str
 
 
-def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[ContactMode, ...]:
+def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[StandingFeet, ...]:
     """Return the contact mode of each phase."""
-    modes: list[ContactMode] = []
+    modes: list[StandingFeet] = []
     for k, phase in enumerate(phases):
         modes.append(next_mode(modes[-1] if k and phases[k - 1].stop == phase.start else None, phase.feet))
     return tuple(modes)
 
 
-def next_mode(before: ContactMode | None, feet: tuple[str, ...]) -> ContactMode:
+def next_mode(before: StandingFeet | None, feet: tuple[str, ...]) -> StandingFeet:
     """Return the contact mode of standing feet, after another one."""
     stayed = [foot for foot in feet if before and foot in before.feet]
-    return ContactMode(feet, before.rested if before and before.rested in stayed else next(iter([*stayed, *feet]), ""))
+    return StandingFeet(feet, before.rested if before and before.rested in stayed else next(iter([*stayed, *feet]), ""))
 
 
-def contact_root(robot: Robot, mode: ContactMode, state: State) -> tuple[RootedModel, RootMotion | None]:
+def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[RootedModel, RootMotion | None]:
     """Return the tree of a contact mode, rooted at the foot that has stood longest, and how its root moves.
 
     A robot on point feet keeps its own root; the root of a fixed base does not move, and has None.
@@ -89,7 +89,7 @@ def contact_root(robot: Robot, mode: ContactMode, state: State) -> tuple[RootedM
     return robot.rooted_at(surface), standing_root(robot, surface, state)
 
 
-def _root_foot(robot: Robot, mode: ContactMode) -> str | None:
+def _root_foot(robot: Robot, mode: StandingFeet) -> str | None:
     """Return the standing surface that has stood longest, None on points alone."""
     by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
     return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
@@ -122,7 +122,7 @@ def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
 
 def by_inverse_dynamics(
     robot: Robot,
-    modes: tuple[ContactMode, ...],
+    modes: tuple[StandingFeet, ...],
     mode: NDArray[np.int64],
     state: State,
     torque: Array,
@@ -144,7 +144,7 @@ def by_inverse_dynamics(
 
 
 def _one_mode(
-    robot: Robot, mode: ContactMode, state: State, torque: Array, measured: Mapping[str, Array], settings: Settings
+    robot: Robot, mode: StandingFeet, state: State, torque: Array, measured: Mapping[str, Array], settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
     """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
     rooted, root = contact_root(robot, mode, state)

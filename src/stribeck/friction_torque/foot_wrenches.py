@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import joint_torque_of_wrench
-from stribeck.typing import Array
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 CURE = "map the sensors in [log.foot_wrench], or take --method whole-log or curve-fit, which need no wrenches"

@@ -7,14 +7,14 @@ import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
+from stribeck.differentiation.averaging import exponential_nodes
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.state import State
-from stribeck.friction_torque.contact_modes import ContactMode, Explained, contact_root, leaves_open, seen_joints
+from stribeck.friction_torque.contact_modes import Explained, StandingFeet, contact_root, leaves_open, seen_joints
 from stribeck.friction_torque.observer import decay
-from stribeck.motion.averaging import exponential_nodes
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.typing import Array
 
 GAP = 1.5
 """Sample periods [1] beyond which an interval is none."""
@@ -55,7 +55,7 @@ class LogObserver:
     def __call__(
         self,
         robot: Robot,
-        modes: tuple[ContactMode, ...],
+        modes: tuple[StandingFeet, ...],
         mode: NDArray[np.int64],
         time: Array,
         state: State,

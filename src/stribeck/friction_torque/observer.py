@@ -22,13 +22,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stribeck.base.typing import Array
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.dynamics.state import Orientation, State, root_quaternions
 from stribeck.errors import LogError, SettingsError
-from stribeck.friction_torque.contact_modes import ContactMode, contact_root, leaves_open, next_mode
+from stribeck.friction_torque.contact_modes import StandingFeet, contact_root, leaves_open, next_mode
 from stribeck.robot import Robot
-from stribeck.typing import Array
 
 
 def decay(bandwidth: ArrayLike, period: float) -> Array:
@@ -39,7 +39,7 @@ def decay(bandwidth: ArrayLike, period: float) -> Array:
 class _Instant(NamedTuple):
     """A sample: the contact mode, the joints whose friction shows in it, and p, tau + b and v, shape (n,) each."""
 
-    mode: ContactMode
+    mode: StandingFeet
     seen: NDArray[np.bool_]
     momentum: Array
     drive: Array

@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
+from stribeck.differentiation import make_filter, resolve_auto
 from stribeck.errors import errors_about
-from stribeck.finding import Finding
 from stribeck.friction_torque.auto_filter import cutoff_from_log
-from stribeck.friction_torque.stream import Chunk, support_name, torque_chunks
+from stribeck.friction_torque.inverse_dynamics import Chunk, support_name, torque_chunks
+from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.table import friction_table
 from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
 from stribeck.log import RobotLog
-from stribeck.motion import make_filter, resolve_auto
-from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
-from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings
-from stribeck.typing import Array
 
 CLOSE_UP = 4.0
 """[s] of the log that the report shows over time."""
@@ -47,8 +47,8 @@ class LogFriction:
     """
 
     used: int
-    samples: Samples
-    close_up: Samples
+    samples: FrictionSamples
+    close_up: FrictionSamples
     phases: list[tuple[float, float, str, bool]]
     notes: list[str]
     findings: list[Finding]
@@ -56,7 +56,7 @@ class LogFriction:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FrictionSamples:
+class LogsFriction:
     """The friction torque of all logs.
 
     Attributes
@@ -72,7 +72,7 @@ class FrictionSamples:
     """
 
     logs: tuple[LogFriction, ...]
-    samples: Samples
+    samples: FrictionSamples
     settings: Settings
     notes: list[str]
 
@@ -88,7 +88,7 @@ class FrictionTorqueStage:
         self, table: Path | None, progress: Progress, first: PreparedLog, robot: Robot, settings: Settings
     ) -> None:
         self._table, self._progress, self._given = table, progress, (first, robot, settings)
-        self._last: tuple[object, FrictionSamples] | None = None
+        self._last: tuple[object, LogsFriction] | None = None
 
     @cached_property
     def _filter(self) -> tuple[FilterSettings, list[str]]:
@@ -104,7 +104,7 @@ class FrictionTorqueStage:
         log, robot, settings = self._given
         return with_filter(log, robot, settings.model_copy(update={"filter": FilterSettings()}))[0].filter.cutoff
 
-    def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
+    def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
         """Return the friction torque of logs by a robot; one filter for all logs.
 
         Raises
@@ -117,7 +117,7 @@ class FrictionTorqueStage:
             self._last = asked, self._work_out(logs, robot, settings)
         return self._last[1]
 
-    def _work_out(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples:
+    def _work_out(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
         filter_, notes = self._filter
         settings = settings.model_copy(update={"filter": filter_})
         if settings.observer_bandwidth == "auto":
@@ -127,7 +127,7 @@ class FrictionTorqueStage:
                 log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)
             ]
         samples = join_logs([each.samples for each in parts])
-        return FrictionSamples(logs=tuple(parts), samples=samples, settings=settings, notes=notes)
+        return LogsFriction(logs=tuple(parts), samples=samples, settings=settings, notes=notes)
 
 
 def _drop(*_: object) -> None:
@@ -150,7 +150,7 @@ def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tupl
     return settings.model_copy(update={"filter": resolve_auto(settings.filter, choice)}), [note]
 
 
-def thinned_samples(prepared: PreparedLog, count: int, robot: Robot, settings: Settings) -> Samples:
+def thinned_samples(prepared: PreparedLog, count: int, robot: Robot, settings: Settings) -> FrictionSamples:
     """Return the samples that `log_friction` keeps of one of `count` logs, and work no others out."""
     stride = _stride(prepared, count)
     return join([thin(chunk, stride) for chunk in torque_chunks(prepared, robot, settings, stride=stride)])
@@ -245,7 +245,7 @@ def _stride(prepared: PreparedLog, count: int) -> int:
     return max(1, -(-rows * count // MOST_KEPT))
 
 
-def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: Samples) -> Samples:
+def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: FrictionSamples) -> FrictionSamples:
     """Return a few seconds at the full rate, around where most joints move fast."""
     log = prepared.log
     speed = np.abs(samples.velocity)

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from stribeck.friction_torque.foot_wrenches import AXES
-from stribeck.friction_torque.stream import Chunk
+from stribeck.friction_torque.inverse_dynamics import Chunk
 
 
 @contextmanager

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck.errors import LogError
-from stribeck.friction_torque.stream import Chunk
-from stribeck.samples import Samples
+from stribeck.friction_torque.inverse_dynamics import Chunk
+from stribeck.friction_torque.samples import FrictionSamples
 
 MOST_KEPT = 60_000
 """Samples that are kept: filtered samples lie closer together than they differ, so a fit loses nothing."""
@@ -16,10 +16,10 @@ PER_SAMPLE = (
     *("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support"),
     *("torque", "jerk", "snap", "sharp_velocity"),
 )
-"""What `Samples` has of each sample."""
+"""What `FrictionSamples` has of each sample."""
 
 
-def thin(chunk: Chunk, stride: int) -> Samples:
+def thin(chunk: Chunk, stride: int) -> FrictionSamples:
     """Return one of `stride` samples of a chunk, counted in rows of the log so that chunks fit together."""
     kept = chunk.rows % stride == 0
     samples = chunk.samples
@@ -27,13 +27,13 @@ def thin(chunk: Chunk, stride: int) -> Samples:
     return replace(samples, stride=stride, **thinned)
 
 
-def join_logs(logs: Sequence[Samples]) -> Samples:
+def join_logs(logs: Sequence[FrictionSamples]) -> FrictionSamples:
     """Return the samples of several logs as one, their blocks numbered through; see `join`."""
     firsts = np.cumsum([0, *(int(log.block.max(initial=-1)) + 1 for log in logs)])
     return join([replace(log, block=log.block + first) for log, first in zip(logs, firsts, strict=False)])
 
 
-def join(parts: Sequence[Samples]) -> Samples:
+def join(parts: Sequence[FrictionSamples]) -> FrictionSamples:
     """Return parts of one log as one; supports are merged by name.
 
     Raises

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import on_uniform_clock
-from stribeck.typing import Array
 
 RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged
 TOLERANCE = 0.01  # periods; steps that are off by less are uniform

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
-from stribeck.log.readers.source import QUATERNION, WRENCH
+from stribeck.log.readers.recording import QUATERNION, WRENCH
 from stribeck.log.storage import allocate
-from stribeck.typing import Array
 
 LARGEST = 1e12  # in SI units; nothing a robot measures comes near it, and squares of it can still be summed
 

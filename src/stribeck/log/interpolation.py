@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS, allocate
-from stribeck.typing import Array
 
 MARGIN = 64  # samples; a sample's influence on a cubic spline falls to a quarter from one to the next
 

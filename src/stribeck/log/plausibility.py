@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
-from stribeck.log.readers.source import listed
-from stribeck.typing import Array
+from stribeck.log.readers.recording import listed
 
 ROWS = 50_000  # looked at where units are compared
 AGREEMENT = 0.05  # relative; how closely a ratio must meet that of two units

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import LogError
-from stribeck.typing import Array, TorqueSource
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot

@@ -5,13 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError, findings_kept
 from stribeck.log import RobotLog
 from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_backward_time, refuse_jump, typical_step
 from stribeck.log.completeness import complete_rows, counts, cut, repeats, without_empty_channels
 from stribeck.log.plausibility import check_plausible
 from stribeck.settings import LogTable
-from stribeck.typing import Array
 
 FEWEST = 16  # rows; less than that supports no filter
 SHORT = 0.12  # [s]; no window of an estimator with the filters before it fits into less

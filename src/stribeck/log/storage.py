@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
-from stribeck.typing import Array
 
 IN_MEMORY_LIMIT = 1 << 29
 """What channels may take of memory, those of all logs together [bytes]."""

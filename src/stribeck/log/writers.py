@@ -8,11 +8,11 @@ import pyarrow as pa
 import pyarrow.parquet
 from numpy.typing import NDArray
 
+from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import LogError
-from stribeck.log.readers.source import JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
+from stribeck.log.readers.recording import JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
 from stribeck.log.robot_log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS
-from stribeck.outputs import whole_or_not_at_all
 
 
 def write_log(log: RobotLog, path: str | Path) -> None:

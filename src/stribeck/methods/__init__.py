@@ -7,7 +7,7 @@ from stribeck.friction import FrictionLaw, get_law
 from stribeck.methods.contract import Fitted as Fitted
 from stribeck.methods.contract import Method as Method
 from stribeck.methods.curve_fit import CURVE_FIT, OBSERVER
-from stribeck.methods.direct import DIRECT
+from stribeck.methods.direct.method import DIRECT
 from stribeck.methods.ground_reaction import GROUND_REACTION
 from stribeck.methods.held_out import held_out_log as held_out_log
 from stribeck.methods.whole_log import WHOLE_LOG

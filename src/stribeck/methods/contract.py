@@ -21,19 +21,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.finding import Finding
 from stribeck.contact import SupportPhases
 from stribeck.errors import LogError
-from stribeck.finding import Finding
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.stage import FrictionSamples, thinned_samples
+from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.friction_torque.stage import LogsFriction, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
-from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.judgement.weakness import USUAL, Criteria
+from stribeck.judgement.joint_fit import JointFit
+from stribeck.judgement.weakness import USUAL, Criteria
 from stribeck.log import RobotLog
-from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
-from stribeck.samples import Samples
 from stribeck.settings import FilterSettings, Settings, SupportSettings
 
 SHARED = frozenset(
@@ -64,7 +64,7 @@ class Unseen:
     robot: Robot | None = None
     logs: Sequence[PreparedLog] = ()
 
-    def samples(self, friction: FrictionSamples, prepared: Sequence[PreparedLog], robot: Robot) -> list[Samples]:
+    def samples(self, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot) -> list[FrictionSamples]:
         """Return samples of these parts by robot and logs as given and, where the fit corrects them, as it does.
 
         Both pass the filter of the friction torque; those of standing legs are not usable. None if there are none.
@@ -80,7 +80,7 @@ class Unseen:
         return [samples for samples in found if samples] if all(found) else []
 
 
-def joined_samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Samples | None:
+def joined_samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples | None:
     """Compute the friction torque of parts of logs; None if no part is longer than the filter."""
     try:
         return join_logs([thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases])
@@ -147,7 +147,7 @@ class Fitted:
     notes: Sequence[str] = ()
 
 
-FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], FrictionSamples]
+FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], LogsFriction]
 """Works the friction torque of logs out by a robot; `stribeck.friction_torque.stage.FrictionTorqueStage`."""
 
 

@@ -7,18 +7,18 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from stribeck.identification.whole_log.model.layout import layout_of
-from stribeck.inertial_parameters import SIZE
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import linear, slerp
 from stribeck.log.storage import allocate
 from stribeck.robot import Robot
+from stribeck.robot.inertial_parameters import SIZE
 from stribeck.robot.rooting import BASE_FRAME
-from stribeck.typing import Array
-from stribeck.weak_equations import Corrections
+from stribeck.whole_log.model.layout import layout_of
+from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
-def corrected_robot(robot: Robot, corrections: Corrections, values: Array) -> Robot:
+def corrected_robot(robot: Robot, corrections: CorrectionLayout, values: Array) -> Robot:
     """Return the robot whose bodies have the inertias that were found."""
     bodies = len(corrections.bodies)
     if not bodies:
@@ -36,7 +36,7 @@ def corrected_log(
     number: int | None,
     robot: Robot,
     columns: NDArray[np.int64],
-    corrections: Corrections,
+    corrections: CorrectionLayout,
     values: Array,
     delay: float,
 ) -> RobotLog:

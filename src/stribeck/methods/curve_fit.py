@@ -7,12 +7,12 @@ velocity and law pass the same low-pass (`friction_torque.log_observer`): all la
 from collections import ChainMap
 from collections.abc import Sequence
 
+from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
-from stribeck.finding import Finding
 from stribeck.friction import LAWS, LAWS_WITH_STATE, FrictionLaw, LawWithState
-from stribeck.identification.curve_fit.fit import fit_law, held_out, validate
+from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.judgement.curve_fit.fit import fit_law, held_out, validate
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen
-from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 

@@ -8,24 +8,24 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.finding import Finding
 from stribeck.friction import LAWS, FrictionLaw
 from stribeck.friction_torque.contact_modes import swinging_joints
 from stribeck.friction_torque.foot_wrenches import require_wrenches
+from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.thinning import MOST_KEPT
-from stribeck.identification.curve_fit.problem import FitProblem, joint_problem
-from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.judgement.curve import ROUNDING
+from stribeck.judgement.curve import ROUNDING
+from stribeck.judgement.curve_fit.problem import FitProblem, joint_problem
+from stribeck.judgement.joint_fit import JointFit
 from stribeck.log.storage import allocate
 from stribeck.methods import curve_fit
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method
-from stribeck.preparation import PreparedLog, Progress
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import joint_torque_of_wrench
-from stribeck.samples import Samples
 from stribeck.settings import Settings
-from stribeck.typing import Array
 
 
 def find(
@@ -89,7 +89,7 @@ def _zeroed(part: PreparedLog, robot: Robot) -> tuple[PreparedLog, list[str], li
 
 
 def _swings(
-    fits: Mapping[str, JointFit], samples: Samples, robot: Robot, law: FrictionLaw, settings: Settings
+    fits: Mapping[str, JointFit], samples: FrictionSamples, robot: Robot, law: FrictionLaw, settings: Settings
 ) -> dict[str, tuple[str, bool]]:
     """Compare the friction of swinging legs with that of the same legs standing, by joint; see `_compared`."""
     feet = [tuple(name.split("+")) for name in samples.support_names]
@@ -105,7 +105,7 @@ def _swings(
 
 
 def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str, bool]:
-    """Describe the friction while swinging as gain and offset of that while standing; whether it differs beyond doubt.
+    """Describe the friction while swinging as gain and offset of that while standing; whether it differs significantly.
 
     Gain and offset of the fitted law, Phi = (R_fit(v), 1), are learnt from standing samples, theta = A^-1 b with
     A = A_0 + Phi^T Phi, b = A_0 (1, 0) + Phi^T R and A_0 the information of one block whose samples all err alike.

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import errors_about
-from stribeck.friction_torque.stream import torque_chunks
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.friction_torque.thinning import MOST_KEPT
-from stribeck.identification.judgement.torque_error import torque_errors
+from stribeck.judgement.torque_error import torque_errors
 from stribeck.methods.contract import Fitted
-from stribeck.preparation import PreparedLog
 from stribeck.result import HeldOutError, HeldOutLog, JointResult, Result
 from stribeck.result.provenance import sha256
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.typing import Array
 
 COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False}
 """Settings under which all methods are compared, as in `stribeck replay`: one filter, and only limbs that swing."""

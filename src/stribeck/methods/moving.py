@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations.segments import cut_segments
+from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.identification.curve_fit.problem import FitProblem
-from stribeck.identification.judgement.excitation import excitation
-from stribeck.preparation import PreparedLog
+from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.judgement.curve_fit.problem import FitProblem
+from stribeck.judgement.excitation import excitation
 from stribeck.robot import Robot
-from stribeck.typing import Array
+from stribeck.whole_log.equations.segments import cut_segments
 
 
 def joints_that_move(

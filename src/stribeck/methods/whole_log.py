@@ -10,29 +10,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.equations.build import WeakForm, weak_form
-from stribeck.equations.constants import POSITION_FLOOR, TORQUE_FLOOR
-from stribeck.equations.equation_sequence import equation_sequence
-from stribeck.equations.spikes import without_spikes
+from stribeck.base.finding import Finding
 from stribeck.errors import NothingIdentifiedError
-from stribeck.finding import Finding
 from stribeck.friction import AUTO, LAWS, FrictionLaw
-from stribeck.friction.assembled import Assembled
-from stribeck.identification.joint_fit import JointFit
-from stribeck.identification.judgement.excitation import NOISE_FACTOR
-from stribeck.identification.judgement.weakness import Criteria
-from stribeck.identification.whole_log.describe import describe_corrections
-from stribeck.identification.whole_log.estimate import WholeLogFit, fit_whole_log
-from stribeck.identification.whole_log.tests_of_fit.findings import misfit_findings
-from stribeck.identification.whole_log.uncertainty.intervals import joint_fits
+from stribeck.friction.auto import AutoLaw
+from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.judgement.excitation import NOISE_FACTOR
+from stribeck.judgement.joint_fit import JointFit
+from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.preparation import PreparedLog, Progress
 from stribeck.result import BodyCorrection, Corrections, TermVerdict, Validation
 from stribeck.robot import Robot
 from stribeck.settings import ChannelTable, Priors, Settings
+from stribeck.whole_log.describe import describe_corrections
+from stribeck.whole_log.equations.build import WeakForm, weak_form
+from stribeck.whole_log.equations.constants import POSITION_FLOOR, TORQUE_FLOOR
+from stribeck.whole_log.equations.equation_sequence import equation_sequence
+from stribeck.whole_log.equations.spikes import without_spikes
+from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
+from stribeck.whole_log.fit_checks.findings import misfit_findings
+from stribeck.whole_log.uncertainty.intervals import joint_fits
 
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
@@ -333,7 +333,7 @@ WHOLE_LOG = Method(
     uses=(SHARED - {"standing_legs"})
     | {"double_support", "corrections"}
     | {f"priors.{key}" for key in Priors.model_fields},
-    laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: Assembled}),
+    laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: AutoLaw}),
     defaults=lambda robot: {"law": AUTO, "corrections": usual_corrections(robot)},
     find=find,
     loops=True,

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 CREEP = 1e-3
 """Speed below which friction is viscous in a rollout, so that it has a slope at rest [rad/s], [m/s]."""

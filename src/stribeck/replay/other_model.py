@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError
-from stribeck.preparation import PreparedLog
+from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.robot import Robot, read_robot_file
 from stribeck.robot.model_file import joint_names, load_model, lock_joints
 from stribeck.robot.rooting import BASE_FRAME, is_floating, root_at
-from stribeck.typing import Array
 
 
 def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:

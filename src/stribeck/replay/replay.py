@@ -9,12 +9,14 @@ from statistics import median
 import numpy as np
 
 from stribeck.audit import audit_or_stop, torques_of_currents
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.version import __version__
+from stribeck.differentiation import make_filter
 from stribeck.errors import RobotFileError, errors_about, findings_kept
+from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.friction_torque.stage import thinned_samples, with_filter
-from stribeck.identification.judgement.torque_error import TorqueError, torque_errors
+from stribeck.judgement.torque_error import TorqueError, torque_errors
 from stribeck.log import RobotLog
-from stribeck.motion import make_filter
-from stribeck.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
@@ -22,8 +24,6 @@ from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
 from stribeck.robot.xml_file import read_xml
 from stribeck.settings import Settings
-from stribeck.threads import one_blas_thread
-from stribeck.version import __version__
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,24 +14,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
+from stribeck.differentiation import make_filter
 from stribeck.dynamics.rooted import RootMotion, joint_inertia, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.auto_filter import MASSLESS
 from stribeck.friction_torque.contact_modes import (
-    ContactMode,
+    StandingFeet,
     contact_modes,
     contact_root,
     seen_joints,
     swinging_joints,
 )
-from stribeck.friction_torque.stream import differentiate, orientation_filter
-from stribeck.motion import make_filter
-from stribeck.preparation import PreparedLog
+from stribeck.friction_torque.inverse_dynamics import differentiate, orientation_filter
+from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.replay.model_friction import ModelFriction
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.typing import Array
 
 HORIZONS = (0.05, 0.2, 0.5)
 """Times after which the velocities are compared [s]."""
@@ -67,7 +67,7 @@ class _Batch:
     The torque has shape (S, T, n); `reach` is the duration of each rollout [s], `steady` how long the feet rest [s].
     """
 
-    mode: ContactMode
+    mode: StandingFeet
     states: list[State]
     torque: Array
     period: float
@@ -110,7 +110,7 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
     margin = max(motion_filter.half_width, turn_filter.half_width)
     shortest, longest = int(np.ceil(HORIZONS[0] / period)) + 1, int(np.ceil(HORIZONS[-1] / period)) + 2
     rows = owners = np.zeros(0, dtype=int)
-    spans: list[tuple[int, SupportPhase, ContactMode]] = []
+    spans: list[tuple[int, SupportPhase, StandingFeet]] = []
     for segment in prepared.sampling.segments:
         for phase, mode in zip(phases, contact_modes(phases), strict=True):
             row, stop = max(phase.first, segment.start + margin), min(phase.last, segment.stop - margin)
@@ -119,7 +119,7 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
                 rows = np.append(rows, np.arange(row, stop - shortest))
                 owners = np.append(owners, np.full(stop - shortest - row, len(spans)))
                 spans.append((stop, phase, mode))
-    by_mode: dict[ContactMode, list[tuple[int, int, SupportPhase]]] = {}
+    by_mode: dict[StandingFeet, list[tuple[int, int, SupportPhase]]] = {}
     for place in np.unique(np.linspace(0, len(rows) - 1, min(STARTS, len(rows))).astype(int)):
         stop, phase, mode = spans[owners[place]]
         by_mode.setdefault(mode, []).append((int(rows[place]), stop, phase))

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 Chart = dict[str, Any]
 """Axes `x` and `y` (see `axis`), `lines` (see `line`), `images` and `marks`; `sync` names charts that zoom together."""

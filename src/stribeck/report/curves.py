@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.report.charts import Chart, line, velocity_axes
 from stribeck.result import JointResult, velocity_grid
-from stribeck.typing import Array
 
 FILLED = 0.4
 """Share of a common scale [1] that a curve must fill at least: one that fills less gets the next finer scale."""

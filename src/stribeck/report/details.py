@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from stribeck.base.typing import Array, TorqueSource
 from stribeck.friction.law import FrictionLaw
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, line, robust_limits, velocity_axes
 from stribeck.report.joints import running_mean
 from stribeck.report.page import Section, render
@@ -10,8 +12,6 @@ from stribeck.report.reference import Reference
 from stribeck.report.text import parameter_names, symbols
 from stribeck.result import BodyCorrection, Evidence, JointResult, Result
 from stribeck.result.tables import friction_text
-from stribeck.samples import Samples
-from stribeck.typing import Array, TorqueSource
 
 SUSPICIOUS = 0.2
 """Share of positive power above which the model, the torque's sign or a delay is worth a look."""
@@ -175,7 +175,7 @@ def branch_charts(result: Result) -> list[tuple[Chart, str]]:
     return figures
 
 
-def branches(samples: Samples, joint: str) -> tuple[Array, Array, Array]:
+def branches(samples: FrictionSamples, joint: str) -> tuple[Array, Array, Array]:
     """Return velocities and the mean friction torques there while a joint's velocity rises and falls, (K,) each."""
     column, keep = samples.joint_names.index(joint), _usable(samples, joint)
     velocity, torque = samples.velocity[keep, column], samples.friction_torque[keep, column]
@@ -186,7 +186,7 @@ def branches(samples: Samples, joint: str) -> tuple[Array, Array, Array]:
     return centre, up, down
 
 
-def _usable(samples: Samples, joint: str) -> Array:
+def _usable(samples: FrictionSamples, joint: str) -> Array:
     if joint not in samples.joint_names:
         return np.zeros(len(samples.time), dtype=bool)
     column = samples.joint_names.index(joint)

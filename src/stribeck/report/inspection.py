@@ -9,7 +9,7 @@ from stribeck.report.page import Section, render, write_page
 from stribeck.report.timeline import timeline
 
 if TYPE_CHECKING:  # the report stands below what inspects a log, and is given what was found
-    from stribeck.inspection import Inspection, JointInspection
+    from stribeck.audit.inspection import Inspection, JointInspection
 
 CHANNEL_UNITS = {
     "time": "s",

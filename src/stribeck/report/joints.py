@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
 from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
 from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result, velocity_grid
 from stribeck.result.tables import friction_text
-from stribeck.samples import Samples
-from stribeck.typing import Array
 
 MOST_DRAWN = 100_000
 """Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
@@ -36,7 +36,7 @@ class JointSamples:
     period: float
 
 
-def joint_samples(samples: Samples, name: str) -> JointSamples:
+def joint_samples(samples: FrictionSamples, name: str) -> JointSamples:
     """Select the samples of a joint; none if it has no torque."""
     every = max(1, -(-len(samples.time) // MOST_DRAWN))
     time, velocity, torque = (np.empty(0) for _ in range(3))

@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from stribeck.finding import Finding
+from stribeck.base.finding import Finding
 from stribeck.friction.law import FrictionLaw
 from stribeck.report.curves import curve_charts, friction_curve
 from stribeck.report.page import Section, render

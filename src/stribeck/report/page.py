@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from stribeck.outputs import whole_or_not_at_all
+from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.report.charts import Chart, to_json
 from stribeck.report.text import FILTERS
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

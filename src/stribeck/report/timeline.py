@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render
-from stribeck.typing import Array
 
 MOST_EXACT = 250
 """Phases up to which a chart shows their very borders instead of shares of 600 steps."""

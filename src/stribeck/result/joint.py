@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
+from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, LawWithState, get_law
-from stribeck.friction.assembled import beyond_velocity
+from stribeck.friction.auto import beyond_velocity
 from stribeck.friction.law import Motion
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
-from stribeck.typing import Array
 
 Verdict = Literal["identified", "weak", "no friction", "not excited"]
 

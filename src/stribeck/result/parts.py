@@ -5,14 +5,14 @@ from typing import Annotated
 
 from pydantic import Field
 
-from stribeck.samples import Samples
-from stribeck.typing import TorqueSource
+from stribeck.base.typing import TorqueSource
+from stribeck.friction_torque.samples import FrictionSamples
 
 Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
 BODY_COORDINATES = ("log_mass", "centre_x", "centre_y", "centre_z", *(f"shape_{k}" for k in range(1, 7)))
-"""Of a body's errors: `stribeck.inertial_parameters.shape_coordinates` has the last six."""
+"""Of a body's errors: `stribeck.robot.inertial_parameters.shape_coordinates` has the last six."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,11 +111,11 @@ class Evidence:
         Where the robot's torques come from, which decides what the friction is of.
     """
 
-    samples: Samples
+    samples: FrictionSamples
     phases: list[tuple[float, float, str, bool]]
-    close_up: Samples | None
+    close_up: FrictionSamples | None
     provenance: list[tuple[str, str]]
     notes: list[str] = field(default_factory=list)
     prismatic: frozenset[str] = frozenset()
-    correction: tuple[Samples, Samples] | None = None
+    correction: tuple[FrictionSamples, FrictionSamples] | None = None
     torque_source: TorqueSource = "link_side_sensor"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stribeck.result.joint import velocity_grid
@@ -11,14 +12,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stribeck.result.joint import JointResult
-    from stribeck.result.result import Result
 
 
-def friction_figure(result: Result, columns: int = 4) -> Figure:
+def friction_figure(joints: Mapping[str, JointResult], columns: int = 4) -> Figure:
     """Draw the friction curve of every joint with its 95 % band, in a grid."""
     from matplotlib.figure import Figure
 
-    joints = result.all_friction
     columns = max(min(columns, len(joints)), 1)
     rows = max(-(-len(joints) // columns), 1)
     figure = Figure(figsize=(2.8 * columns, 2.2 * rows), layout="constrained")  # [inch]

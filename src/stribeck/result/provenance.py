@@ -6,9 +6,9 @@ from collections.abc import Collection, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+from stribeck.base.version import __version__
 from stribeck.result import LogSummary
 from stribeck.settings import Settings, flat
-from stribeck.version import __version__
 
 
 def sha256(path: str) -> str:

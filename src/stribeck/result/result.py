@@ -11,9 +11,9 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 from typing_extensions import TypedDict
 
+from stribeck.base.files import read_text
+from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
-from stribeck.files import read_text
-from stribeck.finding import Finding
 from stribeck.result.joint import CouplingResult, JointResult
 from stribeck.result.parts import Corrections, Evidence, HeldOutLog
 from stribeck.result.tables import html_table, parameter_rows, verdict_counts
@@ -135,7 +135,7 @@ class Result:
         """
         from stribeck.result.plot import friction_figure
 
-        return friction_figure(self)
+        return friction_figure(self.all_friction)
 
     def to_json(self) -> str:
         """Return the text of result.json."""

@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.robot.rooting import Axis, RootedModel
-from stribeck.typing import Array
 
 
 def _turns(axis: Array, angle: Array) -> Rotation:

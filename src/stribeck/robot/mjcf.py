@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.files import read_text
 from stribeck.errors import RobotFileError
-from stribeck.files import read_text
 from stribeck.robot.model_check import RELATIVE_TOLERANCE, check_inertias, require_same_joints, require_same_mass
 from stribeck.robot.rooting import is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml, require_few

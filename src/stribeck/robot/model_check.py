@@ -11,9 +11,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError
 from stribeck.robot.xml_file import XmlFile, require_few
-from stribeck.typing import Array
 
 MOVING = ("revolute", "continuous", "prismatic")
 TYPES = (*MOVING, "fixed", "floating", "planar")

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError
 from stribeck.robot.model_check import (
     check_finite,
@@ -18,7 +19,6 @@ from stribeck.robot.model_check import (
 )
 from stribeck.robot.rooting import FREE_FLYER, is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
-from stribeck.typing import Array
 
 MARK = " (body)"
 """Suffix for the names of frames while they could be confused with joints."""

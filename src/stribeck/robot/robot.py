@@ -11,12 +11,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array, TorqueSource
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.packages import model_path
 from stribeck.robot.robot_file import Contact, read_robot_file, robot_fields, validated
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
 from stribeck.settings import LogTable, LoopTable, MotorTable, RobotFile, Settings
-from stribeck.typing import Array, TorqueSource
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

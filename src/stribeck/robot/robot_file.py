@@ -9,13 +9,13 @@ import numpy as np
 import pinocchio as pin
 from pydantic import ValidationError
 
+from stribeck.base.files import read_text
+from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError, did_you_mean
-from stribeck.files import read_text
 from stribeck.robot.model_file import joint_names, load_model, lock_joints
 from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, root_at
 from stribeck.settings import MotorTable, RobotFile, RobotTable, describe, parse_toml
-from stribeck.typing import Array
 
 ARMATURE_ADVICE = {
     "link_side_sensor": "a torque sensor behind the gear does not feel the rotor; set [robot] armature to 0 for those "

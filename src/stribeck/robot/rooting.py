@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError
-from stribeck.typing import Array
 
 BASE_FRAME = "stribeck_base"
 """Name of a frame that every rooted tree has: the robot's own root link."""

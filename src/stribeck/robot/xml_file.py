@@ -9,8 +9,8 @@ from typing import NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
 
+from stribeck.base.files import read_bytes
 from stribeck.errors import RobotFileError
-from stribeck.files import read_bytes
 
 MOST_ELEMENTS, DEEPEST = 200_000, 200
 """Largest number and depth of a file's elements [1]; native readers recurse into elements."""

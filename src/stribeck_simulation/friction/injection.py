@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.span import span
 

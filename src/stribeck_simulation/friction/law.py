@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import FrictionLaw, Parameter
-from stribeck.typing import Array
 from stribeck_simulation.friction.injection import Instant
 from stribeck_simulation.friction.parameters import Parameters, parameter_table
 from stribeck_simulation.span import span

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.friction import Parameter
-from stribeck.typing import Array
 from stribeck_simulation.friction.injection import Instant
 from stribeck_simulation.friction.parameters import Parameters, parameter_table
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.friction import Parameter
-from stribeck.typing import Array
 
 Parameters = Mapping[str, Mapping[str, float]]
 """Joint -> parameter -> value."""

@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole, sole_under
 
 PHYSICS_STEP = 0.00025

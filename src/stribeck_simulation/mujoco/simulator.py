@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.friction import FrictionTruth, Instant
 from stribeck_simulation.mujoco.model import Body
 from stribeck_simulation.span import span

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render
 from stribeck.result.mirror import mirrored_pairs
-from stribeck.typing import Array
 from stribeck_simulation.pictures.walk import Footprint, Pose, WalkPicture
 
 SEEN_FROM = np.deg2rad(25.0)

@@ -8,11 +8,11 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
-from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole
 
 POSES = 8

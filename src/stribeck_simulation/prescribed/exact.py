@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.friction import FrictionLaw
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.friction.parameters import Parameters, parameter_table
 from stribeck_simulation.prescribed.gait import Gait, in_the_air, load_share, plan_swings
 from stribeck_simulation.prescribed.ground import ground_reactions, inverse_dynamics, spatial_motion

@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.trajectory import bell, smooth_step
 
 Gait = Literal["walk", "trot", "stand"]

@@ -7,8 +7,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.limb import BodyMotion, Leg, end_motion
 
 

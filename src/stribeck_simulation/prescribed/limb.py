@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.robot import Contact, Robot
-from stribeck.typing import Array
 
 COARSE = 25
 """Step between the samples that Newton's method solves first; a spline through them starts the others."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.gait import Swing, swing_window
 from stribeck_simulation.prescribed.limb import (
     BodyMotion,

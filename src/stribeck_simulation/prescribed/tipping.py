@@ -13,8 +13,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 from scipy.interpolate import BPoly
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.gait import STAND_TIME, Swing
 from stribeck_simulation.prescribed.ground import inverse_dynamics
 from stribeck_simulation.prescribed.motion import Motion, sway_at

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 
 def product(first: Array, second: Array) -> Array:

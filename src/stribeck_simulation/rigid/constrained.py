@@ -17,10 +17,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth, Instant
 from stribeck_simulation.prescribed.exact import Truth
 from stribeck_simulation.rigid.rigid_feet import RigidFeet

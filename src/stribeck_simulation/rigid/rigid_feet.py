@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
-from stribeck.typing import Array
 
 STIFFNESS, DAMPING = 900.0, 60.0
 """Of Baumgarte's correction while a foot settles [1/s^2], [1/s]: critically damped at 30 rad/s."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.typing import Array
 
 
 @dataclass(frozen=True)

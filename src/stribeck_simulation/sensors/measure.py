@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
-from stribeck.typing import Array
 from stribeck_simulation.sensors.profiles import SensorProfile
 
 Samples = int | slice

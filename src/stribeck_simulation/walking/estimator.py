@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.walking.balance.terms import Dynamics
 
 FLAT = 0.06

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 
 FEET = 2
 

@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
-from stribeck.threads import one_blas_thread
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained

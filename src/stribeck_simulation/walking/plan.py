@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.walking.footsteps import Footprint, Step, Steps, plan_steps
 
 

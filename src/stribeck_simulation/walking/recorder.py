@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.rooting import BASE_FRAME
-from stribeck.typing import Array
 from stribeck_simulation.mujoco.model import Body
 from stribeck_simulation.mujoco.simulator import TOUCH, Snapshot, foot_wrenches
 from stribeck_simulation.prescribed.exact import Truth

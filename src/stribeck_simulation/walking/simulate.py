@@ -7,11 +7,11 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import Array
 from stribeck.errors import StribeckError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.threads import one_blas_thread
-from stribeck.typing import Array
 from stribeck_simulation.friction import FrictionTruth
 from stribeck_simulation.mujoco.model import PHYSICS_STEP, compile_body
 from stribeck_simulation.mujoco.simulator import TOUCH, VERTICAL_FORCE, MujocoSim

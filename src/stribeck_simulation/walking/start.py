@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.prescribed.motion import default_posture, stand
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.footsteps import FEET, Footprint

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError, SettingsError
 from stribeck.log.readers.mapping import CURRENT
-from stribeck.typing import Array
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot

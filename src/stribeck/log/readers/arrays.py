@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log.readers.source import (
+from stribeck.log.readers.recording import (
     CHANNELS,
     FOOT_CHANNELS,
     JOINT_CHANNELS,
     WRENCH,
     Channel,
     Loaded,
-    Source,
+    Recording,
     alias_note,
     find_aliases,
     foreign,
@@ -53,7 +53,7 @@ class StoredArray:
         return self.dtype.itemsize * math.prod(max(1, length) for length in self.shape)
 
 
-def open_npz(path: Path, table: LogTable) -> Source:
+def open_npz(path: Path, table: LogTable) -> Recording:
     """Open an `.npz` file with arrays named as the channels of RobotLog.
 
     Raises
@@ -104,7 +104,7 @@ def _words_of_npz(stored: StoredArray, name: str, path: Path) -> tuple[str, ...]
     return tuple(value.decode() if isinstance(value, bytes) else str(value) for value in np.ravel(stored.read()))
 
 
-def open_hdf5(path: Path, table: LogTable) -> Source:
+def open_hdf5(path: Path, table: LogTable) -> Recording:
     """Open an HDF5 file with datasets named as the channels of RobotLog at its root.
 
     `[log] <channel>.name` reaches datasets in groups by their path. `joint_names`, `foot_names` and `torque_source`
@@ -161,7 +161,7 @@ def _words_of_hdf5(file: h5py.File, name: str, path: Path) -> tuple[str, ...]:
 
 def source_of_arrays(
     path: str, what: str, arrays: Mapping[str, StoredArray], words: Mapping[str, tuple[str, ...]], table: LogTable
-) -> Source:
+) -> Recording:
     """Return the source of a file (`what` it is, for messages) with these arrays and texts (see `WORDS`)."""
     offers = {
         key: array.columns
@@ -183,7 +183,7 @@ def source_of_arrays(
         return Loaded(loaded, tuple(alias_note(aliases)))
 
     taken = {key for keys in used.values() for key in keys} | set(WORDS)
-    return Source(
+    return Recording(
         path=path,
         channels={
             name: Channel(sum(part.columns for part in stored), _labels(name, used[name], stored, words))

@@ -26,7 +26,7 @@ from rosbags.typesys.store import Typestore
 from stribeck.errors import LogError
 from stribeck.log.readers.join import NANO, Stream, join
 from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ
-from stribeck.log.readers.source import Source, foreign
+from stribeck.log.readers.recording import Recording, foreign
 from stribeck.log.storage import IN_MEMORY_LIMIT, check_size
 from stribeck.settings import LogTable
 
@@ -35,7 +35,7 @@ Messages = Iterator[tuple[str, str, int, Any]]
 """Topic, type, recorder's stamp [ns] and content of each message."""
 
 
-def open_bag(path: Path, table: LogTable) -> Source:
+def open_bag(path: Path, table: LogTable) -> Recording:
     """Open a bag with joint states, and with IMU, foot wrench and contact messages where it has them.
 
     Raises

@@ -11,21 +11,21 @@ import pyarrow as pa
 import pyarrow.compute
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
-from stribeck.log.readers.source import (
+from stribeck.log.readers.recording import (
     CHANNELS,
     JOINT_CHANNELS,
     Arrays,
     Channel,
     Loaded,
-    Source,
+    Recording,
     alias_note,
     find_aliases,
     listed,
 )
 from stribeck.log.storage import allocate, check_size
 from stribeck.settings import LogTable
-from stribeck.typing import Array
 
 NUMBER = r"[._]?(?:(\d+)|\[(\d+)\])"
 """Suffix of numbered columns: `q_0`, `q0`, `q.0`, `q[0]`."""
@@ -87,7 +87,7 @@ def is_list(kind: pa.DataType) -> bool:
     return bool(of_lists and (pa.types.is_floating(kind.value_type) or pa.types.is_integer(kind.value_type)))
 
 
-def source_of_columns(table: Table, settings: LogTable) -> Source:
+def source_of_columns(table: Table, settings: LogTable) -> Recording:
     """Return the source of a table: its columns are named `<channel>.<label>`, are numbered, or as `[log]` says.
 
     Raises
@@ -106,7 +106,7 @@ def source_of_columns(table: Table, settings: LogTable) -> Source:
     if clash := sorted(taken & {name for name, count in Counter(names).items() if count > 1}):
         raise LogError(f"{path}: holds column {listed(clash)} more than once; expected one column a name")
     time = used["time"][1]
-    return Source(
+    return Recording(
         path=path,
         channels={name: Channel(len(columns), labels) for name, (labels, columns) in used.items() if columns},
         load=partial(_load, {name: columns for name, (_, columns) in used.items()}, table, alias_note(aliases)),

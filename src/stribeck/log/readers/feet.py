@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stribeck.errors import LogError
-from stribeck.log.readers.source import FOOT_CHANNELS, WRENCH, Source, listed
+from stribeck.log.readers.recording import FOOT_CHANNELS, WRENCH, Recording, listed
 from stribeck.settings import LogTable
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def foot_columns(
-    labels: dict[str, tuple[str, ...]], source: Source, table: LogTable, robot: Robot | None, notes: list[str]
+    labels: dict[str, tuple[str, ...]], source: Recording, table: LogTable, robot: Robot | None, notes: list[str]
 ) -> tuple[tuple[str, ...], dict[str, list[int]]]:
     """Return the feet that every foot channel of the log covers, and their columns."""
     places: dict[str, dict[str, int]] = {}

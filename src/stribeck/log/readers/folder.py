@@ -8,23 +8,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.readers.columns import group_of, source_of_columns
 from stribeck.log.readers.join import NANO, Stream, fast_enough, load_on_one_clock
 from stribeck.log.readers.mapping import TIME
-from stribeck.log.readers.source import (
+from stribeck.log.readers.recording import (
     ALIASES,
     CHANNELS,
     JOINT_CHANNELS,
     VECTOR_CHANNELS,
     Channel,
-    Source,
+    Recording,
     foreign,
     listed,
 )
 from stribeck.log.readers.tables import csv_table, first_line, is_data, parquet_table
 from stribeck.settings import LogTable
-from stribeck.typing import Array
 
 SUFFIXES = (".csv", ".parquet")
 USUAL = {name: channel for channel, names in ALIASES.items() for name in names} | dict(
@@ -60,7 +60,7 @@ def tables_in(path: Path) -> list[Path]:
     return sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file())
 
 
-def open_folder(path: Path, table: LogTable) -> Source:
+def open_folder(path: Path, table: LogTable) -> Recording:
     """Open a folder of tables; a column `c` of `position.csv` is what `position.c` is in a table of all.
 
     Raises
@@ -110,7 +110,7 @@ def open_folder(path: Path, table: LogTable) -> Source:
     }
     columns = {channel: offered for channel, offered in columns.items() if offered}
     idle = [file.name for file in files if not file.labels and file is not clock]
-    return Source(
+    return Recording(
         path=str(path),
         channels={"time": Channel(1)}
         | {name: Channel(len(own), tuple(label for _, label, _ in own)) for name, own in columns.items()},

@@ -8,10 +8,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.source import (
+from stribeck.log.readers.recording import (
     COMMAND,
     JOINT_CHANNELS,
     VECTOR_CHANNELS,
@@ -19,12 +20,11 @@ from stribeck.log.readers.source import (
     Arrays,
     Channel,
     Loaded,
-    Source,
+    Recording,
     listed,
 )
 from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
-from stribeck.typing import Array
 
 NANO = 1_000_000_000
 
@@ -73,7 +73,9 @@ LONGEST = 3.0
 """Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
 
 
-def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable, types: Sequence[str]) -> Source:
+def join(
+    path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable, types: Sequence[str]
+) -> Recording:
     """Return the source of some streams; they are interpolated when it is known which of them are wanted.
 
     `types` are those that hold joints, for the message that there are none.
@@ -120,7 +122,7 @@ def join(path: str, streams: Sequence[Stream], others: Sequence[str], table: Log
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
     motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
-    return Source(
+    return Recording(
         path=path,
         channels={"time": Channel(1)}
         | {name: Channel(len(columns), tuple(columns)) for name, columns in parts.items() if columns},

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.readers.columns import Table, source_of_columns
-from stribeck.log.readers.source import Loaded, Source, foreign, listed
+from stribeck.log.readers.recording import Loaded, Recording, foreign, listed
 from stribeck.log.readers.tables import parquet_table
 from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
-from stribeck.typing import Array
 
 INFO = Path("meta", "info.json")
 STATE = "observation.state"
@@ -46,7 +46,7 @@ UNITS = (
 )
 
 
-def open_lerobot(path: Path, table: LogTable) -> Source:
+def open_lerobot(path: Path, table: LogTable) -> Recording:
     """Open a dataset: `observation.state` and what other features are of joints; its episodes follow each other.
 
     Raises
@@ -178,6 +178,6 @@ def _read(
             row += batch.num_rows
 
 
-def _load(source: Source, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]) -> Loaded:
+def _load(source: Recording, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]) -> Loaded:
     loaded = source.load(wanted)
     return Loaded(loaded.arrays, (*loaded.notes, *notes))

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError, SettingsError
 from stribeck.log.clock import longest_step, refuse_backward_time
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.source import CHANNELS, listed
+from stribeck.log.readers.recording import CHANNELS, listed
 from stribeck.settings import ChannelTable, LogTable, PerJoint
-from stribeck.typing import Array
 
 TURN = 2 * np.pi  # [rad]
 ANGLE = {"rad": 1.0, "deg": TURN / 360, "turn": TURN, "m": 1.0, "mm": 1e-3}

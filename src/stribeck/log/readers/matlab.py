@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log.readers.arrays import WORDS, StoredArray, datasets, source_of_arrays
-from stribeck.log.readers.source import ALIASES, Source, foreign
+from stribeck.log.readers.recording import ALIASES, Recording, foreign
 from stribeck.log.readers.yarp import is_telemetry, open_telemetry
 from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
@@ -27,7 +27,7 @@ Contents = tuple[dict[str, StoredArray], dict[str, tuple[str, ...]]]
 """Numbers and texts of a file by their names, structs with dots; shapes are MATLAB's without axes of length one."""
 
 
-def open_matlab(path: Path, table: LogTable) -> Source:
+def open_matlab(path: Path, table: LogTable) -> Recording:
     """Open a `.mat` file with variables named as the channels of RobotLog, or one of YARP's robot logger.
 
     `[log] <channel>.name` reaches variables in structs, as `robot.joints.q`. Samples lie along the axis that is as long

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.outputs import check_name
+from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
@@ -19,19 +21,17 @@ from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
+from stribeck.log.readers.recording import COMMAND, Arrays, Recording, foreign, listed
 from stribeck.log.readers.selection import MOTION, Selection, select
-from stribeck.log.readers.source import COMMAND, Arrays, Source, foreign, listed
 from stribeck.log.readers.tables import open_csv, open_parquet, table_of_frame
 from stribeck.log.readers.unitree import name_motors
 from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
-from stribeck.outputs import check_name
 from stribeck.settings import LogTable
-from stribeck.typing import Array, TorqueSource
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot
 
-FORMATS: dict[str, Callable[[Path, LogTable], Source]] = {
+FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {
     ".npz": open_npz,
     ".h5": open_hdf5,
     ".hdf5": open_hdf5,
@@ -102,7 +102,7 @@ def _settings(robot: Robot | None) -> tuple[LogTable, str]:
     return table, where
 
 
-def _read(source: Source, robot: Robot | None, table: LogTable, where: str, path: str) -> RobotLog:
+def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, path: str) -> RobotLog:
     """Return the log that a source offers, in the robot's order and in SI units."""
     source, motor_notes = name_motors(source, table, robot.joint_names if robot else ())
     selection = select(source, table, robot)
@@ -138,7 +138,7 @@ def _read(source: Source, robot: Robot | None, table: LogTable, where: str, path
     )
 
 
-def open_log(path: Path, table: LogTable) -> Source:
+def open_log(path: Path, table: LogTable) -> Recording:
     """Open a log by its suffix: what it offers, before anything is read.
 
     Raises
@@ -149,7 +149,7 @@ def open_log(path: Path, table: LogTable) -> Source:
     return _opener(path)(path, table)
 
 
-def _opener(path: Path) -> Callable[[Path, LogTable], Source]:
+def _opener(path: Path) -> Callable[[Path, LogTable], Recording]:
     """Return the reader of a file's format, by its suffix."""
     check_name(path)
     with foreign(str(path), "a log"):
@@ -194,7 +194,7 @@ def _check_whole(path: Path) -> None:
         raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
 
 
-def _time(source: Source, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
+def _time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
     """Return time [s] from the log's stamps, or from `[log] rate`."""
     if "time" in loaded:
         if loaded["time"].shape[1] != 1:
@@ -213,7 +213,7 @@ def _time(source: Source, loaded: Arrays, table: LogTable) -> tuple[Array, list[
     return time, notes
 
 
-def _channels(source: Source, selection: Selection, loaded: Arrays, samples: int) -> dict[str, Array]:
+def _channels(source: Recording, selection: Selection, loaded: Arrays, samples: int) -> dict[str, Array]:
     """Return the loaded channels, all of one length, and zeros for one that is wanted and not there."""
     channels = {}
     for name, columns in selection.columns.items():
@@ -276,7 +276,7 @@ def _flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, 
     return contact > 0.5, notes
 
 
-def _torque_source(source: Source, robot: Robot | None) -> tuple[TorqueSource, list[str]]:
+def _torque_source(source: Recording, robot: Robot | None) -> tuple[TorqueSource, list[str]]:
     """Return where torques come from: as the robot file says, or else the log."""
     valid: tuple[TorqueSource, ...] = get_args(TorqueSource)
     said = source.torque_source

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from stribeck.errors import LogError
 from stribeck.log.readers.feet import foot_columns, places_of, widened
-from stribeck.log.readers.source import (
+from stribeck.log.readers.recording import (
     COMMAND,
     FOOT_CHANNELS,
     JOINT_CHANNELS,
     VECTOR_CHANNELS,
     WRENCH,
     Channel,
-    Source,
+    Recording,
     listed,
 )
 from stribeck.settings import LogTable
@@ -51,7 +51,7 @@ class Selection:
     notes: tuple[str, ...]
 
 
-def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
+def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection:
     """Return which columns of a source to load: by name where it has names, else in the order that is agreed.
 
     Raises
@@ -108,7 +108,7 @@ def select(source: Source, table: LogTable, robot: Robot | None) -> Selection:
 
 
 def _labels(
-    name: str, channel: Channel, source: Source, table: LogTable, robot: Robot | None, notes: list[str]
+    name: str, channel: Channel, source: Recording, table: LogTable, robot: Robot | None, notes: list[str]
 ) -> tuple[str, ...]:
     """Return a name for every column of a channel: the log's own, the agreed order's, or the robot's."""
     if name == "time":
@@ -148,7 +148,7 @@ def _labels(
 
 
 def _without_numbers(
-    name: str, labels: tuple[str, ...] | None, known: set[str], source: Source
+    name: str, labels: tuple[str, ...] | None, known: set[str], source: Recording
 ) -> tuple[str, ...] | None:
     """Return a channel's labels, or None where they are numbers that only count its columns.
 
@@ -169,7 +169,12 @@ def _without_numbers(
 
 
 def _joint_columns(
-    channel: str, places: dict[str, int], joints: Sequence[str], source: Source, robot: Robot | None, notes: list[str]
+    channel: str,
+    places: dict[str, int],
+    joints: Sequence[str],
+    source: Recording,
+    robot: Robot | None,
+    notes: list[str],
 ) -> list[int] | None:
     """Return a column a joint, or None where an optional channel does not cover the robot."""
     missing = [joint for joint in joints if joint not in places]
@@ -194,7 +199,7 @@ def _joint_columns(
 
 
 def _missing_joint(
-    channel: str, missing: list[str], places: dict[str, int], source: Source, robot: Robot | None
+    channel: str, missing: list[str], places: dict[str, int], source: Recording, robot: Robot | None
 ) -> str:
     close = difflib.get_close_matches(missing[0], list(places), n=3, cutoff=0.3)
     found = f"the closest names there are {listed(close)}" if close else f"it holds {listed(list(places))}"
@@ -207,7 +212,7 @@ def _missing_joint(
     return f"{source.path}: no {channel} of joint {listed(missing)} in the log; {found}; {cure}"
 
 
-def _no_torque(source: Source, joints: Sequence[str], robot: Robot | None) -> dict[str, list[int]]:
+def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) -> dict[str, list[int]]:
     """Return a torque channel of zeros where every joint is position-controlled; otherwise torque is needed."""
     if robot is not None and set(joints) <= set(robot.position_controlled):
         return {"torque": [-1] * len(joints)}
@@ -218,14 +223,14 @@ def _no_torque(source: Source, joints: Sequence[str], robot: Robot | None) -> di
     )
 
 
-def _expected(channel: str, source: Source) -> str:
+def _expected(channel: str, source: Recording) -> str:
     return (
         source.expected.get(channel)
         or f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
     )
 
 
-def _holdings(source: Source) -> list[str]:
+def _holdings(source: Recording) -> list[str]:
     return [*source.channels, *source.others]
 
 
@@ -236,7 +241,7 @@ def _vector_columns(channel: str, labels: tuple[str, ...], path: str) -> list[in
     raise LogError(f"{path}: '{channel}' has columns {listed(labels)}; expected {listed(axes)}")
 
 
-def _ignored(source: Source, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:
+def _ignored(source: Recording, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:
     strangers = list(dict.fromkeys(joint for places in at.values() for joint in places if joint not in joints))
     notes = [f"Joints {listed(strangers)} of the log are not joints of the robot and are ignored."] if strangers else []
     if source.others:

@@ -13,7 +13,7 @@ import pyarrow.parquet
 
 from stribeck.errors import LogError
 from stribeck.log.readers.columns import Table, is_list, numbers_in, source_of_columns, spread
-from stribeck.log.readers.source import Source, foreign, listed
+from stribeck.log.readers.recording import Recording, foreign, listed
 from stribeck.log.storage import BLOCK_ROWS
 from stribeck.settings import LogTable
 
@@ -21,7 +21,7 @@ CSV_BLOCK = 1 << 23  # bytes parsed at once
 HEAD = 64  # rows in which the first list of a column is looked for
 
 
-def open_parquet(path: Path, table: LogTable) -> Source:
+def open_parquet(path: Path, table: LogTable) -> Recording:
     """Open a Parquet file with columns `time`, `position.<joint>`, ...
 
     Raises
@@ -32,7 +32,7 @@ def open_parquet(path: Path, table: LogTable) -> Source:
     return source_of_columns(parquet_table(path), table)
 
 
-def open_csv(path: Path, table: LogTable) -> Source:
+def open_csv(path: Path, table: LogTable) -> Recording:
     """Open a CSV file whose first line, or `[log] columns`, names the columns.
 
     Commas, semicolons or tabs separate them, or else single spaces.

@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from stribeck.errors import LogError
-from stribeck.log.readers.source import JOINT_CHANNELS, Channel, Source, listed
+from stribeck.log.readers.recording import JOINT_CHANNELS, Channel, Recording, listed
 from stribeck.settings import LogTable
 
 MOTOR = "motor_"
@@ -54,7 +54,7 @@ SYNONYMS = {"torso": "waist_yaw", "elbow_pitch": "elbow", "elbow_roll": "wrist_r
 """Names in some models of the same joints."""
 
 
-def name_motors(source: Source, table: LogTable, joints: Sequence[str]) -> tuple[Source, list[str]]:
+def name_motors(source: Recording, table: LogTable, joints: Sequence[str]) -> tuple[Recording, list[str]]:
     """Return a source whose numbered motors have the names of the robot's joints, and what was taken.
 
     `[log] joint_order` has the last word; else it is the known order that has most of the robot's joints and, of two
@@ -110,7 +110,7 @@ def _fit(own: Sequence[frozenset[str]], order: Sequence[str]) -> tuple[int, int]
     return len(found), sum(after - before == 1 for before, after in pairwise(found))
 
 
-def _renamed(source: Source, names: dict[str, str]) -> Source:
+def _renamed(source: Recording, names: dict[str, str]) -> Recording:
     channels = {
         name: Channel(channel.columns, tuple(names.get(label, label) for label in channel.labels))
         if name in JOINT_CHANNELS and channel.labels

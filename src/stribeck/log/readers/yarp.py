@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.readers.join import NANO, Stream, join
 from stribeck.log.readers.messages import refuse_twice
-from stribeck.log.readers.source import VECTOR_CHANNELS, Source
+from stribeck.log.readers.recording import VECTOR_CHANNELS, Recording
 from stribeck.settings import LogTable
-from stribeck.typing import Array
 
 POSITIONS = ".joints_state.positions.data"
 JOINTS = {
@@ -41,7 +41,7 @@ def is_telemetry(names: Iterable[str]) -> bool:
     return any(name.endswith(POSITIONS) for name in names)
 
 
-def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> Source:
+def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> Recording:
     """Return the source of a log: joints, and the sensors that `[log]` names.
 
     A signal is a struct of `data`, features x 1 x samples, `timestamps` [s] and, since version 0.4, `elements_names`;

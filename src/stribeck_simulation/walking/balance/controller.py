@@ -5,9 +5,9 @@ from math import pi, sqrt
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.errors import StribeckError
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.qp import BASE, Task, Weights, Wishes, build, solve, wrench_cone
 from stribeck_simulation.walking.balance.step_adjustment import StepAdjuster

@@ -22,7 +22,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.terms import FootState, Terms
 

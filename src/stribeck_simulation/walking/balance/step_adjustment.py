@@ -11,7 +11,7 @@ from math import copysign, exp
 
 import numpy as np
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.plan import BOTH, Plan, Stretch, plan_dcm
 

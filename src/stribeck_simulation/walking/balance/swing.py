@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.walking.footsteps import Footprint
 
 LIFT = 0.05

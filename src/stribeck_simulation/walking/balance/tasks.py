@@ -12,7 +12,7 @@ from math import cos, sin, sqrt
 import numpy as np
 import pinocchio as pin
 
-from stribeck.typing import Array
+from stribeck.base.typing import Array
 from stribeck_simulation.walking.balance.qp import BASE, Task
 from stribeck_simulation.walking.balance.swing import Swing
 from stribeck_simulation.walking.balance.terms import FootState, Terms

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
-from stribeck.typing import Array
 from stribeck_simulation.robots.sole import Sole
 
 

@@ -1,0 +1,188 @@
+"""What a log holds, before anything is identified: channels, sampling, contact modes, ranges, delays and signs."""
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from stribeck.audit import Evidence, delays, findings, gather, model_findings, torques_of_currents
+from stribeck.base.finding import Finding
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import Array, TorqueSource
+from stribeck.differentiation import make_filter
+from stribeck.errors import errors_about, findings_kept
+from stribeck.friction_torque.inverse_dynamics import support_name
+from stribeck.friction_torque.preparation import PreparedLog, prepare
+from stribeck.friction_torque.stage import with_filter
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointInspection:
+    """One joint's ranges, and how its torque compares with the model's.
+
+    Attributes
+    ----------
+    position_range, velocity_range, torque_range
+        Smallest and largest [rad], [rad/s], [N m].
+    correlation
+        Of measured torque and inverse dynamics; None for a joint whose model torque is not known or constant.
+    delay
+        By which the torque comes later than the motion asks for [s]; None where the model explains too little of it.
+    sign
+        "opposite" where the audit says so, "agrees" where the torque correlates with the model.
+    """
+
+    position_range: tuple[float, float]
+    velocity_range: tuple[float, float]
+    torque_range: tuple[float, float]
+    correlation: float | None
+    delay: float | None
+    sign: Literal["agrees", "opposite", "unclear"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inspection:
+    """What `stribeck inspect` shows.
+
+    Attributes
+    ----------
+    channels
+        Name and shape of what the log holds.
+    phases
+        Start [s], end [s], contact mode, whether it is used.
+    gaps
+        Last stamp before and first after [s].
+    findings
+        What a user should act on, a sentence each: what makes every number wrong comes first.
+    audit
+        The same in parts: check, evidence, cure, joints.
+    torque_source
+        Where the torques come from.
+    """
+
+    robot: str
+    path: str
+    samples: int
+    duration: float
+    rate: float
+    jitter: float
+    duplicates: int
+    gaps: list[tuple[float, float]]
+    missing: dict[str, int]
+    channels: dict[str, list[int]]
+    support_source: str
+    phases: list[tuple[float, float, str, bool]]
+    filter: str
+    joints: dict[str, JointInspection]
+    findings: list[str]
+    notes: list[str]
+    audit: list[Finding] = field(default_factory=list)
+    torque_source: TorqueSource = "link_side_sensor"
+
+    def to_json(self) -> str:
+        """Return the inspection as JSON text."""
+        return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
+
+
+def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings: Settings | None = None) -> Inspection:
+    """Say what a log holds: channels, sampling, support phases, ranges, delays and signs of the torques.
+
+    Parameters
+    ----------
+    log
+        A log of T samples, or its path.
+    robot
+        The robot, or the path of its robot file.
+    settings
+        The robot file's if None.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log cannot be used at all.
+    RobotFileError
+        If a robot file is given and cannot be used.
+
+    Examples
+    --------
+    >>> found = inspect_log("log.npz", "robot.toml")
+    >>> found.rate, found.joints["elbow"].sign
+    (1000.0, 'agrees')
+    """
+    robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    where = log.path if isinstance(log, RobotLog) else str(log)
+    with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
+        settings = settings or robot.settings
+        (prepared,), found, _ = torques_of_currents([prepare(log, robot, settings)], robot, settings)
+        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), found)
+
+
+def _inspect(
+    prepared: PreparedLog,
+    robot: Robot,
+    settings: Settings,
+    chosen: tuple[Settings, list[str]],
+    of_currents: list[Finding],
+) -> Inspection:
+    log, sampling = prepared.log, prepared.sampling
+    with_its_filter, choices = chosen
+    evidence = gather(prepared, robot, settings)
+    late = delays(evidence)
+    found = [*findings(evidence, late), *of_currents, *model_findings(robot)]
+    opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
+    joints = {
+        name: _inspect_joint(evidence, k, late.get(name), "opposite" if name in opposite else None)
+        for k, name in enumerate(evidence.joints)
+    }
+    return Inspection(
+        robot=robot.name,
+        path=log.path,
+        samples=len(log.time),
+        duration=float(log.time[-1] - log.time[0]),
+        rate=float(sampling.rate),
+        jitter=round(float(sampling.jitter), 9),  # stamps are floats: less than a nanosecond is none
+        duplicates=int(sampling.duplicates),
+        gaps=[(float(a), float(b)) for a, b in sampling.gaps],
+        missing=dict(sampling.missing),
+        channels={name: list(array.shape) for name, array in log.channels().items()},
+        support_source=prepared.support.source,
+        phases=[
+            (float(log.time[p.start]), float(log.time[p.stop - 1]), support_name(p), p.last > p.first)
+            for p in prepared.support.phases
+        ],
+        filter=make_filter(with_its_filter.filter, sampling.period).name,
+        joints=joints,
+        findings=[str(each) for each in found],
+        notes=[*prepared.notes, *choices],
+        audit=found,
+        torque_source=log.torque_source,
+    )
+
+
+def _inspect_joint(
+    evidence: Evidence, k: int, delay: float | None, sign: Literal["opposite"] | None
+) -> JointInspection:
+    log, column = evidence.prepared.log, evidence.robot.torque_controlled[k]
+    known = np.isfinite(evidence.model[:, k])
+    torque, model = evidence.torque[known, k], evidence.model[known, k]
+    correlation = None
+    if len(torque) > 1 and torque.std() > 0 and model.std() > 0:
+        correlation = float(np.corrcoef(torque, model)[0, 1])
+    velocity = np.concatenate([run.velocity[:, k] for run in evidence.runs]) if evidence.runs else np.zeros(1)
+    return JointInspection(
+        position_range=_span(log.position[:, column]),
+        velocity_range=_span(velocity),
+        torque_range=_span(log.torque[:, column]),
+        correlation=correlation,
+        delay=delay,
+        sign=sign or ("agrees" if correlation is not None and correlation > 0.3 else "unclear"),
+    )
+
+
+def _span(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())

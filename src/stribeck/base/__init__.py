@@ -1,0 +1,1 @@
+"""What every room uses: types, findings, files and processes."""

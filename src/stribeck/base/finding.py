@@ -1,0 +1,143 @@
+"""Problems found in a log, a robot file or a fit; their messages are in `findings.toml`."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any, Self
+
+FRICTION = "friction-"
+"""Prefix of the checks whose findings concern the friction itself."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """A problem that a user should act on.
+
+    Attributes
+    ----------
+    check
+        Name of the check: the anchor of its paragraph in docs/findings.md.
+    text
+        The problem, its place and the evidence.
+    cure
+        The remedy, with the line of the robot file if there is one; empty if none is known.
+    joints
+        Affected joints; empty if the finding concerns the whole log or robot.
+    channel
+        Channel of the log that is wrong, e.g. "torque"; empty unless it is a single one.
+    logs
+        Paths of the affected logs, if there are several.
+    stops
+        Whether every number would be wrong: `identify` ends, unless `force` is set.
+    """
+
+    check: str
+    text: str
+    cure: str = ""
+    joints: tuple[str, ...] = ()
+    channel: str = ""
+    logs: tuple[str, ...] = ()
+    stops: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        kind: str,
+        joints: Sequence[str] | Mapping[str, str] = (),
+        *,
+        channel: str = "",
+        stops: bool | None = None,
+        **values: object,
+    ) -> Self:
+        """Make a finding from its entry in the catalogue.
+
+        Parameters
+        ----------
+        kind
+            Name of the check, or "check.variant".
+        joints
+            Affected joints, each with its evidence if a mapping is given; `{joints}` in the template lists them.
+        channel, stops
+            In place of the catalogue's; `stops` is required where the catalogue states a condition.
+        values
+            Values for the fields of the template.
+        """
+        entry = next(entries[kind] for entries in catalogue().values() if kind in entries)
+        channel = channel or entry.get("channel", "")
+        shown = [f"{name}{note}" for name, note in joints.items()] if isinstance(joints, Mapping) else joints
+        text, cure = message(entry, {"joints": listed(shown), "channel": channel, **values})
+        check, _, _ = kind.partition(".")
+        stops = entry.get("stops") is True if stops is None else stops
+        return cls(check=check, text=text, cure=cure, joints=tuple(dict.fromkeys(joints)), channel=channel, stops=stops)
+
+    def __str__(self) -> str:
+        """Join text and remedy in one line."""
+        return f"{self.text}; {self.cure}" if self.cure else self.text
+
+    @property
+    def on_friction(self) -> bool:
+        """Whether the friction of its joints is off by more than its intervals state."""
+        return self.check.startswith(FRICTION)
+
+    @property
+    def place(self) -> str:
+        """Paragraph that explains the check, with an example."""
+        return f"docs/findings.md#{self.check}"
+
+    @property
+    def line(self) -> str:
+        """Text and remedy with the place of the explanation."""
+        return f"{self} ({self.place})"
+
+
+@cache
+def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
+    """Load the entries of findings.toml by section, then by check; a variant's name is "check.variant"."""
+    document = tomllib.loads((files("stribeck.base") / "findings.toml").read_text(encoding="utf-8"))
+    sections: dict[str, dict[str, dict[str, Any]]] = {}
+    for section, checks in document.items():
+        entries = sections[section] = {}
+        for check, entry in checks.items():
+            variants = {
+                name: entry.pop(name) for name in list(entry) if name != "example" and type(entry[name]) is dict
+            }
+            entries[check] = entry
+            common = {key: entry[key] for key in ("channel", "stops", "text", "remedy") if key in entry}
+            entries |= {f"{check}.{name}": common | own for name, own in variants.items()}
+    return sections
+
+
+def message(entry: Mapping[str, Any], values: Mapping[str, object]) -> tuple[str, str]:
+    """Fill values into the text and the remedy of an entry of the catalogue."""
+    return entry["text"].format_map(values), entry.get("remedy", "").format_map(values)
+
+
+def listed(names: Sequence[str]) -> str:
+    """List distinct names, of many the first six."""
+    names = list(dict.fromkeys(names))
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+
+
+def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
+    """Merge the findings of several logs, given with their paths: one per check, channel and joints.
+
+    Where the evidence differs, the first log's is kept. The findings of a single log stay unchanged.
+    """
+    if len(by_log) == 1:
+        return list(by_log[0][1])
+    groups: dict[tuple[object, ...], list[tuple[str, Finding]]] = {}
+    for path, findings in by_log:
+        for each in findings:
+            groups.setdefault((each.check, each.channel, each.joints, each.stops), []).append((path, each))
+    found = []
+    for group in groups.values():
+        first = group[0][1]
+        logs = tuple(dict.fromkeys(path for path, _ in group))
+        if all(each.text == first.text for _, each in group):
+            text = f"{listed(logs)}: {first.text}"
+        else:
+            text = f"{logs[0]}: {first.text}" + (f" (and likewise in {listed(logs[1:])})" if logs[1:] else "")
+        found.append(replace(first, text=text, logs=logs))
+    return found

@@ -1,0 +1,75 @@
+"""Central differences, then a Butterworth lowpass forward and backward (7.1.2 of the paper)."""
+
+import numpy as np
+import scipy  # its signal is slow to import: loaded at its first use
+
+from stribeck.base.typing import Array
+from stribeck.differentiation.savitzky_golay import correlate_valid
+from stribeck.errors import SettingsError
+
+SETTLED = 1e-6
+"""Share of the impulse response that may be left beyond the dropped edges."""
+
+HALF_WIDTH = 2
+"""Samples that the central differences need on each side."""
+
+
+def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
+    """Return the second-order sections whose forward-backward gain is -3 dB at `cutoff` [Hz].
+
+    One pass has half that attenuation in decibels, so a single pass is designed for a slightly higher frequency: a
+    paper's "10 Hz, run by filtfilt" has -6 dB at 10 Hz and is the filter of cutoff `10 (sqrt 2 - 1)^(1 / 2 order)` Hz.
+
+    Raises
+    ------
+    SettingsError
+        If the cutoff is not below the Nyquist frequency.
+    """
+    if cutoff >= rate / 2:
+        raise SettingsError(
+            f"[identify.filter] cutoff is {cutoff:g} Hz; it must be below half the log's rate of {rate:g} Hz"
+        )
+    # |H|^2 = 1 / (1 + (w / w_c)^(2 order)) = 1 / sqrt 2, with w = tan(pi f / rate) of the bilinear transform
+    warped = np.tan(np.pi * cutoff / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
+    return np.asarray(scipy.signal.butter(order, np.arctan(warped) * rate / np.pi, fs=rate, output="sos"))
+
+
+def settling_length(sections: Array) -> int:
+    """Return after how many samples no more than `SETTLED` of a pass's impulse response is left."""
+    slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
+    horizon = 2 * int(np.ceil(np.log(SETTLED) / np.log(slowest))) + 8
+    impulse = np.zeros(horizon)
+    impulse[0] = 1.0
+    response = np.abs(scipy.signal.sosfilt(sections, impulse))
+    left = np.cumsum(response[::-1])[::-1]
+    return int(np.argmax(left <= SETTLED * left[0]))
+
+
+def central_kernels(period: float) -> Array:
+    """Compute the kernels of position, velocity and acceleration, shape (3, 5), by (6.2) once and twice.
+
+    Exact up to second-degree polynomials for the velocity and third-degree ones for the acceleration; no delay.
+    """
+    present = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    velocity = np.array([0.0, -1.0, 0.0, 1.0, 0.0]) / (2 * period)
+    acceleration = np.array([1.0, 0.0, -2.0, 0.0, 1.0]) / (2 * period) ** 2
+    return np.array([present, velocity, acceleration])
+
+
+def filter_derivatives(
+    signal: Array, orders: tuple[int, ...], sections: Array, period: float, half_width: int
+) -> tuple[Array, ...]:
+    """Return the filtered derivatives of a signal of shape (T, n), each of shape (T - 2 half_width, n)."""
+    if len(signal) <= 2 * half_width:
+        return tuple(np.empty((0, signal.shape[1])) for _ in orders)
+    kernels = central_kernels(period)[list(orders)]
+    edge = half_width - HALF_WIDTH
+    return tuple(
+        np.asarray(_zero_phase(sections, raw)[edge : len(raw) - edge])
+        for raw in correlate_valid(signal, kernels, orders)
+    )
+
+
+def _zero_phase(sections: Array, raw: Array) -> Array:
+    # The first sample is taken out and put back: it is the largest part of a position and needs no filter.
+    return np.asarray(scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0])

@@ -1,0 +1,184 @@
+"""The filter that the settings ask for, ready to run over the positions of a log."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.differentiation import butterworth
+from stribeck.differentiation.averaging import implied_weights
+from stribeck.differentiation.cutoff import CutoffChoice
+from stribeck.differentiation.savitzky_golay import correlate_valid, savgol_cutoff, savgol_kernels, savgol_window
+from stribeck.errors import SettingsError
+from stribeck.settings import FilterSettings
+
+TAKES = {
+    "auto": {"order"},
+    "savitzky-golay": {"window", "order", "cutoff"},
+    "butterworth": {"order", "cutoff"},
+    "log": set[str](),
+}
+"""The settings that each kind of filter uses."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Filter:
+    """A filter for evenly sampled signals, which drops the edges it cannot filter from both sides.
+
+    Attributes
+    ----------
+    name
+        What it is, in words, for the report.
+    half_width
+        Samples dropped at each end. Overlapping a log's chunks by `2 half_width` gives what the whole log gives.
+    run
+        `run(signal, orders)`: filtered derivatives of these orders of a signal of shape (T, n).
+    weights
+        Of second differences in the acceleration, shape (2 half_width + 1,), sum 1; None where they have no end.
+    """
+
+    name: str
+    half_width: int
+    run: Callable[[Array, tuple[int, ...]], tuple[Array, ...]]
+    weights: Array | None
+
+    def apply(self, position: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration, each of shape (T - 2 half_width, n), from position (T, n).
+
+        A signal that is too short for the filter gives empty arrays.
+        """
+        filtered, velocity, acceleration = self.run(position, (0, 1, 2))
+        return filtered, velocity, acceleration
+
+    def smooth(self, signal: Array) -> Array:
+        """Return another signal of shape (T, n), e.g. the torque, smoothed as `apply` smooths the position."""
+        return self.run(signal, (0,))[0]
+
+    def average(self, signal: Array) -> Array:
+        """Return another signal of shape (T, n), e.g. the torque, averaged as `apply` averages the acceleration.
+
+        Raises
+        ------
+        SettingsError
+            If the filter has no window.
+        """
+        return correlate_valid(signal, self.window_weights()[None], (0,))[0]
+
+    def window_weights(self) -> Array:
+        """Return the weights.
+
+        Raises
+        ------
+        SettingsError
+            If the filter has no window.
+        """
+        if self.weights is None:
+            raise SettingsError(
+                "[identify] averaged_law is true, and the filter of kind 'butterworth' has no window to average over; "
+                "set its kind to 'auto' or 'savitzky-golay', or averaged_law to false"
+            )
+        return self.weights
+
+
+def make_filter(settings: FilterSettings, period: float) -> Filter:
+    """Return the filter that the settings ask for.
+
+    Parameters
+    ----------
+    settings
+        Of any kind but "auto", which `choose_cutoff` and `resolve_auto` turn into "savitzky-golay".
+        The filter of kind "log" passes everything through; velocity and acceleration are then the log's own.
+    period
+        Sampling period [s].
+
+    Raises
+    ------
+    SettingsError
+        If the settings do not go together or do not fit the sampling period.
+    """
+    _refuse_unused(settings)
+    if settings.kind == "savitzky-golay":
+        return _savitzky_golay(settings, period)
+    if settings.kind == "butterworth":
+        return _butterworth(settings, period)
+    if settings.kind == "log":
+        name = "none: the log's own velocity and acceleration"
+        return Filter(name=name, half_width=0, run=_pass_through, weights=np.ones(1))
+    raise SettingsError("[identify.filter] kind is 'auto'; its cutoff must be chosen from a log before it can filter")
+
+
+def sharper_filter(settings: FilterSettings, period: float) -> Filter:
+    """Return the filter over half the window, which shows what happens within it; the same where none can be halved."""
+    whole = make_filter(settings, period)
+    if settings.kind != "savitzky-golay":
+        return whole
+    shortest = settings.order + 1 + settings.order % 2
+    half = max(whole.half_width // 2 * 2 + 1, shortest)
+    return make_filter(settings.model_copy(update={"window": half, "cutoff": None}), period)
+
+
+def resolve_auto(settings: FilterSettings, choice: CutoffChoice) -> FilterSettings:
+    """Return the settings of the Savitzky-Golay filter that "auto" stands for, given the cutoff chosen.
+
+    Raises
+    ------
+    SettingsError
+        If "auto" is given a window or a cutoff.
+    """
+    _refuse_unused(settings)
+    return settings.model_copy(update={"kind": "savitzky-golay", "cutoff": choice.cutoff})
+
+
+def _refuse_unused(settings: FilterSettings) -> None:
+    for key, field in FilterSettings.model_fields.items():
+        if key != "kind" and key not in TAKES[settings.kind] and getattr(settings, key) != field.default:
+            kinds = " or ".join(f"'{kind}'" for kind, keys in TAKES.items() if key in keys)
+            raise SettingsError(
+                f"[identify.filter] {key} is {getattr(settings, key)!r}, which the filter of kind "
+                f"'{settings.kind}' does not use; leave it out, or set kind to {kinds}"
+            )
+
+
+def _savitzky_golay(settings: FilterSettings, period: float) -> Filter:
+    window = settings.window
+    if window is not None and settings.cutoff is not None:
+        raise SettingsError(
+            f"[identify.filter] window is {window} and cutoff is {settings.cutoff:g} Hz; give only one of them"
+        )
+    if settings.cutoff is not None:
+        window = savgol_window(settings.cutoff, settings.order, 1 / period)
+    if window is None:
+        raise SettingsError(
+            "[identify.filter] kind is 'savitzky-golay', which needs a window [samples] or a cutoff [Hz]"
+        )
+    kernels = savgol_kernels(window, settings.order, period)
+    cutoff = savgol_cutoff(window, settings.order, 1 / period)
+    name = f"Savitzky-Golay, window {window}, order {settings.order}, -3 dB at {cutoff:.3g} Hz"
+    return finite_filter(name, kernels, implied_weights(kernels[2], period))
+
+
+def _butterworth(settings: FilterSettings, period: float) -> Filter:
+    if settings.cutoff is None:
+        raise SettingsError("[identify.filter] kind is 'butterworth', which needs a cutoff [Hz]")
+    sections = butterworth.butterworth_sections(settings.cutoff, settings.order, 1 / period)
+    half_width = butterworth.settling_length(sections) + butterworth.HALF_WIDTH
+    run = partial(butterworth.filter_derivatives, sections=sections, period=period, half_width=half_width)
+    name = f"Butterworth, order {settings.order}, forward and backward, -3 dB at {settings.cutoff:.3g} Hz"
+    return Filter(name=name, half_width=half_width, run=run, weights=None)
+
+
+def finite_filter(name: str, kernels: Array, weights: Array) -> Filter:
+    """Build the filter of three kernels, of position, velocity and acceleration, shape (3, L)."""
+
+    def run(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
+        return correlate_valid(signal, kernels[list(orders)], orders)
+
+    return Filter(name=name, half_width=kernels.shape[1] // 2, run=run, weights=weights)
+
+
+def _pass_through(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
+    if orders != (0,):
+        raise SettingsError("[identify.filter] kind is 'log', which takes velocity and acceleration from the log")
+    return (signal,)

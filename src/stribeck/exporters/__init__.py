@@ -1,0 +1,6 @@
+"""What was found, written as a model that a simulator reads."""
+
+from stribeck.exporters.targets import TARGETS as TARGETS
+from stribeck.exporters.write import export as export
+from stribeck.exporters.write import export_ranges as export_ranges
+from stribeck.exporters.write import export_samples as export_samples

@@ -1,0 +1,169 @@
+"""Source files: a C header and a Python module with the whole friction, and modules for Pinocchio and Isaac Lab.
+
+C and Python evaluate one function that is the friction of every law here:
+
+    R = f(v) rise + Fv v + Fv' |v| + offset + tau_c cos(k q) + tau_s sin(k q)
+    f(v) rise = (Fc rise + Fc' |rise|) (1 + S exp(-(|v| / vs)^delta))
+                + (mu |load| + Fc_T dT + Fc_c (cos q - c) + Fc_s (sin q - s)) rise,   rise = tanh(a v)
+    Fv = Fv0 + Fv_T dT
+
+with a load, dT the temperature above its mean, and q the position.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from stribeck.errors import SettingsError
+from stribeck.exporters.ranges import JointRanges
+from stribeck.exporters.target import Request
+from stribeck.friction.auto import JUMP
+from stribeck.result import JointResult
+
+FORMULAS = ("asymmetric", "auto", "coulomb-viscous", "lugre", "stribeck", "stribeck-exponent")
+"""Laws whose friction is the function; of LuGre's, that of steady sliding."""
+
+NUMBERS = {
+    **dict.fromkeys(("viscous", "viscous_difference", "coulomb", "coulomb_difference", "stribeck_gain"), 0.0),
+    "stribeck_velocity": 1.0,
+    "exponent": 2.0,
+    "slope": JUMP,
+    **dict.fromkeys(("offset", "load", "coulomb_per_kelvin", "viscous_per_kelvin"), 0.0),
+    **dict.fromkeys(("coulomb_cosine", "coulomb_sine", "mean_cosine", "mean_sine"), 0.0),
+    **dict.fromkeys(("ripple_cosine", "ripple_sine", "ripple_per_turn"), 0.0),
+    "lowest": -1e9,
+    "highest": 1e9,
+}
+"""Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s, tau_c, tau_s, k, and the range of the
+log's positions, whose ends count beyond it: values of a joint without friction."""
+
+
+def numbers_of(joint: JointResult) -> dict[str, float]:
+    """Compute the numbers of a joint's friction, by `NUMBERS`, without drift, which is zero in the middle of a log.
+
+    Raises
+    ------
+    SettingsError
+        If its law is none of `FORMULAS`.
+    """
+    found = {name: parameter.value for name, parameter in joint.parameters.items()}
+    numbers = NUMBERS | dict(zip(("lowest", "highest"), joint.position_range or (), strict=False))
+    if joint.verdict == "no friction":
+        return numbers | {"offset": found.get("offset", 0.0)}
+    if joint.law not in FORMULAS:
+        raise SettingsError(
+            f"export: there is no formula of law '{joint.law}' here; expected one of {', '.join(FORMULAS)}"
+        )
+    numbers |= {name: value for name, value in found.items() if name in NUMBERS}
+    if "viscous_asymmetry" in found:
+        numbers["viscous_difference"] = found["viscous"] * found["viscous_asymmetry"]
+    if "viscous_positive" in found:
+        for name in ("viscous", "coulomb"):
+            forward, backward = found[f"{name}_positive"], found[f"{name}_negative"]
+            numbers |= {name: (forward + backward) / 2, f"{name}_difference": (forward - backward) / 2}
+    if joint.mean_direction:
+        numbers |= {"mean_cosine": joint.mean_direction[0], "mean_sine": joint.mean_direction[1]}
+    return numbers | {"ripple_per_turn": joint.ripple_per_turn or 0.0}
+
+
+def c_text(request: Request) -> str:
+    """Return a C99 header, valid C++, too, with the friction of the joints and its compensation."""
+    rows: dict[str, str] = {}
+    names: dict[str, str] = {}
+    for name in request.joints:
+        own = _identifier(name)
+        if (other := names.setdefault(own, name)) != name:
+            raise SettingsError(
+                f"export: joints '{other}' and '{name}' have the same identifier {own}; rename one of them"
+            )
+        numbers = _with_confidence(request.result.joints[name]).values()
+        rows[own] = f"{{{', '.join(f'(friction_real){number!r}' for number in numbers)}}}"
+    lines = [re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode() for line in request.lines]
+    lines = [" ".join(line.split()).replace("??", "?") for line in lines]  # no comment's end, no trigraphs
+    robot = _identifier(request.result.robot)
+    return _template("friction.h.j2").render(lines=lines, robot=robot, joints=rows, names=list(NUMBERS))
+
+
+def python_text(request: Request) -> str:
+    """Return a Python module with the friction of the joints and its compensation, for NumPy and torch."""
+    joints = {name: _with_confidence(request.result.joints[name]) for name in request.joints}
+    return _module("python", request.lines, joints=joints)
+
+
+def pinocchio_text(request: Request) -> str:
+    """Return a Python module that gives a Pinocchio model its friction and rotor inertias."""
+    joints = {name: {word: own for word, (own, _) in terms.stated.items()} for name, terms in request.joints.items()}
+    return _module("pinocchio", request.lines, joints=joints)
+
+
+def isaaclab_text(request: Request) -> str:
+    """Return a Python module with actuators of Isaac Lab.
+
+    Isaac Lab takes zero for a joint that a dictionary of its group lacks, so that all joints of a group have the same
+    words. `friction` and `dynamic_friction` are efforts [N m], [N], and `viscous_friction` is in [N m s/rad], [N s/m],
+    since Isaac Sim 5.0 (PhysX 5.6); before, `friction` was a coefficient without a unit.
+    """
+    groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for name, terms in request.joints.items():
+        groups[tuple(sorted(terms.stated))].append(name)
+    actuators: list[dict[str, object]] = []
+    for words, names in groups.items():
+        actuators.append({"joint_names_expr": [re.escape(name) for name in names]})
+        for word in words:
+            actuators[-1][word] = {re.escape(name): request.joints[name].stated[word][0] for name in names}
+    return _module("isaaclab", request.lines, groups=actuators)
+
+
+def isaaclab_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
+    """Return a Python module with events of Isaac Lab that draw from the ranges."""
+    return _module(
+        "isaaclab_ranges",
+        lines,
+        ranges={name: own.numbers for name, own in joints.items()},
+        scales={name: own.friction for name, own in joints.items() if own.friction},
+        patterns={name: re.escape(name) for name in joints},
+    )
+
+
+def mujoco_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
+    """Return a Python module of ranges by degree of freedom, for MuJoCo, MJX and Playground."""
+    fields = {name: {f"dof_{word}": ends for word, ends in own.numbers.items()} for name, own in joints.items()}
+    return _module("mujoco_ranges", lines, ranges=fields)
+
+
+def _with_confidence(joint: JointResult) -> dict[str, float]:
+    """Return a joint's numbers, the share of them that is compensated, and the log's mean temperature [deg C].
+
+    Of a weak joint half is compensated: too much would drive the joint.
+    """
+    share = 0.5 if joint.verdict == "weak" else 1.0
+    return numbers_of(joint) | {"confidence": share, "mean_temperature": joint.mean_temperature or 0.0}
+
+
+def _identifier(name: str) -> str:
+    """Return a name in capitals, with all but letters, digits and underscores of ASCII replaced."""
+    return re.sub(r"[^0-9A-Z]+", "_", name.upper()).strip("_") or "ROBOT"
+
+
+def _module(template: str, lines: Iterable[str], **values: object) -> str:
+    """Return a Python module whose docstring is some lines, none of whose characters can end it."""
+    head = [" ".join(line.split()).replace("\\", "/").replace('"', "'") for line in lines]
+    return _template(f"{template}.py.j2").render(lines=head, dictionary=_dictionary, **values)
+
+
+def _dictionary(name: str, entries: Mapping[str, object]) -> str:
+    """Return a dictionary of Python with one line per entry."""
+    return "\n".join([f"{name} = {{", *(f"    {key!r}: {own!r}," for key, own in entries.items()), "}"])
+
+
+@cache
+def _template(name: str) -> Template:
+    loader = FileSystemLoader(Path(__file__).parent / "templates")
+    environment = Environment(  # of source code, which is no HTML  # nosec B701
+        loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    return environment.get_template(name)

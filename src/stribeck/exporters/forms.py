@@ -1,0 +1,156 @@
+"""Forms of friction that simulators know, and the nearest of a form to the friction that was found.
+
+With R the friction found, without its offset, at speeds, loads and positions x_k of the log, and B(x) the columns of a
+form, its numbers c are those of
+
+    min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
+
+The RMS of the remainder is reported, and no term is dropped.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from stribeck.base.typing import Array
+from stribeck.errors import SettingsError
+from stribeck.result import JointResult
+
+SPEEDS = 40
+"""Speeds in each direction, up to the top speed, at which friction is compared."""
+
+SLOW_SPEEDS = 100
+"""Speeds in each direction, down to a thousandth of the top speed, at which the torque at rest is sought."""
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """Friction as a sum of functions of velocity, whose coefficients are not negative.
+
+    Attributes
+    ----------
+    numbers
+        Names of the coefficients: "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v).
+    words
+        Number -> the target's word, for each number that the target has a place for: coefficients, "static", the
+        torque that holds at rest, "stribeck_velocity", "bristle_stiffness", "bristle_damping", and "armature".
+    """
+
+    numbers: tuple[str, ...]
+    words: Mapping[str, str]
+
+    @property
+    def of_law(self) -> set[str]:
+        """Parameters of friction laws that the form has, too; all others are projected."""
+        height = {"stribeck_gain", "stribeck_velocity"} if "stribeck" in self.numbers else set()
+        return {*self.numbers} - {"stribeck"} | height
+
+    def columns(self, velocity: Array, found: Mapping[str, float]) -> Array:
+        """Compute the functions, shape (N, k), of velocities, shape (N,), and of the parameters found, by name."""
+        rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
+        columns = {"viscous": velocity, "coulomb": np.sign(velocity), "stribeck": np.sign(velocity) * rise}
+        return np.column_stack([columns[name] for name in self.numbers])
+
+
+def viscous(**words: str) -> Form:
+    """Make the form Fv v."""
+    return Form(("viscous",), words)
+
+
+def plain(**words: str) -> Form:
+    """Make the form Fc sign(v) + Fv v."""
+    return Form(("coulomb", "viscous"), words)
+
+
+def stribeck(**words: str) -> Form:
+    """Make the form Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
+    return Form(("coulomb", "viscous", "stribeck"), words)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nearest:
+    """The nearest friction of a form.
+
+    Attributes
+    ----------
+    numbers
+        Coefficients, "static", the torque that holds at rest, "stribeck_velocity", and, where they are identified,
+        "bristle_stiffness" and "bristle_damping", by name.
+    remains, of
+        Root mean square of the friction that the form lacks, and of the friction found [N m], [N].
+    """
+
+    numbers: dict[str, float]
+    remains: float
+    of: float
+
+
+def nearest(joint: JointResult, form: Form) -> Nearest:
+    """Find the friction of a form that is nearest to the friction found of a joint.
+
+    It compares speeds up to the curve's top speed in both directions, the loads of the log by their mean and standard
+    deviation, and the positions of the log, where friction depends on these.
+
+    Raises
+    ------
+    SettingsError
+        If the friction is not finite there.
+    """
+    with np.errstate(all="ignore"):  # numbers that no joint has are refused in the end
+        found = {name: parameter.value for name, parameter in joint.parameters.items()}
+        velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
+        columns = form.columns(velocity, found)
+        unit = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        if not np.isfinite(np.append(unit, np.linalg.norm(friction))).all():
+            raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
+        coefficients = nnls(columns / unit, friction)[0] / unit
+        numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
+        numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
+        numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
+        numbers |= _bristles(joint, found)
+        remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
+        if not np.isfinite([*numbers.values(), remains]).all():
+            raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite one")
+        return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
+
+
+def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float]:
+    """Return stiffness, Coulomb friction over travel [N m/rad], and damping [N m s/rad] of identified bristles."""
+    known = [name for name in ("bristle_travel", "bristle_damping") if name in found]
+    numbers = {name: found[name] for name in known if joint.parameters[name].verdict == "identified"}
+    if "bristle_travel" in numbers:
+        numbers["bristle_stiffness"] = found["coulomb"] / numbers.pop("bristle_travel")
+    return numbers
+
+
+def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
+    """Return by how much the torque that resists slow motion is above Coulomb friction, mean of both directions."""
+    velocity, friction = _resistance(joint, found, np.geomspace(1e-3, 1.0, SLOW_SPEEDS))
+    resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
+    levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
+    return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
+
+
+def top_speed(joint: JointResult) -> float:
+    """Return the speed up to which a joint's friction is known [rad/s], [m/s]."""
+    return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
+
+
+def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array]:
+    """Compute velocities, at shares of the top speed in both directions, and the friction there, shape (N,) each.
+
+    They repeat at loads and positions of the log. Positions are the multiples of the golden ratio, less whole numbers:
+    these fill a range evenly, however often a ripple repeats in it (Weyl 1916).
+    """
+    positive = shares * top_speed(joint)
+    mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
+    loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
+    low, high = joint.position_range or (0.0, 2 * np.pi)
+    positions = [low]
+    if not found.keys().isdisjoint({"coulomb_cosine", "coulomb_sine", "ripple_cosine", "ripple_sine"}):
+        positions = (low + (high - low) * (0.5 * (5**0.5 - 1) * np.arange(64) % 1)).tolist()
+    grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
+    velocity, load, position = (axis.ravel() for axis in grid)
+    return velocity, joint.friction(velocity, load, position=position) - found.get("offset", 0.0)

@@ -1,0 +1,178 @@
+"""The friction found of each joint, in a target's words, and what the target has no place for."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stribeck.errors import SettingsError, did_you_mean
+from stribeck.exporters.forms import Form, nearest, top_speed
+from stribeck.friction import get_law
+from stribeck.friction.terms import PRESLIDING, SLOW
+from stribeck.result import JointResult, Result
+from stribeck.result.joint import law_values
+
+BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
+"""Parameter of LuGre -> number of a form that stands for it."""
+
+UNSTEADY = ("armature", PRESLIDING.name, *BRISTLES, *(parameter.name for parameter in SLOW["drift"]))
+"""Parameters that are no steady friction: rotors, reversals, and changes in the course of a log."""
+
+FORMLESS = ("offset", *UNSTEADY, *(parameter.name for parameter in SLOW["temperature"]))
+"""Parameters that no form of friction contains."""
+
+Quantity = tuple[float, str]
+"""Value and unit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTerms:
+    """The friction and rotor inertia of a joint in a target's file.
+
+    Attributes
+    ----------
+    stated
+        Quantities by the target's word.
+    projected
+        Parameters that the form of friction lacks: its numbers are the nearest to the friction with them.
+    remains, of
+        Root mean square of the friction that the form lacks, and of the friction found; None if no friction is stated.
+    left_out
+        Parameters that the target has no place for.
+    note
+        On a joint without friction.
+    """
+
+    stated: dict[str, Quantity]
+    projected: dict[str, Quantity] = field(default_factory=dict)
+    remains: Quantity | None = None
+    of: float = 0.0
+    left_out: dict[str, Quantity] = field(default_factory=dict)
+    note: str = ""
+
+    def __str__(self) -> str:
+        """Return all of it in words."""
+        text = listed(self.stated) + f" ({self.note})" * bool(self.note)
+        if self.projected:
+            text += f"; the nearest to what was found with {listed(self.projected)}"
+            if self.remains is not None:
+                share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
+                text += f", off by {self.remains[0]:.2g} {self.remains[1]}, {share} % of the friction"
+        return text + (f"; no place here for {listed(self.left_out)}" if self.left_out else "")
+
+    @property
+    def share(self) -> float:
+        """Lost friction divided by the friction found [1]."""
+        return self.remains[0] / self.of if self.remains and self.of else 0.0
+
+
+def joint_terms(
+    result: Result,
+    form: Form | None,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+) -> dict[str, JointTerms]:
+    """Select the terms of the joints that the log identified.
+
+    Friction is stated as a whole if it is identified, or Coulomb or viscous friction is, of any direction: the two make
+    up for each other's errors. Where none was detectable it is zero. A rotor inertia stands by itself.
+
+    Parameters
+    ----------
+    result
+        The result of an identification.
+    form
+        The form of the target's friction; None if the target has all steady friction.
+    joints
+        Joints to select; all if None.
+    include_weak
+        Whether weak friction and rotor inertias are stated, too.
+
+    Raises
+    ------
+    SettingsError
+        If the result lacks one of `joints`.
+    """
+    unknown = [name for name in joints or () if name not in result.joints]
+    if unknown:
+        raise SettingsError(
+            f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}"
+            f"{did_you_mean(unknown[0], result.joints)}"
+        )
+    good = ("identified", "weak") if include_weak else ("identified",)
+    own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
+    terms = {name: _terms(joint, form, good) for name, joint in own.items()}
+    return {name: found for name, found in terms.items() if found.stated}
+
+
+def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> JointTerms:
+    there = joint.parameters
+    quantities = {name: (found.value, found.unit) for name, found in there.items()}
+    if form is None:
+        left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
+        if joint.verdict == "no friction":
+            return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
+        steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
+        return JointTerms(stated=steady if _has_friction(joint, good) else {}, left_out=left_out)
+    words, rotor, (unit, units) = form.words, {}, _units(joint)
+    if "armature" in there and "armature" in words and there["armature"].verdict in good:
+        rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
+    left_out = {
+        name: own for name, own in quantities.items() if name in FORMLESS and (name != "armature" or name not in words)
+    }
+    if joint.verdict == "no friction" and joint.curve:
+        zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
+        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)
+    if not _has_friction(joint, good):
+        return JointTerms(stated=rotor, left_out=left_out)
+    found, errors = nearest(joint, form), _errors(joint)
+    friction = {
+        words[name]: (_rounded(value, errors.get(name, 0.0)), units[name])
+        for name, value in found.numbers.items()
+        if name in words
+    }
+    return JointTerms(
+        stated=friction | rotor,
+        projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
+        remains=(found.remains, unit),
+        of=found.of,
+        left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
+    )
+
+
+def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
+    """Return whether a joint's friction is known, as well as asked for."""
+    names = [name for name in joint.parameters if name.startswith(("coulomb", "viscous"))]
+    values = {name: parameter.value for name, parameter in joint.parameters.items()}
+    known = bool(names) and law_values(get_law(joint.law), values) is not None
+    return known and (joint.verdict in good or any(joint.parameters[name].verdict in good for name in names))
+
+
+def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
+    """Return the unit of a joint's friction, "N m" or "N", and those of a form's numbers."""
+    dry = [own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")]
+    unit = joint.curve[0].unit if joint.curve else (dry or ["N m"])[0]
+    length = "m" if unit == "N" else "rad"
+    units = {"coulomb": unit, "static": unit, "viscous": f"{unit} s/{length}", "stribeck_velocity": f"{length}/s"}
+    return unit, units | {"bristle_stiffness": f"{unit}/{length}", "bristle_damping": f"{unit} s/{length}"}
+
+
+def _errors(joint: JointResult) -> dict[str, float]:
+    """Return standard errors of a form's numbers: the curve's, which is surer than each parameter by itself."""
+    own = {name: parameter.standard_error for name, parameter in joint.parameters.items()}
+    if not joint.curve:
+        return own | {"static": own.get("coulomb", 0.0)}
+    slow, top = joint.curve[0].standard_error, joint.curve[-1].standard_error
+    return own | {"coulomb": slow, "static": slow, "viscous": top / max(top_speed(joint), 1e-9)}
+
+
+def _rounded(value: float, error: float) -> float:
+    """Round a value to two digits of its standard error, or to six digits if that is unknown."""
+    if not np.isfinite(error) or error <= 0:
+        return float(f"{value:.6g}")
+    return round(value, 1 - int(np.floor(np.log10(error))))
+
+
+def listed(quantities: Mapping[str, Quantity]) -> str:
+    """Return quantities in words."""
+    return ", ".join(f"{name} {value:.4g}" + f" {unit}" * (unit != "1") for name, (value, unit) in quantities.items())

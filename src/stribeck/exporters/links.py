@@ -1,0 +1,175 @@
+"""The links of a model file behind the bodies that were corrected, and their new inertias.
+
+Pinocchio makes one body of all links that are fixed to each other, or whose joints the robot file locks. A log cannot
+distinguish these, so they share the correction. With P the pseudo-inertia of their sum, P' the one found, and A the
+affine map nearest to the identity with A P A^T = P', link k gets A P_k A^T: space itself is scaled and shifted a
+little, and the links with it. The sum is then P', and each link can exist if it could before. Light links keep their
+inertia, and the heaviest link gets the rest.
+"""
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from scipy.linalg import sqrtm
+
+from stribeck.base.typing import Array
+from stribeck.errors import SettingsError
+from stribeck.result import BodyCorrection, Corrections
+from stribeck.robot import Robot
+from stribeck.robot.inertial_parameters import pseudo_inertia
+from stribeck.robot.model_file import load_model
+
+LARGEST = 1e9
+"""Largest number of a body in SI units, and one over its least mass [kg]; beyond it rounding leaves no inertia."""
+
+
+def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, pin.Inertia], list[str]]:
+    """Compute the new inertias by link name, and list the joints whose body was found to be impossible.
+
+    An impossible body, which can result from an impossible body of the model, gets the nearest possible inertia.
+
+    Raises
+    ------
+    SettingsError
+        If the model is not the one that the corrections started from, or a body has a mass or size that none has.
+    """
+    tree, inertias = robot.tree.model, _inertias_of_links(load_model(Path(robot.model_path), robot.base)[0])
+    poses: dict[int, dict[str, Array]] = defaultdict(dict)
+    for frame in tree.frames:
+        if frame.type == pin.FrameType.BODY and str(frame.name) in inertias:
+            poses[int(frame.parentJoint)][str(frame.name)] = frame.placement.homogeneous
+    found: dict[str, pin.Inertia] = {}
+    impossible = []
+    for joint, body in corrections.bodies.items():
+        _require_same_body(tree, joint, body, robot.model_path)
+        links = poses[int(tree.getJointId(joint))]
+        before = np.stack([pose @ inertias[name] @ pose.T for name, pose in links.items()])
+        wanted = _of_body(body, 1)
+        after = share(before, wanted)
+        if not _agree(after.sum(axis=0), wanted):
+            impossible.append(joint)
+        for (name, pose), old, new in zip(links.items(), before, after, strict=True):
+            if not np.array_equal(old, new):
+                back = np.linalg.inv(pose)
+                found[name] = pin.Inertia.FromPseudoInertia(pin.PseudoInertia.FromMatrix(back @ new @ back.T))
+    return found, impossible
+
+
+def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
+    """Return each moving link's pseudo-inertia in its own frame, shape (4, 4).
+
+    Pinocchio keeps the inertias of fixed links; a joint's own link has the rest of the joint's body.
+    """
+    inertias: dict[str, Array] = {}
+    own: dict[int, tuple[str, Array]] = {}
+    rest = [_pseudo(inertia) for inertia in file.inertias]
+    for frame in file.frames:
+        joint, pose = int(frame.parentJoint), frame.placement.homogeneous
+        if frame.type != pin.FrameType.BODY or joint == 0:
+            continue
+        carrier = file.frames[frame.parentFrame]
+        if frame.inertia.mass > 0:  # read from MJCF
+            inertias[str(frame.name)] = _pseudo(frame.inertia)
+        elif carrier.type == pin.FrameType.FIXED_JOINT:
+            inertias[str(frame.name)] = _pseudo(carrier.inertia)
+            rest[joint] = rest[joint] - pose @ inertias[str(frame.name)] @ pose.T
+        else:
+            own[joint] = str(frame.name), np.linalg.inv(pose)
+    return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in own.items()}
+
+
+def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
+    """Refuse a body that is not the model's, or numbers that no arithmetic can make an inertia of."""
+    numbers = np.concatenate([body.mass, *body.centre_of_mass, *body.inertia])
+    if min(body.mass) < 1 / LARGEST or np.abs(numbers).max() > LARGEST:
+        raise SettingsError(
+            f"{where}: the result changes what '{joint}' carries from {body.mass[0]:g} kg to {body.mass[1]:g} kg, "
+            f"or has numbers of it beyond {LARGEST:g}; expected a result that 'stribeck identify' wrote"
+        )
+    expected = "expected the model that the log was identified with"
+    if not tree.existJointName(joint):
+        raise SettingsError(f"{where}: has no joint '{joint}', whose body the result corrects; {expected}")
+    own = tree.inertias[tree.getJointId(joint)]
+    if not _agree(_pseudo(own), _of_body(body, 0)):
+        raise SettingsError(
+            f"{where}: what joint '{joint}' carries has not the inertia that the result started from "
+            f"({own.mass:.6g} kg, there {body.mass[0]:.6g} kg); {expected}, unchanged"
+        )
+
+
+def _agree(one: Array, other: Array) -> bool:
+    """Return whether two pseudo-inertias are the same; moments in metres and kilograms of links are of one size."""
+    return bool(np.abs(one - other).max() <= 1e-9 * np.abs(other).max())
+
+
+def _pseudo(inertia: pin.Inertia) -> Array:
+    return np.asarray(inertia.toPseudoInertia().toMatrix())
+
+
+def _of_body(body: BodyCorrection, which: int) -> Array:
+    """Return the pseudo-inertia of a body before (0) or after (1), shape (4, 4)."""
+    point = np.append(body.centre_of_mass[which], 1.0)
+    about_centre = pseudo_inertia(np.array([0.0, 0.0, 0.0, 0.0, *body.inertia[which]]))
+    return about_centre + body.mass[which] * np.outer(point, point)
+
+
+def share(links: Array, found: Array) -> Array:
+    """Compute the links' new pseudo-inertias, shape (L, 4, 4).
+
+    Their sum is `found`, unless the rest that stays for the heaviest link were impossible.
+
+    Parameters
+    ----------
+    links
+        Pseudo-inertias in one frame, shape (L, 4, 4).
+    found
+        Their new sum, shape (4, 4).
+    """
+    carrier = _nearest_map(links.sum(axis=0), found)
+    masses = links[:, 3, 3]
+    heaviest = int(np.argmax(masses))
+    for least in (1e-2, 1e-9):  # of the sum: lighter links keep their inertia; or, if need be, only empty ones
+        shared = links.copy()
+        for k in np.flatnonzero(masses > least * masses.sum()):
+            shared[k] = possible(carrier @ links[k] @ carrier.T)
+        rest = shared[heaviest] + found - shared.sum(axis=0)
+        shared[heaviest] = possible(rest)
+        if np.array_equal(shared[heaviest], rest):
+            break
+    return shared
+
+
+def possible(matrix: Array) -> Array:
+    """Return a pseudo-inertia, shape (4, 4), or the nearest one with second moments that a body can have.
+
+    No radius of gyration is below 0.1 mm: rounding would make a flat link impossible.
+    """
+    mass, centre, moments = _split(matrix)
+    values, axes = np.linalg.eigh(moments)
+    least = mass * 1e-4**2  # [kg m^2]
+    if values[0] >= least:
+        return matrix
+    point = np.append(centre, 1.0)
+    raised = mass * np.outer(point, point)
+    raised[:3, :3] += (axes * np.maximum(values, least)) @ axes.T
+    return raised
+
+
+def _nearest_map(before: Array, after: Array) -> Array:
+    """Compute A, shape (4, 4), with A P A^T = P': the optimal transport between the two, with masses scaled."""
+    mass, centre, moments = _split(possible(before))
+    new_mass, new_centre, new_moments = _split(possible(after))
+    root = np.real(sqrtm(moments))
+    inverse = np.linalg.inv(root)
+    turn = inverse @ np.real(sqrtm(root @ new_moments @ root)) @ inverse
+    scale = np.sqrt(new_mass / mass)
+    return np.block([[turn, (scale * new_centre - turn @ centre)[:, None]], [np.zeros(3), scale]])
+
+
+def _split(matrix: Array) -> tuple[float, Array, Array]:
+    """Return mass, centre (3,) and second moments about it (3, 3) of a pseudo-inertia."""
+    mass = float(matrix[3, 3])
+    centre = matrix[:3, 3] / mass
+    return mass, centre, matrix[:3, :3] - mass * np.outer(centre, centre)

@@ -1,0 +1,168 @@
+"""A robot's URDF as a complete MJCF: every link a body, with its inertia, joint, limits, shapes and meshes.
+
+MuJoCo reads the URDF. Its own writer rounds to six digits and wants every mesh and every inertia to be valid; here all
+digits stay. Joints are in Pinocchio's order: by name below each link.
+"""
+
+import os
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.base.typing import Array
+from stribeck.errors import SettingsError
+from stribeck.robot.xml_file import read_xml
+
+
+def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list[str]]:
+    """Convert a URDF to the text of an MJCF in the folder, and list in words what it leaves out.
+
+    Raises
+    ------
+    SettingsError
+        If MuJoCo is missing, or the robot has what MJCF cannot hold: a planar joint, a free one below the root, or a
+        free link "world".
+    """
+    source = read_xml(path).root
+    base, left_out = _prepare(path, source)
+    if floating and base == "world":
+        raise SettingsError(f"{path}: the root link is called 'world', as MuJoCo's own; rename it to export to mjcf")
+    spec = _spec(path, source)
+    root = Element("mujoco", model=source.get("name") or path.stem)
+    _add(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
+    asset = _add(root, "asset")
+    for mesh in spec.meshes:
+        file = Path(os.path.relpath(mesh.file, folder)).as_posix()
+        _add(asset, "mesh", name=mesh.name, file=file, scale=mesh.scale)
+    world = _add(root, "worldbody")
+    _fill(world, spec.worldbody)
+    if floating:
+        world[-1].insert(0, Element("freejoint", name="root"))
+    equality = _add(root, "equality")
+    for coupling in spec.equalities:
+        _add(equality, "joint", joint1=coupling.name1, joint2=coupling.name2, polycoef=coupling.data[:5])
+    for element in (asset, equality):
+        if not len(element):
+            root.remove(element)
+    notes = [f"The root link {base} moves freely."] if floating else []
+    if left_out:
+        notes.append(f"Left out, as no such file is here that MuJoCo reads: {', '.join(left_out)}.")
+    indent(root)
+    return tostring(root, encoding="unicode"), notes
+
+
+def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:
+    """Sort a URDF's joints and lead to its meshes; return its root link, and the meshes that are not here."""
+    joints = sorted(source.findall("joint"), key=lambda joint: str(joint.get("name")))
+    ends = {end: [str(joint.find(end).get("link")) for joint in joints] for end in ("parent", "child")}  # type: ignore[union-attr]
+    for joint, parent in zip(joints, ends["parent"], strict=True):
+        kind = joint.get("type")
+        if kind not in ("revolute", "continuous", "prismatic", "fixed") and (kind, parent) != ("floating", "world"):
+            raise SettingsError(
+                f"{path}: joint '{joint.get('name')}' is {kind}, which MJCF has not there; export to urdf"
+            )
+        source.remove(joint)
+        source.append(joint)
+    folders = [path.parent / own.get("meshdir", "") for own in source.iterfind("mujoco/compiler")]
+    for extension in source.findall("mujoco"):
+        source.remove(extension)
+    SubElement(SubElement(source, "mujoco"), "compiler", fusestatic="false", discardvisual="false", strippath="false")
+    left_out = []
+    for link in source.findall("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            for mesh in shape.iterfind("geometry/mesh"):
+                name = mesh.get("filename", "")
+                file = _found(name, [path.parent, *folders], path)
+                mesh.set("filename", str(file))
+                if file is None:
+                    link.remove(shape)
+                    left_out.append(name)
+    base = next(name for link in source.findall("link") if (name := str(link.get("name"))) not in ends["child"])
+    return base, list(dict.fromkeys(left_out))
+
+
+def _spec(path: Path, source: Element) -> Any:
+    """Let MuJoCo read a URDF."""
+    try:
+        import mujoco
+
+        from stribeck.robot.mjcf import quiet_mujoco
+    except ModuleNotFoundError as error:
+        raise SettingsError(
+            f"{path}: making MJCF of a URDF needs MuJoCo: pip install 'stribeck[simulation]'"
+        ) from error
+    try:
+        with quiet_mujoco():
+            return mujoco.MjSpec.from_string(tostring(source, encoding="unicode"))
+    except ValueError as error:
+        detail = " ".join(str(error).split())[:200]
+        raise SettingsError(f"{path}: MuJoCo cannot read this URDF ({detail}); export to urdf") from error
+
+
+def _found(name: str, folders: list[Path], path: Path) -> Path | None:
+    """Return a mesh's file if MuJoCo reads it; packages are sought in the folders above the URDF's."""
+    scheme, _, rest = name.rpartition("://")
+    folders = [*folders, *(path.resolve().parents if scheme in ("package", "model") else [])]
+    places = [folder / each for folder in folders for each in (rest, Path(rest).name)]
+    return next((place.resolve() for place in places if place.is_file() and _readable(place)), None)
+
+
+def _readable(file: Path) -> bool:
+    """Return whether MuJoCo reads a mesh: OBJ, MSH, and binary STL of at most 200,000 faces."""
+    if file.suffix.lower() != ".stl":
+        return file.suffix.lower() in (".obj", ".msh")
+    with file.open("rb") as stream:
+        count = int.from_bytes(stream.read(84)[-4:], "little")
+    return 0 < count <= 200_000 and file.stat().st_size == 84 + 50 * count
+
+
+def _fill(element: Element, body: Any) -> None:
+    """Write a body's shapes and the bodies below it, each with its inertia and joint."""
+    for geom in body.geoms:
+        kind = geom.type.name.removeprefix("mjGEOM_").lower()
+        size = (
+            {"mesh": geom.meshname} if kind == "mesh" else {"size": geom.size[: {"sphere": 1, "box": 3}.get(kind, 2)]}
+        )
+        own = _add(element, "geom", type=kind, **size, pos=geom.pos, quat=geom.quat)
+        if geom.group == 1:  # seen only
+            own.attrib |= {"contype": "0", "conaffinity": "0", "group": "1", "rgba": _text(geom.rgba)}
+    for below in body.bodies:
+        own = _add(element, "body", name=below.name, pos=below.pos, quat=below.quat)
+        for joint in below.joints:
+            _add_joint(own, joint)
+        _add_inertial(own, below)
+        _fill(own, below)
+
+
+def _add_joint(body: Element, joint: Any) -> None:
+    kind = joint.type.name.removeprefix("mjJNT_").lower()
+    if kind == "free":
+        _add(body, "freejoint", name=joint.name)
+        return
+    numbers = {"range": joint.range, "actuatorfrcrange": joint.actfrcrange}
+    numbers |= {"damping": np.ravel(joint.damping)[:1], "frictionloss": np.array([joint.frictionloss])}
+    stated = {name: value for name, value in numbers.items() if value.any()}
+    _add(body, "joint", name=joint.name, type=kind, axis=joint.axis / np.linalg.norm(joint.axis), **stated)
+
+
+def _add_inertial(element: Element, body: Any) -> None:
+    """Write a body's inertia, zero where none is stated: Pinocchio's reader of MJCF wants one of each body."""
+    xx, yy, zz, xy, xz, yz = np.nan_to_num(body.fullinertia)
+    moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    moments[np.abs(moments) < 1e-12 * np.abs(moments).max()] = 0.0  # rounding
+    turn = pin.Quaternion(*body.iquat) * pin.Quaternion(axes * np.linalg.det(axes))
+    place = {"quat": np.roll(turn.coeffs(), 1), "pos": np.nan_to_num(body.ipos)}
+    _add(element, "inertial", **place, mass=np.array([body.mass]), diaginertia=moments)
+
+
+def _add(parent: Element, tag: str, **attributes: str | Array) -> Element:
+    texts = {name: own if isinstance(own, str) else _text(own) for name, own in attributes.items()}
+    return SubElement(parent, tag, texts)
+
+
+def _text(numbers: Array) -> str:
+    """Return numbers with all their digits, those of colours in single precision."""
+    return " ".join(str(number) for number in numbers)

@@ -1,0 +1,256 @@
+"""The robot's model again, with other inertias, joint friction and rotor inertias: URDF, URDF for Drake, and MJCF."""
+
+import os
+import re
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+from xml.dom.minidom import Document, Element, Text, parse, parseString
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.base.typing import Array
+from stribeck.exporters.mjcf_of_urdf import mjcf_of_urdf
+from stribeck.exporters.target import Request
+from stribeck.robot.model_file import kind_of
+from stribeck.robot.xml_file import read_xml
+
+
+def urdf_text(request: Request) -> str:
+    """Return the robot's URDF with links and joints changed."""
+    return _text(_changed_urdf(request, ("friction", "damping")), request.lines)
+
+
+def drake_text(request: Request) -> str:
+    """Return the robot's URDF with links and joints changed, and transmissions with the rotor inertias.
+
+    Drake's MultibodyPlant has no dry friction of joints (1.51 warns of a URDF's `friction`, and ignores it), so that
+    the damping is the nearest to all of the friction, up to the log's top speed.
+    """
+    root = _changed_urdf(request, ("damping",))
+    root.setAttribute("xmlns:drake", "http://drake.mit.edu")
+    for joint in _children(root, "joint"):
+        name = joint.getAttribute("name")
+        stated = request.joints[name].stated if name in request.joints else {}
+        if "damping" in stated and _child(joint, "dynamics").hasAttribute("friction"):
+            _child(joint, "dynamics").removeAttribute("friction")  # is in the damping
+        if "rotor_inertia" in stated:
+            _set_rotor(root, name, stated["rotor_inertia"][0])
+    return _text(root, request.lines)
+
+
+def mjcf_text(request: Request) -> str:
+    """Return the robot's MJCF with bodies and joints changed; included files are put in their place.
+
+    If the robot's model is URDF, it becomes an MJCF first.
+    """
+    notes: list[str] = []
+    if kind_of(request.model) == "urdf":
+        text, notes = mjcf_of_urdf(request.model, request.folder, floating=request.robot.base == "floating")
+        root = _root(parseString(text))  # nosec B318
+    else:
+        root = _read(request.model)
+        _include(root, request.model.parent)
+        _move_mjcf_files(root, request.model.parent, request.folder)
+    for world in _children(root, "worldbody"):
+        for name, body in _bodies(world, ""):
+            if name in request.links:
+                _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
+            for joint in _children(body, "joint"):
+                if terms := request.joints.get(joint.getAttribute("name")):
+                    _set_mjcf_friction(root, joint, {word: value for word, (value, _) in terms.stated.items()})
+    for compiler in _children(root, "compiler") if request.links else []:
+        if compiler.getAttribute("inertiafromgeom") == "true":
+            compiler.setAttribute("inertiafromgeom", "auto")  # stated inertias count instead of the shapes'
+    return _text(root, [*request.lines, *notes])
+
+
+def _changed_urdf(request: Request, words: Collection[str]) -> Element:
+    """Return the robot's URDF with links and joints changed; `words` are attributes of <dynamics>."""
+    root = _read(request.model)
+    for link in _children(root, "link"):
+        if new := request.links.get(link.getAttribute("name")):
+            _set_urdf_inertia(_child(link, "inertial"), new)
+    for joint in _children(root, "joint"):
+        if terms := request.joints.get(joint.getAttribute("name")):
+            stated = {name: value for name, (value, _) in terms.stated.items() if name in words}
+            if stated:
+                _set_numbers(_child(joint, "dynamics"), **stated)
+    _move_urdf_files(root, request.model.parent, request.folder)
+    return root
+
+
+def _set_urdf_inertia(inertial: Element, link: pin.Inertia) -> None:
+    _set_numbers(_child(inertial, "mass"), value=float(link.mass))
+    _set_numbers(_child(inertial, "origin"), xyz=link.lever, rpy=np.zeros(3))
+    entries = {f"i{'xyz'[i]}{'xyz'[j]}": float(link.inertia[i, j]) for i in range(3) for j in range(i, 3)}
+    _set_numbers(_child(inertial, "inertia"), **entries)
+
+
+def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
+    """Let paths of meshes and textures lead where they led; those with a scheme, as package://, stay.
+
+    Where MuJoCo's extension of URDF names a folder of meshes, or drops the folders of paths, that folder moves.
+    """
+    compilers = [own for extension in _children(root, "mujoco") for own in _children(extension, "compiler")]
+    strips = any(compiler.getAttribute("strippath") == "true" for compiler in compilers)
+    places = [compiler for compiler in compilers if compiler.hasAttribute("meshdir")] or compilers[-1:] * strips
+    for compiler in places:
+        compiler.setAttribute("meshdir", _moved(compiler.getAttribute("meshdir"), source, folder))
+    if places and not strips:
+        return  # file names are relative to that folder
+    for element in [*root.getElementsByTagName("mesh"), *root.getElementsByTagName("texture")]:
+        name = element.getAttribute("filename")
+        if name and "://" not in name:
+            element.setAttribute("filename", _moved(name, source, folder))
+
+
+def _set_rotor(root: Element, joint: str, inertia: float) -> None:
+    """State a rotor inertia as it is felt at the joint, with a gear ratio of one."""
+    actuator = _child(_transmission(root, joint), "actuator")
+    if not actuator.hasAttribute("name"):
+        actuator.setAttribute("name", joint)
+    _set_numbers(_child(actuator, "drake:rotor_inertia"), value=inertia)
+    _set_numbers(_child(actuator, "drake:gear_ratio"), value=1.0)
+
+
+def _transmission(root: Element, joint: str) -> Element:
+    """Return the transmission of a joint, of the one type that Drake reads; append one if there is none."""
+    for transmission in _children(root, "transmission"):
+        nodes = [node for own in _children(transmission, "type") for node in own.childNodes]
+        kinds = [node.data.strip() for node in nodes if isinstance(node, Text)]
+        simple = any(kind.endswith("SimpleTransmission") for kind in kinds)
+        if simple and joint in [own.getAttribute("name") for own in _children(transmission, "joint")]:
+            return transmission
+    transmission = _add(root, "transmission", name=f"rotor of {joint}")
+    _child(transmission, "joint").setAttribute("name", joint)
+    _child(transmission, "type").appendChild(_document(root).createTextNode("SimpleTransmission"))
+    return transmission
+
+
+def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float]) -> None:
+    """Give a joint its friction, LuGre's (Canudas de Wit et al. 1995) by a passive motor.
+
+    The motor's steady torque is (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest. Unless
+    the log shows the bristles, they bend by 1 mrad or 1 mm before they slip, and their damping is 1 ms of their
+    stiffness: that keeps a joint at rest, and lets a simulator step by 1 to 2 ms.
+    """
+    own = [numbers.pop(name, 0.0) for name in ("tau_c", "tau_s", "omega_s")]
+    stiffness = numbers.pop("sigma_0", own[1] / 1e-3)
+    damping = numbers.pop("sigma_1", stiffness * 1e-3)
+    if own[1] > 0:
+        name = joint.getAttribute("name")
+        motor = {"name": f"friction of {name}", "joint": name, "input": "none", "motorconst": "0 0"}
+        lugre = np.array([stiffness, damping, *own])
+        _set_numbers(_add(_child(root, "actuator"), "dcmotor", **motor), resistance=1.0, lugre=lugre)
+        numbers["frictionloss"] = 0.0
+    _set_numbers(joint, **numbers)
+
+
+def _include(parent: Element, folder: Path) -> None:
+    """Put the content of included files in the place of each <include>; all paths are relative to the main file."""
+    for element in [node for node in parent.childNodes if isinstance(node, Element)]:
+        if element.tagName == "include":
+            included = _read(folder / element.getAttribute("file"))
+            _include(included, folder)
+            for node in list(included.childNodes):
+                parent.insertBefore(node, element)
+            parent.removeChild(element)
+        else:
+            _include(element, folder)
+
+
+def _bodies(parent: Element, name: str) -> Iterator[tuple[str, Element]]:
+    """Yield the bodies below an element with Pinocchio's names: one without a name has its parent's and "Bis"."""
+    for body in _children(parent, "body"):
+        own = body.getAttribute("name") or f"{name}Bis"
+        yield own, body
+        yield from _bodies(body, own)
+
+
+def _set_mjcf_inertia(inertial: Element, link: pin.Inertia) -> None:
+    for name in ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia"):  # must not stand next to a matrix
+        if inertial.hasAttribute(name):
+            inertial.removeAttribute(name)
+    entries = link.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    _set_numbers(inertial, pos=link.lever, mass=float(link.mass), fullinertia=entries)
+
+
+def _move_mjcf_files(root: Element, source: Path, folder: Path) -> None:
+    """Let the folders of meshes and textures be the same, seen from another folder."""
+    if source.resolve() == folder.resolve():
+        return
+    compilers = _children(root, "compiler") or [_child(root, "compiler")]
+    stated = [(compiler, name) for compiler in compilers for name in ("assetdir", "meshdir", "texturedir")]
+    stated = [(compiler, name) for compiler, name in stated if compiler.hasAttribute(name)]
+    for compiler, name in stated:
+        compiler.setAttribute(name, _moved(compiler.getAttribute(name), source, folder))
+    if "assetdir" not in [name for _, name in stated]:
+        compilers[-1].setAttribute("assetdir", _moved("", source, folder))
+
+
+def _read(path: Path) -> Element:
+    """Return the root element of a file's document, in which comments stay.
+
+    Raises
+    ------
+    RobotFileError
+        If it is not well-formed.
+    """
+    read_xml(path)  # refuses a missing file, deep nesting, and entities
+    return _root(parse(str(path)))  # nosec B318
+
+
+def _root(document: Document) -> Element:
+    assert document.documentElement is not None
+    return document.documentElement
+
+
+def _document(element: Element) -> Document:
+    assert element.ownerDocument is not None
+    return element.ownerDocument
+
+
+def _text(root: Element, comment: Iterable[str]) -> str:
+    """Return the text of a document below a comment of some lines."""
+    lines = [re.sub("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", line) for line in comment]  # not in XML
+    head = ["<!--", *("  " + re.sub("-(?=-)", "- ", line) for line in lines), "-->"]  # two hyphens would end it
+    parts = (node.toxml() for node in _document(root).childNodes)
+    return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *head, *parts]) + "\n"
+
+
+def _children(parent: Element, tag: str) -> list[Element]:
+    """Return an element's direct children of a tag."""
+    return [node for node in parent.childNodes if isinstance(node, Element) and node.tagName == tag]
+
+
+def _child(parent: Element, tag: str) -> Element:
+    """Return the first direct child of a tag; if there is none, insert one before the others."""
+    if found := _children(parent, tag):
+        return found[0]
+    first = parent.firstChild
+    new = parent.insertBefore(_document(parent).createElement(tag), first)
+    if isinstance(first, Text) and not first.data.strip():
+        parent.insertBefore(_document(parent).createTextNode(first.data), new)
+    return new
+
+
+def _add(parent: Element, tag: str, **attributes: str) -> Element:
+    """Append a new child."""
+    new = parent.appendChild(_document(parent).createElement(tag))
+    for name, value in attributes.items():
+        new.setAttribute(name, value)
+    return new
+
+
+def _set_numbers(element: Element, **attributes: float | Array) -> None:
+    """Set attributes to numbers, with all their digits."""
+    for name, value in attributes.items():
+        element.setAttribute(name, " ".join(map(repr, np.atleast_1d(value).tolist())))
+
+
+def _moved(path: str, source: Path, target: Path) -> str:
+    """Return a path that leads from the folder `target` to where it led from the folder `source`."""
+    if Path(path).is_absolute() or source.resolve() == target.resolve():
+        return path
+    return Path(os.path.relpath((source / path).resolve(), target.resolve())).as_posix()

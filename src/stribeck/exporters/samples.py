@@ -1,0 +1,95 @@
+"""Draws of a result from the joint distribution of its errors: robots that the log cannot tell apart."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.friction import get_law
+from stribeck.friction.terms import BEYOND_VELOCITY
+from stribeck.result import BODY_COORDINATES, BodyCorrection, Corrections, JointResult, ParameterEstimate, Result
+from stribeck.robot.inertial_parameters import inertia_of_shape, pseudo_inertia, shape_coordinates
+
+LARGEST = 3.0
+"""Largest change of a scale's logarithm [1]: a log that does not show a scale is no reason for an absurd one."""
+
+
+def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
+    """Yield so many results, each with parameters and inertias as they may be in truth.
+
+    Friction, rotor inertias and bodies are drawn together from the joint covariance of their errors, scales by their
+    logarithm, within their bounds. Bodies are drawn by the logarithm of their mass, their centre, and their shape, so
+    that each could exist. Of files of earlier versions joints and bodies are independent, and shapes stay.
+    """
+    generator = np.random.default_rng(seed)
+    labels, root = _root(result)
+    for _ in range(count):
+        off = dict(zip(labels, (root @ generator.standard_normal(len(labels))).tolist(), strict=True))
+        joints = {name: _drawn_joint(name, joint, off) for name, joint in result.joints.items()}
+        corrections = result.corrections
+        if corrections:
+            bodies = {name: _drawn_body(name, body, off) for name, body in corrections.bodies.items()}
+            corrections = replace(corrections, bodies=bodies)
+        yield replace(result, joints=joints, corrections=corrections)
+
+
+def _root(result: Result) -> tuple[list[str], Array]:
+    """Return the labels of all parameters of joints and coordinates of bodies, and a root of their errors' correlation.
+
+    Its rows have length one. Results are rounded and omit small correlations, so that the nearest root is taken.
+    """
+    corrections = result.corrections or Corrections(chi_square=0.0)
+    labels = [f"{name}.{parameter}" for name, joint in result.joints.items() for parameter in joint.parameters]
+    labels += [f"{name}.{coordinate}" for name in corrections.bodies for coordinate in BODY_COORDINATES]
+    place = {label: k for k, label in enumerate(labels)}
+    correlation = np.eye(len(labels))
+    for name, joint in result.joints.items():
+        size = len(joint.parameters)
+        if joint.correlation is not None and np.shape(joint.correlation) == (size, size):
+            own = [place[f"{name}.{parameter}"] for parameter in joint.parameters]
+            correlation[np.ix_(own, own)] = np.nan_to_num(np.array(joint.correlation))
+    for one, other, value in corrections.correlations:
+        if one in place and other in place:
+            correlation[place[one], place[other]] = correlation[place[other], place[one]] = value
+    values, vectors = np.linalg.eigh(np.clip(correlation, -1.0, 1.0))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return labels, root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), 1e-12)
+
+
+def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) -> JointResult:
+    known = {parameter.name: parameter for parameter in (*get_law(joint.law).parameters, *BEYOND_VELOCITY)}
+    parameters: dict[str, ParameterEstimate] = {}
+    for name, found in joint.parameters.items():
+        change = off[f"{joint_name}.{name}"]
+        error = found.standard_error if np.isfinite(found.standard_error) else 0.0
+        own = known.get(name)
+        if own is not None and own.logarithmic and found.value > 0:
+            value = found.value * float(np.exp(np.clip(change * error / found.value, -LARGEST, LARGEST)))
+        else:
+            value = found.value + change * error
+        low, high = (own.lower, own.upper) if own else (0.0, np.inf)  # a rotor inertia
+        parameters[name] = replace(found, value=float(np.clip(value, low, high)))
+    return replace(joint, parameters=parameters)
+
+
+def _drawn_body(name: str, body: BodyCorrection, off: Mapping[str, float]) -> BodyCorrection:
+    """Return a body whose mass, centre and shape are drawn; its inertia about the centre grows with the mass."""
+    (before, mass), (lever, centre), (was, inertia) = body.mass, body.centre_of_mass, body.inertia
+    normal = np.array([off[f"{name}.{coordinate}"] for coordinate in BODY_COORDINATES])
+    share = float(np.exp(np.clip(normal[0] * body.mass_error / mass, -LARGEST, LARGEST))) if mass > 0 else 1.0
+    moved = np.array(centre) + normal[1:4] * np.array(body.centre_of_mass_error)
+    about_centre = np.array(inertia)
+    if body.shape_error is not None and mass > 0:
+        shape = shape_coordinates(pseudo_inertia(np.array([mass, 0.0, 0.0, 0.0, *inertia])))
+        if np.isfinite(shape).all():  # it could exist
+            change = normal[4:] * np.array(body.shape_error)
+            change[:3] = np.clip(change[:3], -LARGEST, LARGEST)
+            with np.errstate(over="ignore"):  # numbers that no body has are refused where they are written
+                about_centre = inertia_of_shape(mass, shape + change)
+    return replace(
+        body,
+        mass=(before, share * mass),
+        centre_of_mass=(lever, tuple(moved.tolist())),
+        inertia=(was, tuple((share * about_centre).tolist())),
+    )

@@ -1,0 +1,119 @@
+"""The contract of an export's target: a simulator's or a controller's own form of a robot's friction, and its head."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pinocchio as pin
+
+from stribeck.exporters.forms import Form
+from stribeck.exporters.joints import JointTerms
+from stribeck.exporters.ranges import JointRanges
+from stribeck.result import Result
+from stribeck.robot import Robot
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Request:
+    """The content of an export.
+
+    Attributes
+    ----------
+    result, robot
+        The result of an identification, and its robot.
+    joints
+        Terms that the target states, by joint.
+    form
+        Name of the form of their friction.
+    links
+        New inertias by link; none unless the target writes the robot's model.
+    lines
+        The file's head: quantities found, projected and lost.
+    folder
+        Folder of the file, as paths of meshes are relative.
+    """
+
+    result: Result
+    robot: Robot
+    joints: Mapping[str, JointTerms]
+    form: str
+    links: Mapping[str, pin.Inertia]
+    lines: list[str]
+    folder: Path
+
+    @property
+    def model(self) -> Path:
+        """The robot's model file."""
+        return Path(self.robot.model_path)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Target:
+    """A target of `stribeck export --to`.
+
+    To add one: write a function that returns the file's text, add its `Target` to `TARGETS` in `exporters/targets.py`
+    and its name to `FORMATS` in `cli/app.py`, and its row to the table in docs/export.md.
+
+    Attributes
+    ----------
+    forms
+        Forms of its friction by name; the first is taken where others lose as much. None has all steady friction.
+    suffix
+        Suffix of its files.
+    text
+        Returns the file's text.
+    models
+        Kinds of robot models that it writes again, with their inertias; none if it writes another kind of file.
+    ranges
+        Returns the text of a file of ranges, from the lines of its head and the ranges of the form "plain"; None if
+        the target has no use for ranges.
+    """
+
+    forms: Mapping[str, Form | None]
+    suffix: str
+    text: Callable[[Request], str]
+    models: tuple[str, ...] = ()
+    ranges: Callable[[list[str], Mapping[str, JointRanges]], str] | None = None
+
+
+def summary(
+    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], impossible: list[str]
+) -> list[str]:
+    """Describe an export in the lines that it prints, and writes at the head of its file.
+
+    Parameters
+    ----------
+    result, robot
+        The result of an identification, and its robot.
+    target
+        The target of the export.
+    joints
+        Terms or ranges that the target states, by joint.
+    impossible
+        Joints whose body was found to be impossible.
+    """
+    paths = result.log.path if isinstance(result.log.path, list) else [result.log.path]
+    logs = ", ".join(Path(path).name for path in paths if path) or "a log"
+    own = result.corrections
+    bodies = ", ".join(own.bodies) if own else ""
+    temperatures = {name: result.joints[name].mean_temperature for name in joints}
+    warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
+    kept = ", ".join(name for name in result.joints if name not in joints)
+    changed, unchanged = "Corrected inertias have no place here", "Not identified, or not asked for"
+    if target.models:
+        changed = "Inertias are changed of what these joints carry"
+        unchanged = "Not identified, so that these joints keep what the model said"
+    nearest = "No body has the inertia found for these, so they have the nearest possible"
+    sentences = {
+        f"{changed}: {bodies}.": bodies,
+        f"{nearest}: {', '.join(impossible)}.": impossible,
+        **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},
+        f"It holds at the mean temperatures of the log [deg C]: {warm}.": warm,
+        f"{unchanged}: {kept}.": kept,
+        f"The friction of couplings has no place here: {', '.join(result.couplings)}.": result.couplings,
+        "Gains of torque sensors and zeros of encoders were found too; they are the sensors', not the model's.": own
+        and (own.torque_gain or own.encoder_zero),
+    }
+    model = Path(robot.model_path).name
+    first = f"Written by stribeck from {model} and what was found in {logs} (method {result.method}, law {result.law})."
+    return [first, *(sentence for sentence, holds in sentences.items() if holds)]

@@ -1,0 +1,63 @@
+"""The targets of `stribeck export --to`, each with its forms of friction and the function that writes it."""
+
+from stribeck.exporters import code_files, data_files, model_files
+from stribeck.exporters.forms import plain, stribeck, viscous
+from stribeck.exporters.target import Target
+
+TARGETS: dict[str, Target] = {
+    "mjcf": Target(
+        forms={
+            "plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"),
+            "lugre": stribeck(  # of a dcmotor of MuJoCo
+                coulomb="tau_c",
+                static="tau_s",
+                stribeck_velocity="omega_s",
+                viscous="damping",
+                bristle_stiffness="sigma_0",
+                bristle_damping="sigma_1",
+                armature="armature",
+            ),
+        },
+        suffix=".xml",
+        text=model_files.mjcf_text,
+        ranges=code_files.mujoco_ranges,
+        models=("mjcf", "urdf"),
+    ),
+    "urdf": Target(
+        forms={"plain": plain(coulomb="friction", viscous="damping")},
+        suffix=".urdf",
+        text=model_files.urdf_text,
+        models=("urdf",),
+    ),
+    "drake": Target(
+        forms={"viscous": viscous(viscous="damping", armature="rotor_inertia")},
+        suffix=".urdf",
+        text=model_files.drake_text,
+        models=("urdf",),
+    ),
+    "c": Target(forms={"all": None}, suffix=".h", text=code_files.c_text),
+    "python": Target(forms={"all": None}, suffix=".py", text=code_files.python_text),
+    "yaml": Target(
+        forms={"all": None, "plain": plain(**{n: n for n in ("static", "coulomb", "viscous", "armature")})},
+        suffix=".yaml",
+        text=data_files.yaml_text,
+        ranges=data_files.yaml_ranges,
+    ),
+    "table": Target(forms={"all": None}, suffix=".csv", text=data_files.table_text),
+    "isaaclab": Target(
+        forms={
+            "plain": plain(
+                static="friction", coulomb="dynamic_friction", viscous="viscous_friction", armature="armature"
+            )
+        },
+        suffix=".py",
+        text=code_files.isaaclab_text,
+        ranges=code_files.isaaclab_ranges,
+    ),
+    "pinocchio": Target(
+        forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
+        suffix=".py",
+        text=code_files.pinocchio_text,
+    ),
+}
+"""As typed after `--to` -> target."""

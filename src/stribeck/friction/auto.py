@@ -1,0 +1,94 @@
+"""Friction put together term by term, each joint with those that its log supports."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stribeck.base.typing import Array
+from stribeck.friction.law import Parameter
+from stribeck.friction.parameters import COULOMB, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
+from stribeck.friction.stribeck import Stribeck
+
+JUMP = 1e9
+"""Slope [s/rad] of friction that jumps at standstill: any velocity that is not zero is beyond its rise."""
+
+
+def beyond_velocity(
+    values: Mapping[str, float],
+    velocity: Array,
+    load: ArrayLike,
+    temperature: ArrayLike,
+    cosine: ArrayLike = 0.0,
+    sine: ArrayLike = 0.0,
+    angle: ArrayLike | None = None,
+) -> Array:
+    """Return what load, temperature and position add to this law's friction of velocity alone [N m].
+
+    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v) + (Fc_c cosine + Fc_s sine) tanh(a v)
+        + tau_c cos(angle) + tau_s sin(angle), each where a joint has it
+
+    Parameters
+    ----------
+    values
+        A joint's parameters by name.
+    velocity, load, temperature, cosine, sine
+        [rad/s], [N m], [K] above the mean, and those of the position above their means, of shapes that broadcast.
+    angle
+        Position times the ripple's periods a turn [rad]; none if no ripple is asked for.
+    """
+    rise, warmer = np.tanh(values.get("slope", JUMP) * velocity), np.asarray(temperature)
+    slow = values.get("coulomb_per_kelvin", 0.0) * rise + values.get("viscous_per_kelvin", 0.0) * velocity
+    turned = values.get("coulomb_cosine", 0.0) * np.asarray(cosine) + values.get("coulomb_sine", 0.0) * np.asarray(sine)
+    found = (values.get("load", 0.0) * np.abs(load) + turned) * rise + warmer * slow
+    if angle is None:
+        return np.asarray(found)
+    ripple = values.get("ripple_cosine", 0.0) * np.cos(angle) + values.get("ripple_sine", 0.0) * np.sin(angle)
+    return np.asarray(found + ripple)
+
+
+class AutoLaw(Stribeck):
+    """The terms of `--law auto` that are functions of velocity.
+
+    R(v) = Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
+
+    A term that a joint lacks has its `neutral` value: no viscous friction, a jump at standstill instead of a rise, no
+    Stribeck effect, the same viscous friction in both directions. Coulomb friction that differs between the directions
+    is an offset: no log distinguishes the two. Values may have more axes, which broadcast with the velocity's.
+    """
+
+    name: ClassVar[str] = "auto"
+    title: ClassVar[str] = "As many terms as the log supports"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        replace(VISCOUS, neutral=0.0),
+        COULOMB,
+        replace(STRIBECK_GAIN, neutral=0.0),
+        replace(STRIBECK_VELOCITY, neutral=1.0),
+        OFFSET,
+        replace(SLOPE, neutral=JUMP),
+        Parameter(name="viscous_asymmetry", symbol="alpha", unit="1", lower=-1.0, upper=1.0, neutral=0.0),
+    )
+    free_coefficients: ClassVar[tuple[int, ...]] = (3, 4)
+    jumps: ClassVar[bool] = True
+
+    def torque(self, velocity: Array, values: Array) -> Array:
+        """Return R(v) [N m], shape (N,)."""
+        return np.asarray(super().torque(velocity, values[:-1]) + values[0] * values[-1] * np.abs(velocity))
+
+    def jacobian(self, velocity: Array, values: Array) -> Array:
+        """Return dR/dp, shape (N, 7), in the order of `parameters`."""
+        columns = np.column_stack([super().jacobian(velocity, values[:-1]), values[0] * np.abs(velocity)])
+        columns[:, 0] += values[-1] * np.abs(velocity)
+        return np.asfortranarray(columns)
+
+    def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
+        """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, |v|, shape (N, 5)."""
+        return np.column_stack([super().basis(velocity, shape), np.abs(velocity)])
+
+    def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
+        """Return the parameters from (Fv, Fc, Fc S, offset, Fv alpha) and the nonlinear ones."""
+        viscous, difference = coefficients[0], coefficients[-1]
+        alpha = float(np.clip(difference / viscous, -1.0, 1.0)) if viscous > 0 else 0.0
+        return np.append(super().from_linear(coefficients[:-1], shape), alpha)

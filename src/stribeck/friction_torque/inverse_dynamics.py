@@ -1,0 +1,278 @@
+"""The friction torque of every joint at every usable sample of a log, chunk by chunk."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.contact import SupportPhase
+from stribeck.differentiation import Filter, make_filter
+from stribeck.differentiation.averaging import average_nodes
+from stribeck.differentiation.filters import sharper_filter
+from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
+from stribeck.errors import LogError
+from stribeck.friction_torque.contact_modes import (
+    StandingFeet,
+    by_inverse_dynamics,
+    contact_modes,
+    swinging_joints,
+    takes_wrenches,
+)
+from stribeck.friction_torque.foot_wrenches import require_wrenches
+from stribeck.friction_torque.log_observer import LogObserver
+from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.settings import FilterSettings, Settings
+
+CHUNK = 16_384
+"""Samples worked through at a time: some tens of megabytes for a humanoid."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Chunk:
+    """Friction torque of a part of a log.
+
+    Attributes
+    ----------
+    rows
+        Rows of the log, shape (N,), in order.
+    samples
+        The N samples, of the torque-controlled joints.
+    wrench
+        Ground reaction that the model predicts on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
+    """
+
+    rows: NDArray[np.int64]
+    samples: FrictionSamples
+    wrench: Array
+
+    def runs(self) -> Iterator[slice]:
+        """Yield the samples that follow one another without a break in one contact mode."""
+        breaks = np.flatnonzero((np.diff(self.rows) > 1) | (np.diff(self.samples.support) != 0)) + 1
+        for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
+            yield slice(start, stop)
+
+
+def support_name(phase: SupportPhase) -> str:
+    """Return the name of a phase's contact mode, e.g. "left_foot+right_foot"."""
+    return "+".join(phase.feet) if phase.feet else phase.kind
+
+
+def torque_chunks(
+    prepared: PreparedLog,
+    robot: Robot,
+    settings: Settings,
+    phases: tuple[SupportPhase, ...] | None = None,
+    stride: int = 1,
+    motion_filter: Filter | None = None,
+) -> Iterator[Chunk]:
+    """Yield the friction torque of a log, chunk by chunk.
+
+    Parameters
+    ----------
+    prepared
+        The log.
+    robot
+        The robot.
+    settings
+        `tilt`, `standing_legs`, `filter`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are used.
+        The filter is not "auto". With an observer's bandwidth, a number, the friction torque is that of the observer.
+    phases
+        Support phases, whose trimmed rows are used; those of the log if None.
+    stride
+        One row of so many is worked out, counted in rows of the log; an observer works out all.
+    motion_filter
+        Filter in place of that of the settings.
+
+    Raises
+    ------
+    LogError
+        If the log lacks a channel that the settings or the contacts ask for.
+    SettingsError
+        If the law shall be averaged over the window of a filter that has none.
+    """
+    log, period, bandwidth = prepared.log, prepared.sampling.period, settings.observer_bandwidth
+    assert bandwidth != "auto"
+    observer = LogObserver(period, bandwidth) if bandwidth else None
+    require_channels(robot, log, settings)
+    phases = prepared.support.phases if phases is None else phases
+    labels = _label_rows(phases, len(log.time), max(1, round(settings.block / period)))
+    modes, mode_of_row, block_of_row, steady = labels
+    names = tuple(dict.fromkeys("+".join(mode.feet) for mode in modes))
+    name_of = np.array([names.index("+".join(mode.feet)) for mode in modes], dtype=np.int64)
+    motion_filter = motion_filter or make_filter(settings.filter, period)
+    turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
+    known = robot.torque_controlled
+    swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
+    nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
+    reach = nodes.reach if nodes else 0
+    sharper = sharper_filter(settings.filter, period) if nodes else None
+    for span in spans(prepared.sampling.segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
+        worked = np.arange(span.start, span.stop) % (1 if observer else stride) == 0
+        kept = np.flatnonzero((mode_of_row[span] >= 0) & worked)
+        if len(kept) == 0:
+            continue
+        wide = slice(span.start - reach, span.stop + reach)
+        state, torque = differentiate(robot, log, wide, motion_filter, turn_filter, settings)
+        jerk, snap = _higher_derivatives(state, kept + reach, reach, period, known)
+        if len(kept) < len(torque):
+            state, torque = state.take(kept + reach), torque[kept + reach]
+        rows = kept + span.start
+        mode = mode_of_row[rows]
+        if observer:
+            found = observer(robot, modes, mode, log.time[rows], state, torque, settings)
+        else:
+            wrenches = _measured_wrenches(robot, log, wide, motion_filter, settings)
+            measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
+            found = by_inverse_dynamics(robot, modes, mode, state, torque, measured, settings)
+        yield Chunk(
+            rows=rows,
+            wrench=found.wrench,
+            samples=FrictionSamples(
+                joint_names=tuple(robot.joint_names[c] for c in known),
+                period=period,
+                time=log.time[rows],
+                velocity=found.velocity[:, known],
+                acceleration=found.acceleration[:, known],
+                friction_torque=found.friction[:, known],
+                usable=found.usable[:, known] & (steady[rows, None] | swinging[mode]),
+                block=block_of_row[rows],
+                support=name_of[mode],
+                support_names=names,
+                prismatic=tuple(robot.prismatic[c] for c in known),
+                nodes=found.nodes or nodes,
+                jerk=jerk if found.jerk is None else found.jerk[:, known],
+                snap=snap if found.snap is None else found.snap[:, known],
+                sharp_velocity=_velocity(log, span, sharper)[np.ix_(kept, known)] if sharper else None,
+                torque=found.torque[:, known],
+            ),
+        )
+
+
+def _label_rows(
+    phases: tuple[SupportPhase, ...], rows: int, longest: int
+) -> tuple[tuple[StandingFeet, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the contact modes, each row's, -1 where it is not used, each row's block, and whether it is steady.
+
+    A block is a phase, or an equal part of one that lasts longer than `longest` rows.
+    """
+    used = [
+        (phase, mode)
+        for phase, mode in zip(phases, contact_modes(phases), strict=True)
+        if phase.kind != "flight" and phase.last > phase.first
+    ]
+    modes = tuple(dict.fromkeys(mode for _, mode in used))
+    mode, block, steady = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)
+    begun = 0
+    for phase, stands in used:
+        length = phase.last - phase.first
+        parts = max(1, round(length / longest))
+        mode[phase.first : phase.last] = modes.index(stands)
+        block[phase.first : phase.last] = begun + np.arange(length) * parts // length
+        steady[phase.steady_first : phase.steady_last] = True
+        begun += parts
+    return modes, mode, block, steady
+
+
+def spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
+    """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
+    for segment in segments:
+        for start in range(segment.start + margin, segment.stop - margin, CHUNK):
+            yield slice(start, min(start + CHUNK, segment.stop - margin))
+
+
+def require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
+    """Refuse a log without a channel that the settings or the contacts ask for.
+
+    Raises
+    ------
+    LogError
+        If it lacks one.
+    """
+    if takes_wrenches(robot, settings):
+        require_wrenches(log, robot)
+    if settings.tilt == "imu" and log.base_orientation is None:
+        raise LogError(
+            f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"
+        )
+    needed = ("velocity",) if settings.observer_bandwidth else ("velocity", "acceleration")
+    missing = next((name for name in needed if getattr(log, name) is None), None)
+    if settings.filter.kind == "log" and missing:
+        raise LogError(
+            f"{log.path or 'log'}: filter kind is 'log' but there is no channel {missing}; choose another filter"
+        )
+
+
+def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, period: float, settings: Settings) -> Filter:
+    """Return the filter of the base orientation: the joints', unless the log has joint velocities of its own."""
+    own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
+    return make_filter(FilterSettings(kind="savitzky-golay", window=11), period) if own_motion else motion_filter
+
+
+def differentiate(
+    robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, turn_filter: Filter, settings: Settings
+) -> tuple[State, Array]:
+    """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque on it."""
+    orientation = None
+    if log.base_orientation is not None and _uses_orientation(robot, log, settings):
+        wide = _widened(rows, turn_filter)
+        quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
+        orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
+    acceleration = log.acceleration
+    if acceleration is None and log.velocity is not None and settings.observer_bandwidth:
+        acceleration = np.broadcast_to(np.nan, log.velocity.shape)  # an observer has no use for it
+    if log.velocity is not None and acceleration is not None and settings.filter.kind == "log":
+        state = State(log.position[rows], log.velocity[rows], acceleration[rows], orientation)
+    else:
+        state = State(*motion_filter.apply(log.position[_widened(rows, motion_filter)]), orientation)
+    return state, _filtered(log.applied_torque, rows, motion_filter, settings)
+
+
+def _filtered(signal: Callable[[slice], Array], rows: slice, motion_filter: Filter, settings: Settings) -> Array:
+    """Return a torque or force at these rows as the settings have it: averaged, smoothed, or as it is."""
+    if settings.averaged_law:
+        return motion_filter.average(signal(_widened(rows, motion_filter)))
+    return motion_filter.smooth(signal(_widened(rows, motion_filter))) if settings.filter_torque else signal(rows)
+
+
+def _measured_wrenches(
+    robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, settings: Settings
+) -> dict[str, Array]:
+    """Return the wrench on each foot at these rows, shape (N, 6); none where the settings do not ask for them."""
+    if log.foot_wrench is None or not takes_wrenches(robot, settings):
+        return {}
+    wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1).__getitem__, rows, motion_filter, settings)
+    return dict(zip(log.foot_names, np.split(wrench, len(log.foot_names), axis=1), strict=True))
+
+
+def _velocity(log: RobotLog, rows: slice, motion_filter: Filter) -> Array:
+    """Return the velocity of all joints at these rows through a filter of their positions, or the log's own."""
+    if motion_filter.half_width == 0 and log.velocity is not None:
+        return log.velocity[rows]
+    return motion_filter.run(log.position[_widened(rows, motion_filter)], (1,))[0]
+
+
+def _higher_derivatives(
+    state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
+) -> tuple[Array | None, Array | None]:
+    """Return second and third derivative of the velocity, so that it is right `reach` rows before and after, (N, n)."""
+    if not reach:
+        return None, None
+    time = reach * period
+    before, now, after = (state.velocity[rows + shift][:, columns] for shift in (-reach, 0, reach))
+    jerk = (before - 2 * now + after) / time**2
+    snap = 6 * ((after - before) / (2 * time) - state.acceleration[rows][:, columns]) / time**2
+    return jerk, snap
+
+
+def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
+    return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
+
+
+def _widened(rows: slice, motion_filter: Filter) -> slice:
+    return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)

@@ -1,1 +1,0 @@
-"""From friction torque samples to parameters with intervals and verdicts."""

@@ -1,0 +1,234 @@
+"""Draft a first robot file: one function for each question that a model or a log answers, in the order of asking."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import TorqueSource
+from stribeck.errors import LogError
+from stribeck.friction_torque.preparation import prepare
+from stribeck.init.by_dynamics import answer_by_dynamics
+from stribeck.init.columns import find_columns, orientation_order, position_and_velocity_units, time_unit
+from stribeck.init.draft import Draft, ask_for_torque_source, write_contacts
+from stribeck.init.model import read_model
+from stribeck.init.names import match, words
+from stribeck.log import RobotLog
+from stribeck.log.readers import read_log
+from stribeck.log.readers.read import open_log
+from stribeck.log.readers.recording import JOINT_CHANNELS, WRENCH, Recording, listed
+from stribeck.log.readers.unitree import name_motors
+from stribeck.robot import model_path
+from stribeck.robot.packages import PREFIX
+from stribeck.settings import LogTable
+
+
+def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
+    """Draft the robot file of a model and, if there is one, its log.
+
+    Parameters
+    ----------
+    model
+        A model file, or `package:NAME`.
+    log
+        A log of the robot.
+    output
+        Where the robot file will lie, to which the model's path is relative.
+
+    Raises
+    ------
+    RobotFileError
+        If the model cannot be read.
+    LogError
+        If the log cannot be read, or contains no positions or torques.
+    """
+    path = model_path(model, Path())
+    facts = read_model(path)
+    relative = Path(os.path.relpath(path.resolve(), output.resolve().parent)).as_posix()
+    name = model if model.startswith(PREFIX) else relative
+    draft = Draft(facts, output, {"robot": {"model": name, "base": facts.base}})
+    draft.note("robot.base", f"{facts.evidence}.")
+    with one_blas_thread():
+        if log is None:
+            write_contacts(draft, ())
+            ask_for_torque_source(draft)
+            draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
+        else:
+            _answer_from_log(draft, log)
+        draft.robot()  # refused now what `identify` would refuse
+    return draft
+
+
+def _answer_from_log(draft: Draft, log: Path) -> None:
+    """Write what a log says, question by question: names, units, roles, contacts, and by dynamics order and signs."""
+    source, torque_source = _channels(draft, log)
+    _time(draft, source)
+    unsure = _joints(draft, source)
+    _base(draft, source)
+    _torque_source(draft, source, torque_source)
+    robot = draft.robot()
+    read = read_log(log, robot)
+    step = float(np.median(np.diff(read.time)))
+    if not step > 0 or not np.isfinite(read.position).any(axis=0).all():
+        prepare(read, robot, robot.settings)  # whose error says what is wrong
+    _without_torque(draft, read)
+    if order := orientation_order(read):
+        draft.set("log.base_orientation", "order", order, "so the base is upright.")
+    for channel, unit, why in position_and_velocity_units(read, robot):
+        draft.set(f"log.{channel}", "unit", unit, why)
+    answer_by_dynamics(draft, log, unsure)
+    draft.document = {key: value for key, value in draft.document.items() if value}
+
+
+def _channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
+    """Find which arrays or columns contain what."""
+    table = draft.table("log")
+    named, torque_source = find_columns(open_log(log, LogTable()))
+    for channel, found in named.items():
+        draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
+        table[channel] = dict(found)
+    source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
+    for channel in ("position", "torque"):
+        if channel not in source.channels:
+            commands = ", or desired positions with [robot] kp and kd" if channel == "torque" else ""
+            raise LogError(
+                f"{log}: holds nothing that is called like joint {channel}s; expected '{channel}', or another name "
+                f"that [log.{channel}] name says{commands} (found {listed([*source.channels, *source.others])})"
+            )
+    return source, torque_source
+
+
+def _time(draft: Draft, source: Recording) -> None:
+    """Find the unit of time."""
+    if "time" not in source.channels:
+        draft.table("log")["rate"] = 1000.0  # [Hz], a guess
+        draft.ask("log.rate", "the log holds no time; how many samples are there in a second?")
+    elif source.time_unit is None:
+        unit = time_unit(np.asarray(source.load({"time": [0]}).arrays["time"], dtype=float).reshape(-1))
+        if unit != "s":
+            draft.set("log.time", "unit", unit, "by the length of its steps.")
+
+
+def _joints(draft: Draft, source: Recording) -> list[str]:
+    """Match columns with joints, and lock the others; return the joints that are not known by name."""
+    facts, robot = draft.facts, draft.document["robot"]
+    position, torque = source.channels["position"], source.channels["torque"]
+    names, unsure = _unnamed(draft, position.columns) if position.labels is None else _named(draft, source)
+    ranges = {joint: facts.range[joint] for joint in facts.joints if joint not in names}
+    if ranges:
+        robot["locked"] = {
+            joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
+        }
+        draft.ask("robot.locked", "the log leaves these joints out; where are they held [rad or m]?")
+    if torque.labels is not None and position.labels is not None:
+        table = draft.table("log").get("joint_names", {})
+        measured = {table.get(label, label) for label in torque.labels}
+        if idle := [joint for joint in names if joint not in measured]:
+            draft.set("robot", "position_controlled", idle, "the log has no torque of these.")
+    return unsure
+
+
+def _named(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
+    """Match the log's joint names; return the model's joints that the log has, and the unsure ones."""
+    joints = draft.facts.joints
+    renamed: dict[str, str] = {}
+    names, unsure = list[str](), list[str]()
+    for channel in JOINT_CHANNELS:
+        if channel not in source.channels or (labels := source.channels[channel].labels) is None:
+            continue
+        pairs = match(labels, joints)
+        counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
+        if counted and labels[0] not in pairs and _as_many(joints, labels):
+            pairs = {}  # the model's numbers begin with one, and the log's with zero
+        left = [label for label in labels if label not in pairs]
+        rest = _as_many([joint for joint in joints if joint not in pairs.values()], left)
+        by_order = dict(zip(left, rest, strict=True)) if rest else {}
+        pairs |= by_order
+        renamed |= {label: joint for label, joint in pairs.items() if label != joint}
+        if channel != "position":
+            continue
+        unsure = list(by_order.values())
+        names = [joint for joint in joints if joint in pairs.values()]
+        if not names:
+            raise LogError(
+                f"{source.path}: has the joints {listed(labels)}, which are none of the model's {listed(joints)}; "
+                "expected a log of this robot, or its joint_names"
+            )
+        if left and not rest and len(names) < len(joints):
+            draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
+    if renamed:
+        draft.set("log", "joint_names", renamed, "matched by likeness: see whether they are right.")
+    if unsure:
+        draft.ask("log.joint_names", f"their names say nothing; is this the order of {', '.join(unsure)}?")
+    return names, unsure
+
+
+def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:
+    """Return the joints without hands, or all of them, if they are as many as the labels."""
+    return next((some for some in (_without_hands(joints), joints) if len(some) == len(labels)), ())
+
+
+def _without_hands(joints: Sequence[str]) -> Sequence[str]:
+    """Leave out the joints of parts that logs often omit."""
+    hands = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
+    return [joint for joint in joints if not hands & set(words(joint))]
+
+
+def _unnamed(draft: Draft, columns: int) -> tuple[list[str], list[str]]:
+    """Take columns without names in the model's order, hands left out first."""
+    every, arms = draft.facts.joints, _without_hands(draft.facts.joints)
+    joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
+    order = joints + [f"unknown_{k}" for k in range(columns - len(joints))]
+    draft.table("log")["joint_order"] = order
+    draft.ask("log.joint_order", "the log does not name its columns; is this their order?")
+    return joints, joints
+
+
+def _base(draft: Draft, source: Recording) -> None:
+    """Decide whether the base moves, and on which feet it stands."""
+    facts, robot = draft.facts, draft.document["robot"]
+    seen = [name for name in ("base_orientation", "contact", "foot_wrench") if name in source.channels]
+    if facts.base == "floating" and not seen:
+        robot["base"] = "fixed"
+        draft.ask("robot.base", "is the base clamped? The log has neither its orientation nor contacts.")
+    if facts.base == "fixed" and seen and facts.feet:
+        draft.set("robot", "base", "floating", f"the log has {', '.join(seen)}.")
+    if robot["base"] == "fixed":
+        return
+    labels: tuple[str, ...] = ()
+    for name in ("contact", "foot_wrench"):
+        if name in source.channels:
+            given = source.channels[name].labels
+            width = len(WRENCH) if name == "foot_wrench" else 1
+            feet = tuple(dict.fromkeys(label.rsplit(".", 1)[0] if width > 1 else label for label in given or ()))
+            labels = labels or feet
+            if given is None and source.channels[name].columns == width * len(facts.feet):
+                draft.table("log")["foot_order"] = [foot.name for foot in facts.feet]
+                draft.ask("log.foot_order", "the log does not name its feet; is this their order?")
+    write_contacts(draft, labels)
+    if "base_orientation" in seen:
+        draft.note(
+            "robot.base", "the log's base orientation is taken as that of the model's root link ([robot] base_frame)."
+        )
+
+
+def _torque_source(draft: Draft, source: Recording, by_name: TorqueSource | None) -> None:
+    """Write where the torques come from."""
+    if by_name == "motor_current":
+        draft.ask("log.torque", f"are the motors' currents in {draft.document['log']['torque']['unit']}?")
+    if source.torque_source:
+        draft.set("robot", "torque_source", source.torque_source, "as the log says.")
+    elif by_name:
+        draft.set("robot", "torque_source", by_name, "by the name of the log's torques.")
+    else:
+        ask_for_torque_source(draft)
+
+
+def _without_torque(draft: Draft, log: RobotLog) -> None:
+    """Write which joints have no torque at any time."""
+    given = draft.document["robot"].get("position_controlled", [])
+    zero = ~np.any(np.nan_to_num(log.torque), axis=0)
+    if idle := [name for name, none in zip(log.joint_names, zero.tolist(), strict=True) if none and name not in given]:
+        draft.set("robot", "position_controlled", [*given, *idle], "their torque is zero throughout the log.")

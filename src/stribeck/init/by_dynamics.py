@@ -1,0 +1,118 @@
+"""Answers that the model's dynamics give: what the audit finds, and the order and signs of a log's columns."""
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stribeck.audit import delays, findings, gather, torques_of_currents
+from stribeck.base.finding import Finding
+from stribeck.errors import LogError, SettingsError, errors_about
+from stribeck.friction_torque.preparation import prepare
+from stribeck.init.draft import Draft
+from stribeck.init.search import Columns, as_given, find_columns_by_dynamics
+from stribeck.log import RobotLog
+from stribeck.log.readers import read_log
+from stribeck.robot import Robot
+
+
+def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
+    """Take the settings that the audit names, and the order and signs that the model explains best."""
+    searched = False
+    left: list[Finding] = []
+    for _ in range(4):  # rounds; each one may uncover what the next one finds
+        robot = draft.robot()
+        if not len(robot.torque_controlled):
+            draft.ask("robot.position_controlled", "the log holds no torque: is it in another file?")
+            return
+        try:
+            read = read_log(log, robot)
+            base_unknown = read.base_orientation is None and read.contact is None and read.foot_wrench is None
+            if robot.base == "floating" and (not robot.contacts or base_unknown):
+                draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
+                return
+            (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
+            with errors_about(str(log)):
+                evidence = gather(prepared, robot, robot.settings)
+        except (LogError, SettingsError) as error:
+            draft.ask("robot", f"the log cannot be used so: {error}.")
+            return
+        left = findings(evidence, delays(evidence))
+        taken = [_take_setting(draft, finding) for finding in left]
+        if any(taken):
+            continue
+        if searched or any(finding.check == "torque-unsigned" for finding in left):
+            break  # a torque without a sign says nothing of signs
+        searched = True
+        columns = [robot.joint_names.index(joint) for joint in unsure]
+        if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
+            break
+    for finding in left:
+        draft.ask("robot", f"{finding.text}; {finding.cure}." if finding.cure else f"{finding.text}.")
+
+
+def _take_setting(draft: Draft, finding: Finding) -> bool:
+    """Take the setting that a finding of the audit names; return whether there was one that is not there yet.
+
+    Signs and order are found by what fits instead, and a gear or a zero is asked for.
+    """
+    if finding.check in ("torque-sign", "joints-swapped", "torque-gain", "position-limits"):
+        return False
+    found = re.match(r"set \[([a-z._]+)\] (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+))", finding.cure)
+    if found is None or "..." in found[2]:
+        return False
+    try:
+        ((key, value),) = tomllib.loads(found[2]).items()
+    except tomllib.TOMLDecodeError:  # a joint's name may have any sign
+        return False
+    if finding.check == "torque-scale" and isinstance(value, dict) and isinstance(value.get("scale"), dict):
+        return False  # factors of each joint's own may be gears, or a wrong order: it is asked
+    table = draft.table(found[1])
+    new = {**table.get(key, {}), **value} if isinstance(value, dict) else value
+    if table.get(key) == new:
+        return False
+    draft.set(found[1], key, new, f"{finding.text}.")
+    return True
+
+
+def _write_columns(draft: Draft, robot: Robot, columns: Columns, log: RobotLog) -> bool:
+    """Write the order and the signs that were found; return whether they differ from those that are there."""
+    table = draft.table("log")
+    changed = columns.order != as_given(len(robot.joint_names)).order
+    if changed:
+        moved = {robot.joint_names[column]: name for column, name in zip(columns.order, robot.joint_names, strict=True)}
+        why = "in this order the model explains the torques far better than in its own."
+        if "joint_order" in table:
+            draft.set("log", "joint_order", [moved.get(name, name) for name in table["joint_order"]], why)
+        else:
+            names = {label: moved.get(joint, joint) for label, joint in table.get("joint_names", {}).items()}
+            draft.set("log", "joint_names", names, why)
+    channels = {"position": columns.position, "torque": columns.torque}
+    if log.velocity is not None:
+        channels["velocity"] = columns.position
+    for channel, signs in channels.items():
+        if np.any(signs != 1):
+            changed = True
+            why = "with these signs the model explains the log, and not with others."
+            draft.set(f"log.{channel}", "scale", _scale(robot, table, channel, signs.tolist()), why)
+    return changed
+
+
+def _scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
+    """Return the scale of a channel times signs: one number, or by the log's names."""
+    present, asked = table.get(channel, {}).get("scale", 1.0), table.get(channel, {}).get("name")
+    if not isinstance(present, dict) and set(signs) == {-1.0}:
+        return -float(present)
+    logged = {
+        joint: label
+        for label, joint in table.get("joint_names", {}).items()
+        if not isinstance(asked, list) or label in asked  # of the channel's own columns
+    }
+    scales = {
+        joint: sign * (present.get(joint, 1.0) if isinstance(present, dict) else float(present))
+        for joint, sign in zip(robot.joint_names, signs, strict=True)
+    }
+    return {logged.get(joint, joint): scale for joint, scale in scales.items() if scale != 1}

@@ -1,0 +1,159 @@
+"""Channels of a log that have other names than those read without a setting, and other units."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from stribeck.base.typing import Array, TorqueSource
+from stribeck.log import RobotLog
+from stribeck.log.clock import RATES
+from stribeck.log.plausibility import AGREEMENT, position_slope
+from stribeck.log.readers.recording import JOINT_CHANNELS, Recording
+from stribeck.robot import Robot
+
+WORDS: dict[str, set[str]] = {
+    "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock", "zeit"},
+    "position": {"position", "positions", "pos", "q", "qpos", "angle", "angles", "theta", "jpos", "encoders"},
+    "torque": {"torque", "torques", "tau", "effort", "efforts", "eff", "moment", "moments"},
+    "velocity": {"velocity", "velocities", "vel", "dq", "qd", "qvel", "speed", "omega", "jvel"},
+    "base_orientation": {"orientation", "quat", "quaternion", "attitude"},
+    "contact": {"contact", "contacts"},
+}
+"""Words of names that a channel may have."""
+CURRENTS = {"current", "currents", "amps", "ampere", "amperes"}
+"""Words of motor currents, which are taken for torques that were not measured."""
+UNITS: dict[str, dict[str, str]] = {
+    "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
+    "torque": {"mnm": "mNm", "nm": "Nm"},
+    "velocity": {"rpm": "rpm"},
+    "current": {"ma": "mA", "a": "A"},
+}
+"""Words that are units, and their names in a robot file."""
+TIMES = {"s", "sec", "ms", "us", "ns"}
+"""Units of time, which its steps tell."""
+MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
+MEASURED |= {"ist"}
+"""Words of what was measured, which is taken before others of its kind."""
+OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
+"""Words of what was not."""
+COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
+COMMANDS |= {"soll", "d"}
+"""Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
+
+
+def words(name: str) -> list[str]:
+    """Return the words of a name in small letters, without its numbers."""
+    return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
+
+
+def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
+    """Return `[log.<channel>]` of channels that a log holds under other names, and what its torques are, if names say.
+
+    Of several that a channel may be, the one with the fewest words that say otherwise is taken.
+    """
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name in source.others:
+        groups.setdefault(tuple(words(name)), []).append(name)
+    found: dict[str, dict[str, Any]] = {}
+    for channel, kinds in WORDS.items():
+        names = _labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
+        if channel not in source.channels and (names := names or _called(groups, channel, kinds)):
+            found[channel] = {"name": names if len(names) > 1 else names[0]} | _unit(channel, names[0])
+    commanded = "torque" in found and bool(COMMANDS & set(words(str(found["torque"]["name"]))))
+    if "torque" not in source.channels and (commanded or "torque" not in found):
+        names = _called(groups, "current", CURRENTS) or _labelled(source, "current", CURRENTS)
+        if names:
+            unit = _unit("current", names[0]) or {"unit": "A"}
+            found["torque"] = {"name": names if len(names) > 1 else names[0]} | unit
+            return found, "motor_current"
+    return found, "command" if commanded else None
+
+
+def _unit(channel: str, name: str) -> dict[str, str]:
+    """Return the unit that a name says, if it is one of the channel's."""
+    own = {*words(name), *re.findall("[a-z]+", name.lower())}
+    if channel == "velocity" and own & set(UNITS["position"]):
+        return {"unit": "deg/s"} if "rad" not in own else {}
+    return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), {})
+
+
+def _called(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
+    """Return the columns whose names are the channel's but for numbers and for words that say nothing else."""
+    ranks = {key: _rank(key, kinds, channel) for key in groups}
+    ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
+    return groups[ranked[0][1]] if ranked else []
+
+
+def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int] | None:
+    """Return how far the words of a name are from a channel's, None if they are of something else."""
+    own = kinds & set(key)
+    wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
+    idle = {"robot", "log", "data"} | TIMES | {unit for units in UNITS.values() for unit in units}
+    idle |= {"j", "axis", "motor"} if channel in UNITS else {"base", "imu", "body", "foot", "feet"}
+    rest = set(key) - kinds - MEASURED - COMMANDS - idle
+    if not own or wrong or rest:
+        return None
+    return len(COMMANDS & set(key)), -len(MEASURED & set(key))
+
+
+def _labelled(source: Recording, channel: str, kinds: set[str]) -> list[str]:
+    """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`, `knee [deg]`."""
+    single = [name for name in source.others if name not in source.wide and not name.endswith((".csv", ".parquet"))]
+    of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
+    for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
+        names = [name for name in single if own & set(words(name))]
+        names = [name for name in names if not (OTHERS | COMMANDS | wrong) & set(words(name))]
+        rests = {tuple(word for word in words(name) if word not in own) for name in names}
+        if len(names) > 1 and len(rests) > 1:
+            return names
+    return []
+
+
+def time_unit(stamps: Array) -> str:
+    """Return the largest unit of time in which stamps are those of a robot's log; seconds if none is."""
+    steps = np.diff(stamps[np.isfinite(stamps)])
+    steps = steps[steps > 0]
+    step = float(np.median(steps)) if len(steps) else 1.0
+    factors = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    return next((unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]), "s")
+
+
+def orientation_order(log: RobotLog) -> str:
+    """Return "wxyz" if the base is upright with the quaternions' scalar first alone, else nothing."""
+    if log.base_orientation is None:
+        return ""
+    x, y, z = log.base_orientation.T[:3]
+    upright, first = np.nanmedian(1 - 2 * (x**2 + y**2)), np.nanmedian(1 - 2 * (y**2 + z**2))
+    return "wxyz" if first > upright + 0.7 else ""
+
+
+def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, str, str]]:
+    """Return channel, unit and evidence where positions or velocities are not in radians."""
+    low, high = robot.position_limits
+    lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
+    turning = ~np.array(robot.prismatic)
+    limited = turning & np.isfinite(low) & np.isfinite(high) & (highest - lowest > 0.02)
+    wide = limited & ((lowest < low - 1.0) | (highest > high + 1.0))  # [rad]
+    fits = (np.deg2rad(lowest) > low - 0.1) & (np.deg2rad(highest) < high + 0.1)
+    speed = np.nanpercentile(np.abs(np.diff(log.position, axis=0)), 99, axis=0) / np.nanmedian(np.diff(log.time))
+    degrees = wide.sum() >= max(1, 0.5 * limited.sum()) and bool(np.all(fits[limited]))
+    # Without limits, joints faster than 60 rad/s are in degrees.
+    degrees |= not limited.any() and np.count_nonzero(turning & (speed > 60.0)) >= max(1, 0.5 * turning.sum())
+    why = "the positions are outside of the model's limits as radians, and within them as degrees."
+    position, velocity = "deg" if degrees else "rad", "deg/s" if degrees else "rad/s"
+    if log.velocity is not None:
+        slopes = np.array([position_slope(log, joint) for joint in range(len(log.joint_names))])
+        middle = float(np.median(slopes[np.isfinite(slopes)])) if np.isfinite(slopes).any() else 1.0
+        units_by_slope = {
+            180 / np.pi: ("deg", "rad/s"),
+            np.pi / 180: ("rad", "deg/s"),
+            np.pi / 30: ("rad", "rpm"),
+            6.0: ("deg", "rpm"),
+        }
+        for ratio, units in units_by_slope.items():
+            if abs(abs(middle) / ratio - 1) < AGREEMENT:
+                position, velocity = units
+                why = f"the positions change {middle:.4g} times as fast as the velocities say."
+    found = [("position", position, why)] if position != "rad" else []
+    return found + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])

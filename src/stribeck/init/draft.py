@@ -1,0 +1,140 @@
+"""A robot file while it is written: its tables, comments and questions, and what a model alone says."""
+
+import textwrap
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import Table
+
+from stribeck.init.model import ModelFacts
+from stribeck.init.names import match
+from stribeck.robot import Robot, from_robot_file
+from stribeck.settings import RobotFile
+
+WIDTH = 108
+"""Longest comment, and list in one line, in letters [1]."""
+
+
+@dataclass
+class Draft:
+    """A robot file while it is written.
+
+    Attributes
+    ----------
+    facts
+        The model's joints and feet.
+    output
+        Where the robot file will lie.
+    document
+        Its tables.
+    notes
+        Comments by dotted key.
+    questions
+        What neither model nor log contain, a sentence each.
+    """
+
+    facts: ModelFacts
+    output: Path
+    document: dict[str, Any]
+    notes: dict[str, list[str]] = field(default_factory=dict)
+    questions: list[str] = field(default_factory=list)
+
+    def table(self, place: str) -> dict[str, Any]:
+        """Return a table by its dotted key; it is made if there is none."""
+        table = self.document
+        for part in place.split("."):
+            table = table.setdefault(part, {})
+        return table
+
+    def set(self, place: str, key: str, value: object, why: str) -> None:
+        """Set a key of a table, with a comment that gives the reason."""
+        self.table(place)[key] = value
+        self.note(f"{place}.{key}", why)
+
+    def note(self, key: str, text: str) -> None:
+        """Put a comment above a key, or below the head of a table."""
+        self.notes.setdefault(key, []).append(text)
+
+    def ask(self, key: str, text: str) -> None:
+        """Put a question where a comment would stand."""
+        self.questions.append(text)
+        self.note(key, f"TODO: {text}")
+
+    @property
+    def text(self) -> str:
+        """The robot file."""
+        file = tomlkit.document()
+        heading = ["Written by `stribeck init`; every key is explained in docs/robot-file.md."]
+        if self.questions:
+            heading.append(f"What neither the model nor the log say is marked TODO ({len(self.questions)} of them).")
+        for line in heading:
+            file.add(tomlkit.comment(line))
+        for name, table in self.document.items():
+            if table or name in self.notes:
+                file.add(tomlkit.nl())
+                file.add(name, _table(table, name, self.notes))
+        return tomlkit.dumps(file)
+
+    def robot(self) -> Robot:
+        """Build the robot that the file describes."""
+        return from_robot_file(RobotFile.model_validate(tomllib.loads(self.text)), self.output)
+
+
+def _table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]) -> Table:
+    """Build a table of a robot file, plain keys before tables, with its comments."""
+    table = tomlkit.table()
+
+    def comment(key: str) -> None:
+        for text in notes.get(key, []):
+            for line in textwrap.wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False):
+                table.add(tomlkit.comment(line))
+
+    comment(place)
+    for key, value in sorted(values.items(), key=lambda item: isinstance(item[1], dict)):
+        inside = f"{place}.{key}"
+        if isinstance(value, dict):
+            table.add(key, _table(value, inside, notes))
+            continue
+        comment(inside)
+        item = tomlkit.item(value)
+        if isinstance(value, list):
+            item.multiline(len(str(value)) > WIDTH)
+        table.add(key, item)
+    return table
+
+
+def ask_for_torque_source(draft: Draft) -> None:
+    """Write the default torque source, and ask for the right one."""
+    draft.document["robot"]["torque_source"] = "link_side_sensor"
+    draft.ask(
+        "robot.torque_source",
+        'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), worked out '
+        'from the current ("motor_current"), or what a controller asked for ("command")?',
+    )
+
+
+def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
+    """Write the feet, by the log's names if it has some."""
+    facts = draft.facts
+    if draft.document["robot"]["base"] == "fixed":
+        return
+    names = {foot: label for label, foot in match(labels, [foot.name for foot in facts.feet]).items()}
+    topics = {label: foot for foot, label in names.items() if label.startswith("/")}
+    if topics:
+        draft.table("log")["foot_names"] = topics
+    contacts = {}
+    for foot in facts.feet:
+        name = foot.name if foot.name in topics.values() else names.get(foot.name, foot.name)
+        contacts[name] = {"frame": foot.frame, "kind": foot.kind}
+        if foot.name in facts.tilted:
+            draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
+    draft.document["contacts"] = contacts
+    unknown = [label for label in labels if label not in names.values()]
+    if unknown and len(names) < len(facts.feet):
+        draft.ask("robot.base", f"which contacts are the log's {', '.join(unknown)}? Name them in [log.foot_names].")
+    if not contacts:
+        draft.ask("robot.base", "which frames of the model are feet? Add [contacts.<foot>] frame and kind.")

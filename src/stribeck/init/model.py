@@ -1,0 +1,115 @@
+"""What a model says of its robot: whether the base moves, and which frames are feet."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+from xml.etree.ElementTree import Element
+
+import pinocchio as pin
+
+from stribeck.init.names import words
+from stribeck.robot import Contact
+from stribeck.robot.model_file import joint_names, kind_of, load_model
+from stribeck.robot.rooting import position_range
+from stribeck.robot.xml_file import read_xml
+
+FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "toe": 2.0, "ankle": 1.0}
+"""Words of a frame that is a foot: the larger number is the one that stands."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFacts:
+    """A model's joints and feet.
+
+    Attributes
+    ----------
+    joints
+        Names, in the model's order.
+    range
+        Lowest and highest position of each [rad] or [m].
+    base
+        Whether it moves, and by what evidence.
+    feet
+        Contacts by the names that they get; `tilted` are those whose z axis is not up with all joints at zero.
+    """
+
+    joints: tuple[str, ...]
+    range: dict[str, tuple[float, float]]
+    base: Literal["floating", "fixed"]
+    evidence: str
+    feet: tuple[Contact, ...]
+    tilted: tuple[str, ...]
+
+
+def read_model(path: Path) -> ModelFacts:
+    """Return what a model file says of its robot.
+
+    Raises
+    ------
+    RobotFileError
+        If it cannot be read.
+    """
+    kind, root = kind_of(path), read_xml(path).root
+    model, _ = load_model(path, "floating")
+    feet, tilted = _feet(model, {link.get("name", "") for link in root.iter("link") if _is_ball(link)})
+    limits = {name: position_range(model, model.getJointId(name)) for name in joint_names(model)}
+    free = kind == "mjcf" and any(
+        joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
+    )
+    base: Literal["floating", "fixed"] = "fixed"
+    links = [link.get("name", "") for link in root.iter("link")]
+    children = {child.get("link", "") for child in root.iter("child")}
+    ground = ("world", "map", "odom", "universe", "ground")
+    fixed_to = [name for name in links if name not in children and name.lower() in ground] if kind == "urdf" else []
+    if free:
+        base, evidence = "floating", "the model has a free joint"
+    elif len(feet) > 1 and not fixed_to:
+        base, evidence = "floating", "the model has feet, " + ", ".join(foot.frame for foot in feet)
+    else:
+        evidence = f"the model's root is '{fixed_to[0]}'" if fixed_to else "the model has no feet"
+    return ModelFacts(joints=tuple(limits), range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted)
+
+
+def _is_ball(link: Element) -> bool:
+    """Return whether a link of a URDF touches others by one sphere; four of them are the corners of a sole."""
+    return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
+
+
+def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple[str, ...]]:
+    """Return the frame that stands of each leg, named by the leg's side."""
+    beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    parents = set(list(model.parents)[1:])
+    best: dict[int, tuple[float, int]] = {}
+    for index, frame in enumerate(model.frames):
+        joint = int(frame.parentJoint)
+        named = [FOOT[word] for word in words(str(frame.name)) if word in FOOT]
+        if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
+            continue
+        up = abs(float(data.oMf[index].rotation[2, 2]))
+        score = max(named) - 0.6 * len(beside & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
+        score += 0.2 * (frame.type != pin.FrameType.FIXED_JOINT)
+        best[joint] = max(best.get(joint, (float("-inf"), 0)), (score, -index))
+    frames = {joint: model.frames[-index] for joint, (_, index) in best.items()}
+    names = short_names([str(frame.name) for frame in frames.values()])
+    contacts, tilted = [], []
+    for (joint, frame), name in zip(frames.items(), names, strict=True):
+        others = {above for other in frames if other != joint for above in model.supports[other]}
+        leg = set(model.supports[joint]) - others - {0, 1}
+        # A leg of five joints or more can lay a sole flat on the ground.
+        point = len(leg) < 5 or str(frame.name) in balls
+        contacts.append(Contact(name, str(frame.name), "point" if point else "surface"))
+        if not point and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
+            tilted.append(name)
+    return tuple(contacts), tuple(tilted)
+
+
+def short_names(frames: Sequence[str]) -> list[str]:
+    """Return what each frame's name has beside words that all of them have, or the names themselves."""
+    parts = [[part for part in re.split(r"[^A-Za-z0-9]+", frame) if part] for frame in frames]
+    common = set.intersection(*(set(part) for part in parts)) if len(parts) > 1 else set()
+    short = ["_".join(part for part in each if part not in common) for each in parts]
+    return short if all(short) and len(set(short)) == len(short) else list(frames)

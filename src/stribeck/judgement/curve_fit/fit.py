@@ -1,0 +1,233 @@
+"""Friction law parameters of every joint from its friction torque samples, (6.4): starts, descents, uncertainty."""
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, lsq_linear
+
+from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import Array
+from stribeck.friction import FrictionLaw
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.judgement.curve_fit.covariance import block_covariance, intervals_95
+from stribeck.judgement.curve_fit.problem import FitProblem, hold_out, joint_problem, to_external, to_internal
+from stribeck.judgement.curve_fit.robust import TUNING, Loss, influence, robust_scale
+from stribeck.judgement.excitation import excitation
+from stribeck.judgement.joint_fit import PRIOR_FACTOR, JointFit, near_bound, parameter_units
+from stribeck.judgement.speed import top_speed
+from stribeck.result import Validation
+from stribeck.settings import Settings
+
+ROUGH, FINE = 1e-6, 1e-9
+"""Relative change of cost and parameters [1] that ends a descent on the subset, and the last one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Where a descent ended: values, cost, the parameters at a bound, and whether it converged."""
+
+    values: Array
+    cost: float
+    at_bound: NDArray[np.bool_]
+    converged: bool
+
+
+def fit_law(samples: FrictionSamples, law: FrictionLaw, settings: Settings) -> dict[str, JointFit]:
+    """Fit a law to every joint that moves enough; every n-th block is held out.
+
+    Whether the numbers mean anything is for `verdict.judge` to say.
+    """
+    fits = {}
+    for column, joint in enumerate(samples.joint_names):
+        problem = joint_problem(samples, joint, law, settings)
+        if not excitation(problem, samples.slides(column)).reason:
+            training, _ = hold_out(problem, settings.holdout)
+            fits[joint] = fit_joint(training, settings.loss)
+    return fits
+
+
+def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
+    """Fit one joint: many starts and a few descents on a subset, the best one finished on all samples.
+
+    The problem needs samples of at least two blocks: intervals come from how blocks differ.
+    """
+    # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
+    with one_blas_thread():
+        best, loss_scale = _minimise(problem, loss)
+        return describe_fit(problem, best, loss, loss_scale)
+
+
+def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float]:
+    """Return the best minimum, and the scale of the loss [N m], 0 if it has none."""
+    step = -(-len(problem.velocity) // 4000)  # samples are enough to try starts on
+    subset = problem.take(slice(None, None, step))
+    starts = grid_starts(subset)
+    descents = [descend(subset, values, tolerance=ROUGH) for _, values in starts[:3]]
+    best = min(descents, key=lambda descent: descent.cost)
+    loss_scale = 0.0
+    if loss != "linear":  # twice: outliers inflate the first scale
+        for _ in range(2):
+            loss_scale = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
+            best = descend(subset, best.values, loss, loss_scale, ROUGH)
+    return descend(problem, best.values, loss, loss_scale), loss_scale
+
+
+def grid_starts(problem: FitProblem) -> list[tuple[float, Array]]:
+    """Return (sum of squared residuals, values (p,)) of every grid point, best first."""
+    speed = max(top_speed(problem.velocity), 1e-6)
+    starts = [eliminate_linear(problem, shape) for shape in shapes_of(problem.law, speed)]
+    return sorted(starts, key=lambda start: start[0])
+
+
+def shapes_of(law: FrictionLaw, speed: float) -> Iterator[dict[str, float]]:
+    """Yield all sets of nonlinear parameters to start from, of a joint with a top speed [rad/s]."""
+    nonlinear = [parameter for parameter in law.parameters if parameter.starts]
+    axes = [np.clip(np.array(p.starts) * speed**p.start_speed_power, p.lower, p.upper).tolist() for p in nonlinear]
+    for point in itertools.product(*axes):
+        yield dict(zip((parameter.name for parameter in nonlinear), point, strict=True))
+
+
+def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[float, Array]:
+    """Return (sum of squared residuals, values (p,)) of the best linear parameters for given nonlinear ones.
+
+    Bounded linear least squares of the triangular factor; free columns (an offset) may be negative.
+    """
+    basis = problem.basis(shape)
+    if problem.acceleration is not None:
+        basis = np.column_stack([basis, problem.acceleration])
+    columns = basis.shape[1]
+    # rows of zeros keep the factor square where there are fewer samples than columns
+    stacked = np.vstack([np.column_stack([basis, problem.friction_torque]), np.zeros((columns + 1,) * 2)])
+    factor = cast("Array", np.linalg.qr(stacked, mode="r"))
+    lower = np.where(np.isin(np.arange(columns), problem.law.free_coefficients), -np.inf, 0.0)
+    found = lsq_linear(factor[:-1, :-1], factor[:-1, -1], (lower, np.inf), method="bvls")
+    fitted = None if problem.acceleration is None else -1
+    values = np.append(problem.law.from_linear(found.x[:fitted], shape), [] if fitted is None else found.x[-1])
+    return float(2 * found.cost + factor[-1, -1] ** 2), values
+
+
+def descend(
+    problem: FitProblem, start: Array, loss: Loss = "linear", loss_scale: float = 0.0, tolerance: float = FINE
+) -> Descent:
+    """Minimise (6.4) by SciPy's trust-region-reflective algorithm, scales by their logarithm."""
+    logs = problem.logarithmic
+    # residuals of order one, whatever the joint's torque: SciPy's gradient tolerance is absolute
+    scale = max(float(np.sqrt(np.mean(problem.friction_torque**2))), 1e-30) * np.sqrt(len(problem.velocity))
+    bounds = problem.bounds
+    lower, upper = to_internal(bounds[:, 0], logs), to_internal(bounds[:, 1], logs)
+
+    def residual(u: Array) -> Array:
+        return np.asarray((problem.predict(to_external(u, logs)) - problem.friction_torque) / scale)
+
+    def jacobian(u: Array) -> Array:
+        return np.asarray(problem.internal_jacobian(to_external(u, logs)) / scale)
+
+    solution = least_squares(
+        residual,
+        np.clip(to_internal(start, logs), lower, upper),
+        jac=jacobian,
+        bounds=(lower, upper),
+        method="trf",
+        x_scale="jac",
+        loss=loss,
+        f_scale=loss_scale / scale if loss_scale else 1.0,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance**1.5,
+        max_nfev=100,
+    )
+    at_bound = solution.active_mask != 0
+    ended = np.where(at_bound, np.where(solution.active_mask < 0, lower, upper), solution.x)  # SciPy stops just short
+    values = np.clip(to_external(ended, logs), bounds[:, 0], bounds[:, 1])  # a logarithm's way there and back rounds
+    return Descent(values, float(solution.cost * scale**2), at_bound, solution.status > 0)
+
+
+def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float) -> JointFit:
+    """Attach covariance, intervals and counts to the minimum that was found."""
+    values, logs = best.values, problem.logarithmic
+    residual = problem.friction_torque - problem.predict(values)
+    jacobian = problem.internal_jacobian(values)
+    psi, slope = influence(residual / loss_scale, loss) if loss_scale else (residual, 1.0)
+    score = psi * (loss_scale or 1.0) / max(slope, 0.1)
+    estimate = block_covariance(jacobian, score, problem.block, _prior(problem))
+    deviation = np.sqrt(np.diag(estimate.covariance))
+    factor = np.where(logs, values, 1.0)
+    bounds = problem.bounds
+    intervals = intervals_95(values, deviation, estimate.degrees_of_freedom, logs)
+    units = parameter_units(problem.parameters, *_scales(problem))
+    return JointFit(
+        parameters=problem.parameters,
+        values=values,
+        standard_errors=deviation * factor,
+        covariance=estimate.covariance * np.outer(factor, factor),
+        intervals=np.clip(intervals, bounds[:, :1], bounds[:, 1:]),
+        degrees_of_freedom=estimate.degrees_of_freedom,
+        at_bound=best.at_bound | near_bound(problem.parameters, values, deviation, units),
+        rms=float(np.sqrt(np.mean(residual**2))),
+        samples=len(residual),
+        blocks=len(np.unique(problem.block)),
+        converged=best.converged,
+    )
+
+
+def _scales(problem: FitProblem) -> tuple[float, float, float]:
+    """Return torque, speed and acceleration of a joint [N m], [rad/s], [rad/s^2]; 1 where there is none."""
+    torque = float(np.sqrt(np.mean(problem.friction_torque**2))) or 1.0
+    acceleration = 1.0
+    if problem.acceleration is not None:
+        acceleration = float(np.sqrt(np.mean(problem.acceleration**2))) or 1.0
+    return torque, top_speed(problem.velocity) or 1.0, acceleration
+
+
+def _prior(problem: FitProblem) -> Array:
+    """Return the standard deviation of each parameter, or its logarithm, before any sample was seen, shape (p,)."""
+    # logarithms of scales: a factor of a thousand
+    factors = [7.0 if parameter.logarithmic else PRIOR_FACTOR for parameter in problem.parameters]
+    return np.array(factors) * parameter_units(problem.parameters, *_scales(problem))
+
+
+def validate(
+    fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
+) -> dict[str, Validation | None]:
+    """Return how each joint's fit does on the blocks that `fit_law` held out, None without any."""
+    found: dict[str, Validation | None] = {}
+    for joint, fit in fits.items():
+        training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
+        found[joint] = validate_values(fit.values, training, unseen) if len(unseen.velocity) else None
+    return found
+
+
+def held_out(
+    fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
+) -> NDArray[np.bool_]:
+    """Return which samples of each joint lie in the blocks that `fit_law` held out, shape (N, n)."""
+    found = np.zeros(samples.usable.shape, dtype=bool)
+    for joint in fits:
+        _, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
+        found[:, samples.joint_names.index(joint)] = np.isin(samples.block, unseen.block)
+    return found
+
+
+def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> Validation:
+    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks.
+
+    `values` are those of the problems' parameters, shape (p,).
+    """
+    coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
+    return Validation(
+        rms=_rms(unseen.friction_torque - unseen.predict(values)),
+        rms_zero_friction=_rms(unseen.friction_torque),
+        rms_coulomb_only=_rms(unseen.friction_torque - _coulomb_basis(unseen) @ coefficients),
+    )
+
+
+def _coulomb_basis(problem: FitProblem) -> Array:
+    return np.column_stack([np.sign(problem.velocity), np.ones_like(problem.velocity)])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

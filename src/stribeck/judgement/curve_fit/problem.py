@@ -1,0 +1,178 @@
+"""The least squares problem of one joint: which samples, which parameters; built here, solved in `curve_fit`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.friction import FrictionLaw, LawWithState, Parameter
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.judgement.curve_fit.along import Along, along, state_known
+from stribeck.judgement.speed import top_speed
+from stribeck.settings import Settings
+
+ARMATURE = Parameter(name="armature", symbol="Ia", unit="kg m^2")
+"""Rotor inertia that the model lacks: an extra torque, armature times acceleration."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FitProblem:
+    """N samples of one joint and the p parameters that shall explain them, (6.4).
+
+    Attributes
+    ----------
+    law
+        The friction law.
+    parameters
+        The law's, and the armature if it is fitted.
+    velocity, friction_torque
+        [rad/s] and [N m], shape (N,).
+    acceleration
+        [rad/s^2], shape (N,); None if no armature is fitted.
+    block
+        Step or second of each sample, shape (N,), ascending.
+    around, weights
+        Velocity [rad/s] at the K instants over which the filter has averaged the torque, shape (N, K), and the weight
+        of each, shape (K,); None if nothing is averaged.
+    along
+        The motion that a law with state is fitted along; None of other laws.
+    """
+
+    law: FrictionLaw
+    parameters: tuple[Parameter, ...]
+    velocity: Array
+    friction_torque: Array
+    acceleration: Array | None
+    block: NDArray[np.int64]
+    around: Array | None = None
+    weights: Array | None = None
+    along: Along | None = None
+
+    @property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """Which parameters are fitted by their logarithm, shape (p,)."""
+        return np.array([parameter.logarithmic for parameter in self.parameters])
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper bound of each parameter, shape (p, 2)."""
+        return np.array([(parameter.lower, parameter.upper) for parameter in self.parameters])
+
+    @cached_property
+    def turning(self) -> NDArray[np.int64]:
+        """Samples over whose window the velocity changes by a fair share of itself, where averaging shows."""
+        if self.around is None:
+            return np.empty(0, dtype=np.int64)
+        change = np.abs(self.around - self.velocity[:, None]).max(axis=1)
+        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # below it a law is straight enough
+
+    def average(self, function: Callable[[Array], Array]) -> Array:
+        """Return a function of the velocity, shape (M,) -> (M, ...), as the filter averages it, shape (N, ...)."""
+        result = function(self.velocity)
+        if len(self.turning) and self.around is not None and self.weights is not None:
+            around = self.around[self.turning]
+            values = function(around.ravel()).reshape(*around.shape, -1)
+            result[self.turning] = np.einsum("nkp,k->np", values, self.weights).reshape(-1, *result.shape[1:])
+        return result
+
+    def law_torque(self, values: Array) -> Array:
+        """Compute the torque of the law [N m], of its own parameter values, as the filter averages it, shape (N,)."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(self.law.torque_along(self.along.motion, values))
+        return self.average(lambda velocity: self.law.torque(velocity, values))
+
+    def law_jacobian(self, values: Array) -> Array:
+        """Return the derivatives of `law_torque`, shape (N, p)."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(self.law.jacobian_along(self.along.motion, values))
+        return self.average(lambda velocity: self.law.jacobian(velocity, values))
+
+    def basis(self, shape: Mapping[str, float]) -> Array:
+        """Return the law's basis for given nonlinear parameters, shape (N, k)."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(self.law.basis_along(self.along.motion, shape))
+        return self.average(lambda velocity: self.law.basis(velocity, shape))
+
+    def predict(self, values: Array) -> Array:
+        """Return the torque [N m] of parameter values, shape (p,) -> (N,)."""
+        if self.acceleration is None:
+            return self.law_torque(values)
+        return np.asarray(self.law_torque(values[:-1]) + values[-1] * self.acceleration)
+
+    def jacobian(self, values: Array) -> Array:
+        """Return the derivatives of `predict`, shape (N, p)."""
+        if self.acceleration is None:
+            return self.law_jacobian(values)
+        return np.column_stack([self.law_jacobian(values[:-1]), self.acceleration])
+
+    def internal_jacobian(self, values: Array) -> Array:
+        """Compute the derivatives by the coordinates of a descent, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
+        return self.jacobian(values) * np.where(self.logarithmic, values, 1.0)
+
+    def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
+        """Return the problem of these samples alone."""
+        return replace(
+            self,
+            velocity=self.velocity[rows],
+            friction_torque=self.friction_torque[rows],
+            acceleration=None if self.acceleration is None else self.acceleration[rows],
+            block=self.block[rows],
+            around=None if self.around is None else self.around[rows],
+            along=None if self.along is None else self.along.take(rows),
+        )
+
+
+def to_internal(values: Array, logarithmic: NDArray[np.bool_]) -> Array:
+    """Convert parameter values, shape (..., p), to coordinates of a descent: scales by their logarithm."""
+    return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+
+
+def to_external(internal: Array, logarithmic: NDArray[np.bool_]) -> Array:
+    """Convert coordinates of a descent, shape (..., p), to parameter values."""
+    return np.where(logarithmic, np.exp(np.where(logarithmic, internal, 0.0)), internal)
+
+
+def joint_problem(samples: FrictionSamples, joint: str, law: FrictionLaw, settings: Settings) -> FitProblem:
+    """Return the problem of all usable, finite samples of a joint, ordered by block.
+
+    A joint at rest holds any torque up to the Coulomb friction, and the sign of its velocity is noise: for laws that
+    jump at standstill, samples slower than `settings.rest` times the top speed are left out. For laws with state, so
+    are those at the beginning of a piece of motion, where the state is not known.
+    """
+    column = samples.joint_names.index(joint)
+    asked = settings.fit_armature
+    fits_armature = joint in asked if isinstance(asked, list) else asked is True
+    velocity, torque = samples.velocity[:, column], samples.friction_torque[:, column]
+    keep = samples.usable[:, column] & np.isfinite(velocity) & np.isfinite(torque)
+    if fits_armature:
+        keep &= np.isfinite(samples.acceleration[:, column])
+    if law.jumps and keep.any():
+        keep &= np.abs(velocity) >= settings.rest * top_speed(velocity[keep])
+    if isinstance(law, LawWithState):
+        keep &= state_known(samples, column, settings.rest)
+    rows = np.flatnonzero(keep)
+    rows = rows[np.argsort(samples.block[rows], kind="stable")]
+    return FitProblem(
+        law=law,
+        parameters=(*law.parameters, ARMATURE) if fits_armature else law.parameters,
+        velocity=np.ascontiguousarray(velocity[rows], dtype=np.float64),
+        friction_torque=np.ascontiguousarray(torque[rows], dtype=np.float64),
+        acceleration=np.ascontiguousarray(samples.acceleration[rows, column]) if fits_armature else None,
+        block=samples.block[rows],
+        around=samples.velocity_around(column, rows),
+        weights=None if samples.nodes is None else samples.nodes.weights,
+        along=along(samples, column, rows) if isinstance(law, LawWithState) else None,
+    )
+
+
+def hold_out(problem: FitProblem, every: int) -> tuple[FitProblem, FitProblem]:
+    """Return the training and the validation problem: every n-th of the joint's own blocks is kept from all fits."""
+    _, number = np.unique(problem.block, return_inverse=True)
+    validation = cast("NDArray[np.bool_]", number % every == every // 2)
+    return problem.take(~validation), problem.take(validation)

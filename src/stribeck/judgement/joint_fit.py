@@ -1,0 +1,107 @@
+"""What a fit of one joint found: values, and how well they are known."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.friction import FrictionLaw, Parameter
+from stribeck.judgement.curve_fit.problem import to_internal
+from stribeck.result import law_values
+
+PRIOR_FACTOR = 100.0
+"""How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointFit:
+    """Fitted parameters of one joint.
+
+    Attributes
+    ----------
+    parameters
+        p parameters: the law's, then the armature if it was fitted.
+    values, standard_errors
+        Shape (p,).
+    covariance
+        Shape (p, p), block-robust.
+    intervals
+        95 %, within the bounds, shape (p, 2).
+    degrees_of_freedom
+        Of each parameter's t quantile, shape (p,).
+    at_bound
+        Which values sit on a bound, shape (p,).
+    rms
+        Root mean square of the training residual [N m].
+    samples, blocks
+        That the fit saw.
+    converged
+        Whether the last descent converged; if not, the samples hardly distinguish its parameters.
+    variance_shares
+        Of each parameter: what its variance is made of, by name, adding up to one; None if the method does not know.
+    mean_load
+        Torque that the joint carries [N m], on which friction of the law "auto" may depend.
+    """
+
+    parameters: tuple[Parameter, ...]
+    values: Array
+    standard_errors: Array
+    covariance: Array
+    intervals: Array
+    degrees_of_freedom: Array
+    at_bound: NDArray[np.bool_]
+    rms: float
+    samples: int
+    blocks: int
+    converged: bool
+    variance_shares: tuple[dict[str, float], ...] | None = None
+    mean_load: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """Values by name of the parameter."""
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+    def law_values(self, law: FrictionLaw, load: float = 0.0) -> Array:
+        """Return the parameter values of a law under a load [N m], in the order of the law."""
+        values = law_values(law, self.by_name, load)
+        assert values is not None, "a fit has all parameters that its law needs"
+        return values
+
+
+def with_gain_error(fit: JointFit, error: float) -> JointFit:
+    """Return a fit that knows the relative standard error [1] of its torques' gain, which scales all friction."""
+    scaled = fit.values * np.array([parameter.unit.startswith(("N", "kg")) for parameter in fit.parameters])
+    if error == 0 or not scaled.any():
+        return fit
+    covariance = fit.covariance + error**2 * np.outer(scaled, scaled)
+    factor = np.sqrt(np.diag(covariance) / np.maximum(np.diag(fit.covariance), 1e-300))
+    factor = np.where(scaled == 0, 1.0, factor)
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in fit.parameters])
+    intervals = np.clip(
+        fit.values[:, None] + factor[:, None] * (fit.intervals - fit.values[:, None]), *bounds.T[..., None]
+    )
+    return replace(fit, covariance=covariance, standard_errors=fit.standard_errors * factor, intervals=intervals)
+
+
+def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> NDArray[np.bool_]:
+    """Return which values can hardly be told from a bound, shape (p,); all of internal coordinates but the values.
+
+    Where nothing is known, the standard error is no measure of what is near: then it is the parameter's unit.
+    """
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
+    distance = np.min(np.abs(to_internal(values, logs) - to_internal(bounds.T, logs)), axis=0)
+    return np.asarray(distance < 0.01 * np.minimum(deviation, units))
+
+
+def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: float, acceleration: float = 1.0) -> Array:
+    """Return a sensible unit of each parameter [its own] by what a joint does, shape (p,); 1 of logarithms."""
+    units = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
+    return np.array([1.0 if each.logarithmic else units.get(each.unit, 1.0) for each in parameters])

@@ -1,0 +1,55 @@
+"""The friction torque that each joint's and each coupling's own law has to explain."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.friction import FrictionLaw
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.judgement.joint_fit import JointFit
+
+
+def own_friction(
+    samples: FrictionSamples,
+    fits: Mapping[str, JointFit],
+    law: FrictionLaw,
+    couplings: Mapping[str, Mapping[str, float]],
+) -> FrictionSamples:
+    """Return samples without the torque of fitted rotor inertias, and with that of couplings in columns of their own.
+
+    Torques do not say what they are of: a coupling's column is the friction that was fitted to it, and its share, by
+    least squares, of what no fit of its joints explains. `couplings` are their coefficients of joints, by name.
+    """
+    names = (*samples.joint_names, *couplings)
+    sums = [[own.get(joint, 0.0) for joint in samples.joint_names] for own in couplings.values()]
+    acting = np.column_stack([np.eye(len(samples.joint_names)), *sums])
+    torque = samples.friction_torque.copy()
+    for name, own in zip(names, acting.T, strict=True):
+        if name in fits and "armature" in fits[name].names:
+            joints, inertia = np.flatnonzero(own), fits[name].by_name["armature"]
+            torque[:, joints] -= inertia * np.outer(samples.acceleration[:, joints] @ own[joints], own[joints])
+    if not couplings:
+        return replace(samples, friction_torque=torque)
+    velocity = samples.velocity @ acting
+    friction = np.zeros(velocity.shape)
+    for column, name in enumerate(names):
+        if name in fits:
+            friction[:, column] = law.torque(velocity[:, column], fits[name].law_values(law))
+    unexplained = torque - friction @ acting.T
+    parts = [np.flatnonzero(own) for own in acting.T]  # of what is not known of other joints, none is known
+    shares = [
+        unexplained[:, part] @ np.linalg.pinv(own[part, None])[0] for part, own in zip(parts, acting.T, strict=True)
+    ]
+    return replace(
+        samples,
+        joint_names=names,
+        velocity=velocity,
+        acceleration=samples.acceleration @ acting,
+        friction_torque=friction + np.column_stack(shares),
+        usable=np.column_stack([samples.usable[:, part].all(axis=1) for part in parts]),
+        prismatic=tuple(all(samples.slides(joint) for joint in part.tolist()) for part in parts),
+        jerk=None if samples.jerk is None else samples.jerk @ acting,
+        snap=None if samples.snap is None else samples.snap @ acting,
+        sharp_velocity=None if samples.sharp_velocity is None else samples.sharp_velocity @ acting,
+    )

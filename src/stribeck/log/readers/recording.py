@@ -1,0 +1,167 @@
+"""What every reader gives: the channels that a file offers, and a way to load some of their columns.
+
+To add a format:
+
+1. Write `readers/<format>.py` with a function `open_<format>(path, table) -> Source`.
+2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` says where else to look for one.
+   Units, signs, order, delays and joint selection are not the reader's business: `mapping` and `selection` do them.
+3. Call foreign libraries inside `foreign`, so that whatever they raise becomes a LogError naming the file.
+4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/log/readers/formats.py`, and damage to
+   `tests/damaged.py`.
+
+To add a type of message, write a function in `messages.py` that splits it into joints, IMUs and feet.
+"""
+
+import errno
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.errors import LogError, StribeckError
+from stribeck.log.storage import too_large
+from stribeck.settings import LogTable
+
+QUATERNION = ("x", "y", "z", "w")
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
+"""Channels of a command, and what each of them is of."""
+JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
+VECTOR_CHANNELS = {
+    "base_orientation": QUATERNION,
+    "angular_velocity": QUATERNION[:3],
+    "linear_acceleration": QUATERNION[:3],
+}
+FOOT_CHANNELS = ("contact", "foot_wrench", "foot_force")
+CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
+
+Arrays = dict[str, NDArray[np.generic]]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Loaded columns by channel, each of shape (T, columns), and what was done to them."""
+
+    arrays: Arrays
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Columns that a file offers for a channel: how many, and the log's own names of them, if it names them."""
+
+    columns: int
+    labels: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """An opened log.
+
+    Attributes
+    ----------
+    path
+        The file, for messages.
+    channels
+        What it offers, by the names of RobotLog; `foot_wrench` has six columns a foot.
+    load
+        Reads columns: {channel: column numbers} to arrays of shape (T, columns), in the log's own units; float64, but
+        for `time`, which keeps integers as they are (nanoseconds since 1970 do not fit float64). A column number of -1
+        gives zeros.
+    others
+        Names that the file holds beside them.
+    wide
+        Those of `others` that are of several columns each.
+    time_unit
+        Unit of `time` where the file itself says so; settings do not change it.
+    torque_source
+        Where the torque comes from, where the file itself says so.
+    motor_orders
+        {robot: its joints by number}, where the file numbers its joints `motor_0`, `motor_1`, ... and is one of these.
+    expected
+        {channel: where this format would have it}, for the message that it is not there.
+    """
+
+    path: str
+    channels: Mapping[str, Channel]
+    load: Callable[[Mapping[str, Sequence[int]]], Loaded]
+    others: tuple[str, ...] = ()
+    wide: frozenset[str] = frozenset()
+    time_unit: str | None = None
+    torque_source: str | None = None
+    motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    expected: Mapping[str, str] = field(default_factory=dict)
+
+
+ALIASES = {
+    "time": ("t", "timestamp", "timestamps", "stamp", "stamps"),
+    "position": ("q", "positions", "joint_position", "joint_positions", "joint_pos"),
+    "velocity": ("qd", "dq", "qdot", "velocities", "joint_velocity", "joint_velocities", "joint_vel"),
+    "acceleration": ("qdd", "ddq", "qddot", "accelerations", "joint_acceleration", "joint_accelerations"),
+    "torque": ("tau", "effort", "efforts", "torques", "joint_torque", "joint_torques", "joint_effort", "joint_efforts"),
+}
+"""Channel -> its other names. Quaternions and IMUs have none: a name does not tell their order and frame."""
+
+
+def find_aliases(table: LogTable, offers: Mapping[str, int]) -> dict[str, str]:
+    """Return under which other name a log holds a channel: {channel: name}.
+
+    A name counts where it is the only one of its channel, and neither the channel's own name nor a setting says where
+    the channel is. A channel that no fit needs counts only next to as many columns of positions.
+
+    Parameters
+    ----------
+    offers
+        {name in the log: its number of columns}.
+    """
+    found: dict[str, str] = {}
+    for channel, names in ALIASES.items():
+        there = [name for name in names if name in offers]
+        if channel in offers or getattr(table, channel).name is not None or len(there) != 1:
+            continue
+        positions = offers.get(found.get("position", "position"))
+        if channel in ("time", "position", "torque") or offers[there[0]] == positions:
+            found[channel] = there[0]
+    return found
+
+
+def alias_note(found: Mapping[str, str]) -> list[str]:
+    """Return the sentence that says which names were taken for what."""
+    pairs = ", ".join(f"'{name}' as {channel}" for channel, name in found.items())
+    return [f"Read by their usual names: {pairs}."] if found else []
+
+
+@contextmanager
+def foreign(path: str, what: str) -> Iterator[None]:
+    """Turn whatever a foreign library raises on a damaged file into a LogError of one line."""
+    try:
+        yield
+    except StribeckError:
+        raise
+    except MemoryError as error:
+        raise LogError(too_large(path)) from error
+    except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+            raise LogError(too_large(path)) from error
+        unreadable = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
+        if isinstance(error, OSError) and error.errno in unreadable:
+            place = _one_line(str(error.filename or path))
+            raise LogError(f"{place}: cannot be read ({os.strerror(error.errno)}); expected a readable log") from error
+        reason = _one_line(str(error))[:160] or type(error).__name__
+        raise LogError(
+            f"{path}: cannot be read as {what}; the file is damaged or of another kind ({reason})"
+        ) from error
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Return names for a message: quoted, and not more than `most` of them."""
+    shown = ", ".join(f"'{_one_line(name)[:80]}'" for name in names[:most])
+    return (shown + (f" and {len(names) - most} more" if len(names) > most else "")) or "nothing"
+
+
+def _one_line(text: str) -> str:
+    """Return text from a file as one printable line."""
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split()))

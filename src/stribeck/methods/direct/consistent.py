@@ -1,0 +1,135 @@
+"""Least squares over bodies that can exist, and base parameters (docs/direct.md, 3 and 4).
+
+The entropic divergence of a body's pseudo-inertia P from that of the model, P_0,
+
+    d(P, P_0) = tr(P_0^-1 P) - log det(P_0^-1 P) - 4
+
+is convex, the same in every frame, and infinite where P stops being positive definite: the minimum of a sum of squares
+and the divergence is unique and physically consistent (Lee, Wensing and Park 2020).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, qr
+
+from stribeck.base.typing import Array
+from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia
+
+BASIS = pseudo_inertia(np.eye(SIZE))
+"""Derivatives of the pseudo-inertia by the ten parameters, shape (10, 4, 4)."""
+
+DEPENDENT = 1e-8
+"""Diagonal entry of the triangular factor [1], of columns of norm 1, below which a column is a sum of others.
+
+Columns that depend on one another by the structure of the robot do so to rounding, 1e-12 and less, whatever the noise
+of the motion; those that a motion hardly excites stay above 1e-5.
+"""
+
+
+class ConsistentFit(NamedTuple):
+    """Parameters (L, 10), friction coefficients (q,), which of these are held at zero, and the penalty's Hessian."""
+
+    parameters: Array
+    coefficients: Array
+    held: NDArray[np.bool_]
+    hessian: Array
+
+
+def base_parameters(regressor: Array) -> tuple[NDArray[np.int64], float]:
+    """Find the independent columns of a regressor (N, p), by QR with column pivoting (Gautier 1991).
+
+    Returns
+    -------
+    columns, condition
+        Their places, shape (b,), and their condition number at norm 1 [1].
+    """
+    norms = np.linalg.norm(regressor, axis=0)
+    seen = np.flatnonzero(norms > DEPENDENT * norms.max(initial=0.0))
+    if not len(seen):
+        return seen, 1.0
+    unit = regressor[:, seen] / norms[seen]
+    factor, order = qr(unit, mode="r", pivoting=True, check_finite=False)
+    size = np.abs(np.diag(factor[: len(seen)]))
+    kept = order[: len(size)][size > DEPENDENT * size[0]]
+    return np.sort(seen[kept]), float(np.linalg.cond(unit[:, kept]))
+
+
+def divergence(parameters: Array, nominal: Array) -> tuple[float, Array, Array]:
+    """Compute the sum of all bodies' d(P, P_0), its gradient, shape (L, 10), and Hessians, shape (L, 10, 10).
+
+    Parameters and the model's `nominal` ones have shape (L, 10). The sum is infinite where a body cannot exist.
+    """
+    matrix, model_inverse = pseudo_inertia(parameters), np.linalg.inv(pseudo_inertia(nominal))
+    if np.linalg.eigvalsh(matrix).min(initial=np.inf) <= 0:
+        return np.inf, np.zeros(parameters.shape), np.zeros((*parameters.shape, SIZE))
+    inverse = np.linalg.inv(matrix)
+    ratio = model_inverse @ matrix
+    value = float(np.sum(np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4))
+    gradient = np.einsum("lij,kji->lk", model_inverse - inverse, BASIS)
+    turned = inverse[:, None] @ BASIS
+    return value, gradient, np.einsum("lkij,lmji->lkm", turned, turned)
+
+
+def minimise(
+    information: Array, right: Array, nominal: Array, weight: float, precision: Array, bounded: NDArray[np.bool_]
+) -> ConsistentFit:
+    """Minimize a sum of squares and the weighted divergence, by Newton's method.
+
+        1/2 x^T A x - b^T x + weight d(pi) + 1/2 beta^T diag(precision) beta,  x = (pi - pi_0, beta)
+
+    Parameters
+    ----------
+    information, right
+        A, shape (10 L + q,) * 2, and b, shape (10 L + q,).
+    nominal
+        pi_0, shape (L, 10), of bodies that can exist.
+    weight
+        Weight of the divergence.
+    precision
+        Precision of the friction coefficients' prior, shape (q,).
+    bounded
+        Friction coefficients that may not be negative, shape (q,): those that would be are held at zero.
+    """
+    size, held = nominal.size, np.zeros(len(precision), dtype=bool)
+
+    def evaluate(x: Array) -> tuple[float, Array, Array]:
+        value, gradient, hessians = divergence(nominal + x[:size].reshape(nominal.shape), nominal)
+        slope = information @ x
+        penalty = np.diag(np.append(np.zeros(size), precision))
+        for k, own in enumerate(hessians):
+            penalty[SIZE * k : SIZE * (k + 1), SIZE * k : SIZE * (k + 1)] = weight * own
+        total = 0.5 * float(x @ slope + precision @ x[size:] ** 2) - float(right @ x) + weight * value
+        return total, slope - right + np.append(weight * gradient.ravel(), precision * x[size:]), penalty
+
+    def newton() -> tuple[Array, Array]:
+        free, x = np.append(np.ones(size, dtype=bool), ~held), np.zeros(len(right))
+        value, slope, penalty = evaluate(x)
+        for _ in range(200):  # ten to thirty are usual
+            step = np.zeros(len(x))
+            step[free] = _solve((information + penalty)[np.ix_(free, free)], -slope[free])
+            decrement, length = -float(slope @ step), 1.0
+            if decrement <= 1e-9 * (1 + abs(value) * 1e-6):  # squared errors have variance one
+                break
+            while not (after := evaluate(x + length * step))[0] <= value - 1e-4 * length * decrement:
+                length /= 2
+                if length <= 1e-12:  # rounding: no step lowers the sum
+                    return x, penalty
+            x = x + length * step
+            value, slope, penalty = after
+        return x, penalty
+
+    while True:
+        x, penalty = newton()
+        negative = bounded & ~held & (x[size:] < 0)
+        if not negative.any():
+            return ConsistentFit(nominal + x[:size].reshape(nominal.shape), x[size:], held, penalty)
+        held |= negative
+
+
+def _solve(matrix: Array, right: Array) -> Array:
+    """Solve a positive definite system whose unknowns have units of any size."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    unit = matrix * np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))  # what rounding may take from an eigenvalue
+    return np.asarray(scale * cho_solve(cho_factor(unit), scale * right))

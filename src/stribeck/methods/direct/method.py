@@ -1,0 +1,166 @@
+"""Direct identification: friction and bodies together, by least squares on the dynamic regressor (docs/direct.md)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import FrictionLaw
+from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.stage import with_filter
+from stribeck.judgement.curve_fit.fit import validate_values
+from stribeck.judgement.curve_fit.problem import ARMATURE, joint_problem
+from stribeck.judgement.joint_fit import PRIOR_FACTOR, parameter_units
+from stribeck.judgement.own_friction import own_friction
+from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut, joined_samples
+from stribeck.methods.corrected import corrected_robot
+from stribeck.methods.direct.describe import JointColumns, corrections, joint_fits
+from stribeck.methods.direct.estimate import DirectFit, fit_direct
+from stribeck.methods.direct.regressor_rows import ROOT_ROWS, Block, RowMaker
+from stribeck.methods.direct.rows import DirectRows
+from stribeck.methods.moving import joints_that_move
+from stribeck.result import Validation
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.whole_log.equations.build import find_corrections
+from stribeck.whole_log.equations.couplings import acting
+from stribeck.whole_log.model.bodies import bodies_of
+
+
+def find(
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    law: FrictionLaw,
+    settings: Settings,
+    friction_torque: FrictionTorque,  # noqa: ARG001 - it has equations of its own
+    progress: Progress,
+) -> Fitted:
+    """Fit friction and bodies to all blocks but every n-th, which is held out."""
+    progress("building the regressor", 0.0)
+    maker, names, top_speed = _row_maker(prepared, robot, law, settings)
+    blocks, every = maker.blocks(prepared), settings.holdout
+    held_out = blocks[every // 2 :: every]
+    training = [block for number, block in enumerate(blocks) if number % every != every // 2]
+    numbers = np.arange(len(training)) * min(64, len(training)) // max(len(training), 1)  # more would only take longer
+    rows = maker.rows(prepared, training, numbers.tolist())
+    if len({number for own in rows for number in own.clusters[0].tolist()}) < 2:  # a covariance needs two
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: no support phase that is used is longer than what is trimmed "
+            "off and filtered away; where several feet stand, soles take double_support = 'fit'"
+        )
+    columns = _columns(maker, names, rows, top_speed)
+    progress("fitting", 0.0)
+    fit = _fit(rows, columns, maker, settings)
+    fits = joint_fits(fit, columns, rows)
+    if not fits:
+        raise NothingIdentifiedError("no joint can be identified from this log: none moves in enough blocks of it")
+    found = corrected_robot(robot, maker.corrections, fit.change.ravel())
+    fitted = Fitted(
+        fits=fits,
+        validations=dict.fromkeys(fits),
+        unseen=Unseen(fits=fits, robot=found, logs=_parts(prepared, held_out)),
+        robot=found,
+        logs=prepared,
+        settings=settings.model_copy(update={"filter_torque": True}),
+        corrections=corrections(fit, columns, maker.corrections.bodies, maker.corrections.inertial_parameters),
+        couplings=tuple(robot.couplings),
+        notes=[
+            f"{len(fit.base_columns)} of {fit.change.size} inertial parameters are base parameters of this motion; "
+            f"condition number {fit.condition:.3g}, of columns of norm 1."
+        ],
+    )
+    check = maker.settings.model_copy(update={"fit_armature": False})
+    return replace(fitted, validations=_validations(fitted, law, check, _parts(prepared, training)))
+
+
+def _row_maker(
+    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
+) -> tuple[RowMaker, tuple[str, ...], Array]:
+    """Return what makes the rows, the names of joints and couplings that move, and their top speeds [rad/s]."""
+    joints, couplings, top_speed = joints_that_move(prepared, robot, law)
+    names = (*(robot.joint_names[column] for column in joints), *couplings)
+    maker = RowMaker(
+        robot=robot,
+        law=law,
+        settings=with_filter(prepared[0], robot, settings)[0].model_copy(update={"filter_torque": True}),
+        joints=joints,
+        couplings=robot.coefficients(names[: len(joints)], couplings),
+        rest=settings.rest * top_speed,
+        corrections=replace(find_corrections(robot, names, settings), delays=0),
+    )
+    return maker, names, top_speed
+
+
+def _parts(prepared: Sequence[PreparedLog], blocks: Sequence[Block]) -> list[PreparedLog]:
+    """Return the logs with their support phases cut to some blocks."""
+    return [
+        replace(part, support=cut(part.support, [block.rows for block in blocks if block.log == number]))
+        for number, part in enumerate(prepared)
+    ]
+
+
+def _columns(maker: RowMaker, names: Sequence[str], rows: Sequence[DirectRows], top_speed: Array) -> list[JointColumns]:
+    """Return which friction coefficients each joint and coupling has."""
+    on_joints = acting(maker.couplings) != 0
+    found, first = [], 0
+    for k, name in enumerate(names):
+        kinds = (ROOT_ROWS + np.flatnonzero(on_joints[:, k])).tolist()
+        parameters, acceleration = tuple(maker.law.parameters[i] for i in maker.has(k)), 1.0
+        if k in maker.corrections.rotors:
+            column = maker.corrections.inertial_parameters.size + first + len(parameters)
+            acceleration = _rms([own.columns[:, own.kind == kinds[0], column] for own in rows])
+            parameters = (*parameters, ARMATURE)
+        torque = _rms([own.left[:, np.isin(own.kind, kinds)] for own in rows])
+        units = parameter_units(parameters, torque, float(top_speed[k]) or 1.0, acceleration)
+        found.append(JointColumns(name=name, parameters=parameters, first=first, units=units, kinds=tuple(kinds)))
+        first += len(parameters)
+    return found
+
+
+def _rms(parts: Sequence[Array]) -> float:
+    """Return the root mean square of all, 1 where they are zero or none."""
+    together = np.concatenate([part.ravel() for part in parts])
+    return float(np.sqrt(np.sum(together**2) / max(together.size, 1))) or 1.0
+
+
+def _fit(rows: Sequence[DirectRows], columns: Sequence[JointColumns], maker: RowMaker, settings: Settings) -> DirectFit:
+    return fit_direct(
+        rows,
+        bodies_of(maker.corrections.inertial_parameters, settings.priors).parameters,
+        1 / (2 * settings.priors.mass) ** 2,  # of a scaled body, d = 2 (dm / m)^2: the mass has this deviation
+        PRIOR_FACTOR * np.concatenate([own.units for own in columns]),
+        np.array([parameter.lower == 0 for own in columns for parameter in own.parameters]),
+        settings.regression,
+    )
+
+
+def _validations(
+    fitted: Fitted, law: FrictionLaw, settings: Settings, training: Sequence[PreparedLog]
+) -> Mapping[str, Validation | None]:
+    """Return how each joint's law does on the held-out blocks, by the corrected robot."""
+    assert fitted.unseen is not None
+    couplings = {name: fitted.robot.couplings[name] for name in fitted.couplings}
+    seen, unseen = (
+        own_friction(samples, fitted.fits, law, couplings) if samples else None
+        for samples in (joined_samples(logs, fitted.robot, settings) for logs in (training, fitted.unseen.logs))
+    )
+    found: dict[str, Validation | None] = dict.fromkeys(fitted.fits)
+    if seen is None or unseen is None:
+        return found
+    for joint, fit in fitted.fits.items():
+        problems = [joint_problem(samples, joint, law, settings) for samples in (seen, unseen)]
+        if all(len(problem.velocity) for problem in problems):
+            found[joint] = validate_values(fit.law_values(law), *problems)
+    return found
+
+
+DIRECT = Method(
+    name="direct",
+    uses=(SHARED - {"filter_torque"}) | {"double_support", "regression", "holdout", "priors.mass"},
+    laws=("coulomb-viscous", "asymmetric"),
+    defaults=lambda _: {"law": "coulomb-viscous"},
+    find=find,
+    wrenches=False,
+)

@@ -1,0 +1,258 @@
+"""How long the present motion of a joint would have to last, and what other motions would show."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.dynamics.state import State
+from stribeck.judgement.curve import WIDEST, relative_width
+from stribeck.judgement.excitation import MIN_BLOCKS, MIN_REVERSALS, MIN_SPEED
+from stribeck.judgement.weakness import CLEARED
+from stribeck.plan.information import Dynamics, covariances, expected_curve
+from stribeck.plan.joint import PlannedJoint, PresentMotion, moving
+from stribeck.result import CurvePoint
+from stribeck.result.joint import Verdict
+
+LONGEST = 3600.0
+"""Longest log worth advising [s]."""
+
+PERIOD, DURATION = 0.005, 30.0
+"""Sampling period and duration of the motions that are compared [s]."""
+
+Curve: TypeAlias = tuple[CurvePoint, ...]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A motion, and what a log of it would show.
+
+    `relative_width` is half of the 95 % interval of the friction curve divided by its value [1], `needed` the time
+    until that is narrow enough for the verdict "identified" [s]; None if no length is.
+    """
+
+    motion: str
+    slowest: float
+    fastest: float
+    reversals: int
+    duration: float
+    curve: Curve
+    relative_width: float
+    needed: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointAdvice:
+    """What would make the friction of one joint known.
+
+    Attributes
+    ----------
+    verdict
+        Verdict of the present log.
+    advice
+        Sentences.
+    unit
+        Unit of the joint's speed.
+    noise
+        Spectral density of its torque [N^2 m^2 s].
+    guessed
+        Whether its friction is a guess from other joints; widths are as uncertain as the guess.
+    longer
+        Sufficient length of a log of the present motion [s]; None if no length is.
+    candidates
+        Motions from the best to the worst.
+    """
+
+    verdict: Verdict
+    advice: str
+    unit: str
+    noise: float
+    guessed: bool
+    longer: float | None
+    candidates: tuple[Candidate, ...]
+
+
+def advise(
+    joint: PlannedJoint,
+    motion: PresentMotion,
+    duration: float,
+    dynamics: Dynamics,
+    posture: Array,
+    how: Mapping[str, str],
+) -> JointAdvice:
+    """Advise on one joint.
+
+    Parameters
+    ----------
+    joint
+        The joint.
+    motion, duration
+        Its motion in the log, and the length of the log [s].
+    dynamics, posture
+        Dynamics of the robot, and where its other joints rest, shape (n,).
+    how
+        How a walker performs each motion, by the motion's name.
+    """
+    unit, verdict = "m/s" if joint.prismatic else "rad/s", joint.found.verdict
+    still = verdict == "not excited"
+    top = joint.reach.speed if still else max(motion.top_speed, 0.0)
+    longer = None if still else present_length(joint, duration)
+    found = []
+    for name, (slow, fast, turns) in motions_of(joint).items():
+        reversals, state = sweep(slow, fast, joint, posture, turns)
+        curve = expected_curve(joint, covariances(dynamics, state, [joint], PERIOD)[0], top, DURATION)
+        found.append(_candidate(name, slow, fast, reversals, DURATION, curve))
+    if not still:
+        found.append(of_pace("the present motion twice as fast", 2.0, joint, motion, top))
+        found.append(of_pace("the present motion half as fast", 0.5, joint, motion, top))
+    found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
+    said = [_of_longer(joint, duration, longer)]
+    if still or relative_width(joint.found.curve) > WIDEST:
+        said.append(_of_best(found, unit, how))
+    if not still:
+        said.append(_of_speed(joint, motion.top_speed, unit))
+    return JointAdvice(
+        verdict=verdict,
+        advice="; ".join(text for text in said if text),
+        unit=unit,
+        noise=joint.noise,
+        guessed=joint.guessed,
+        longer=longer,
+        candidates=tuple(found),
+    )
+
+
+def motions_of(joint: PlannedJoint) -> dict[str, tuple[float, float, float]]:
+    """Find the slowest and fastest speed and least reversals of swings: slow, fast, slow to fast, and reversing often.
+
+    No swing is above 1 Hz. Slow is half the Stribeck velocity, or close to the least speed that counts as motion.
+    """
+    least, stribeck = MIN_SPEED[joint.prismatic], joint.found.parameters.get("stribeck_velocity")
+    fast = min(joint.reach.speed, 2 * np.pi * joint.reach.amplitude)
+    slow = float(np.clip(stribeck.value / 2 if stribeck else 2 * least, least, fast / 2))
+    often, turns = min(fast, np.sqrt(slow * fast)), 1.5 * MIN_REVERSALS
+    return {
+        "slow": (slow, slow, turns),
+        "fast": (fast, fast, turns),
+        "slow to fast": (slow, fast, turns),
+        "turning often": (often, often, 2 * DURATION),
+    }
+
+
+def sweep(slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: float) -> tuple[int, State]:
+    """Build a swing about the middle whose top speed grows from slow to fast; return its reversals and motion.
+
+    It reverses at least so many times.
+    """
+    time = np.arange(0, DURATION, PERIOD)
+    speed = slow * (fast / slow) ** (time / DURATION)
+    amplitude = min(joint.reach.amplitude, float(speed.sum()) * PERIOD / (np.pi * turns))
+    angle = np.cumsum(speed) * PERIOD / amplitude
+    position, velocity = joint.reach.middle - amplitude * np.cos(angle), speed * np.sin(angle)
+    own = State(position, velocity, np.gradient(velocity, PERIOD))
+    return int(angle[-1] / np.pi), moving(posture, joint.column, own)
+
+
+def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> Candidate:
+    """Predict what an equally long log of the present motion would show, faster or slower by a factor.
+
+    The part of the present variance that falls with the length of a log changes as that of noise; the rest stays.
+    """
+    before, after = (
+        expected_curve(
+            joint,
+            np.asarray(np.linalg.inv(joint.information(motion, pace) / joint.noise + np.diag(joint.precision))),
+            top,
+            motion.duration,
+        )
+        for pace in (1.0, factor)
+    )
+    share = joint.shrinking_share
+    falls = [share * (new.standard_error / old.standard_error) ** 2 for old, new in zip(before, after, strict=True)]
+    factors = [math.sqrt(1 - share + own) for own in falls]
+    curve = tuple(_widened(point, factor) for point, factor in zip(joint.found.curve, factors, strict=True))
+    turns = int(np.count_nonzero(np.diff(np.sign(motion.velocity[motion.usable]))))
+    fixed = max((1 - share) / (1 - share + own) for own in falls)
+    return _candidate(name, 0.0, factor * motion.top_speed, turns, motion.duration, curve, fixed)
+
+
+def _widened(point: CurvePoint, factor: float) -> CurvePoint:
+    """Widen the interval of a point of a friction curve by a factor."""
+    half = factor * point.half_width
+    interval = (max(point.value - half, 0.0), point.value + half)
+    return replace(point, standard_error=factor * point.standard_error, interval_95=interval)
+
+
+def _candidate(
+    name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: Curve, fixed: float = 0.0
+) -> Candidate:
+    """Build a candidate; a share `fixed` of its variance stays for any length."""
+    width = width_of(curve)
+    turning = duration * MIN_REVERSALS / max(reversals, 1)
+    needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
+    return Candidate(name, slowest, fastest, reversals, duration, curve, width, needed if needed <= LONGEST else None)
+
+
+def width_of(curve: Curve) -> float:
+    """Compute half of the 95 % interval divided by the value [1], as the verdicts do; 1e6 where the value is zero."""
+    return min(relative_width(curve), 1e6)
+
+
+def present_length(joint: PlannedJoint, duration: float) -> float | None:
+    """Compute how long the present motion would have to last for the verdict "identified" [s]; None if no length is.
+
+    Half of the interval falls with the root of the length, except for the parts of the variance that stay.
+    """
+    needed = _length(relative_width(joint.found.curve), 1 - joint.shrinking_share, duration)
+    return max(needed, duration) if needed < math.inf else None
+
+
+def _length(width: float, fixed: float, duration: float) -> float:
+    """Compute the length of a log [s] for the widest interval allowed, if a share of the variance is fixed."""
+    room = (WIDEST / width) ** 2 - fixed if width > 0 else math.inf
+    return duration * (1 - fixed) / room if room > 0 else math.inf
+
+
+def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> str:
+    if joint.found.verdict == "not excited":
+        return f"its present motion is not enough: {joint.found.reason}"
+    if joint.found.verdict == "identified":
+        return "its friction is known"
+    if relative_width(joint.found.curve) <= WIDEST:
+        return f"no motion is missing: {joint.found.reason}"
+    if longer is None:
+        known = {
+            "model": ", as what is not known of model and calibration stays",
+            "repeated errors": ", as what comes back with every step stays",
+            "common gain": ", as what is not known of the torques' gain stays",
+        }
+        return "no length of the present motion helps" + known.get(joint.fixed_part, "")
+    if longer > LONGEST:
+        return "the present motion would take more than an hour"
+    times = longer / duration
+    return f"the present motion would do if it lasted {times:.{1 if times < 10 else 0}f} times as long, {longer:.0f} s"
+
+
+def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str]) -> str:
+    best = found[0]
+    spans = best.slowest not in (0.0, best.fastest)
+    speed = f"{best.slowest:.2g} to {best.fastest:.2g} {unit}" if spans else f"up to {best.fastest:.2g} {unit}"
+    what = f"{best.motion}{how.get(best.motion, '')} ({speed}"
+    if best.needed is None and best.relative_width >= 1:
+        return "no motion tried is enough: its friction, if it has any, is small against its torque's noise"
+    if best.needed is None:
+        width = f"± {100 * best.relative_width:.2g} % after {best.duration:.0f} s"
+        return f"no motion tried is enough; the best is {what}), which leaves {width}"
+    turns = max(1, round(best.reversals * best.needed / best.duration))
+    return f"{best.needed:.0f} s of {what}, {turns} reversals) would do"
+
+
+def _of_speed(joint: PlannedJoint, top: float, unit: str) -> str:
+    """Name the speed that a Stribeck velocity needs, if the joint does not exceed it."""
+    found = joint.found.parameters.get("stribeck_velocity")
+    if found is None or found.verdict == "weak" or top >= CLEARED * found.value:
+        return ""
+    return f"for its parameters by themselves, move it faster than {CLEARED * found.value:.2g} {unit}"

@@ -1,0 +1,223 @@
+"""The plan: what would make the friction of weak joints known."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.errors import SettingsError, did_you_mean
+from stribeck.friction_torque.preparation import Progress, quiet
+from stribeck.plan.advice import LONGEST, JointAdvice, advise
+from stribeck.plan.collision import load_self_collision
+from stribeck.plan.information import dynamics_of, noise_of, read_present
+from stribeck.plan.joint import PlannedJoint, Reach, guess
+from stribeck.plan.series import PERIOD, Task
+from stribeck.plan.trajectory import Trajectory, design
+from stribeck.result import JointResult, Result, read_result
+from stribeck.robot import Robot
+
+SHARE_OF_ADVICE = 0.2
+"""Share of the work that precedes the search for a trajectory [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """What would make friction known that a log has left weak.
+
+    Attributes
+    ----------
+    robot
+        Its name.
+    joints
+        By name, what to do about those that are weak or not excited.
+    notes
+        What was assumed.
+    trajectory
+        Of all these joints together; None if none was asked for, the base moves, or there is nothing to plan.
+    """
+
+    robot: str
+    joints: dict[str, JointAdvice]
+    notes: list[str]
+    trajectory: Trajectory | None = None
+
+    def to_json(self) -> str:
+        """Return the text of plan.json."""
+        document = {
+            "schema": 1,
+            "robot": self.robot,
+            "joints": {name: asdict(joint) for name, joint in self.joints.items()},
+            "trajectory": self.trajectory.to_plain() if self.trajectory else None,
+            "notes": self.notes,
+        }
+        return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def plan(
+    result: str | Path,
+    robot: Robot | str | Path,
+    *,
+    joints: Sequence[str] | None = None,
+    held: str | None = None,
+    duration: float | None = None,
+    progress: Progress = quiet,
+) -> Plan:
+    """Say which motion would make the friction of joints known that a log has left weak.
+
+    Parameters
+    ----------
+    result
+        Path of a result.json, with its friction_torque.parquet beside it.
+    robot
+        The robot, or the path of its robot file.
+    joints
+        Which joints to plan for; all that are weak or not excited if None.
+    held
+        Of a floating robot whose base is held still, hung or lying: which of its axes points up, "z", "-x" or another.
+    duration
+        Length of a trajectory of all these joints together [s]; none is made if None, nor of a base that moves.
+    progress
+        Told how far the work is.
+
+    Returns
+    -------
+    plan
+        What each motion would bring.
+
+    Raises
+    ------
+    SettingsError
+        If a file or an option cannot be used.
+
+    Examples
+    --------
+    >>> plan("out/result.json", "robot.toml").joints
+    {}
+    """
+    robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    if robot.loops:
+        raise SettingsError(f"plan: takes a robot for a tree, and [[robot.loops]] of {robot.path} close it")
+    if duration is not None and not PERIOD <= duration <= LONGEST:
+        raise SettingsError(f"plan: the duration is {duration:g} s; expected {PERIOD:g} to {LONGEST:g} s")
+    found = read_result(result)
+    chosen = _chosen(found, robot, joints)
+    dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
+    if not chosen:
+        return Plan(robot=found.robot, joints={}, notes=[])
+    posture = posture_of(robot, found)
+    planned = {name: _planned(name, found.joints, robot, posture) for name in found.joints}
+    motions = read_present(Path(result).parent / "friction_torque.parquet", planned, found.log.rate)
+    noise = noise_of(planned, motions)
+    planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
+    advice = {}
+    for k, (name, joint) in enumerate(planned.items()):
+        progress(f"moving {name}", k / len(planned) * SHARE_OF_ADVICE)
+        advice[name] = advise(joint, motions[name], found.log.duration, dynamics, posture, _how(robot, joint.column))
+    guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
+    known = f"of {guessed} nothing is known: friction as of the other joints in the middle is assumed"
+    notes = [known] if guessed else []
+    advised = Plan(robot=found.robot, joints=advice, notes=notes)
+    if duration is None:
+        return advised
+    if robot.base == "floating" and held is None:
+        moves = "no trajectory: the base moves; --held says which of its axes points up if the robot hangs or lies"
+        return replace(advised, notes=[*notes, moves])
+    progress("seeking a trajectory", SHARE_OF_ADVICE)
+    bodies, of_bodies = load_self_collision(robot, posture)
+    task = Task(dynamics, list(planned.values()), posture)
+    trajectory, of_trajectory = design(task, duration, bodies)
+    return replace(advised, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)
+
+
+def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[str]:
+    """Return the joints to plan for, or say which of them cannot be."""
+    strangers = [name for name in result.joints if name not in robot.joint_names]
+    if strangers:
+        raise SettingsError(
+            f"{robot.path}: the robot has no joint '{strangers[0]}' of the result, expected the robot of its log"
+        )
+    if joints is None:
+        return [name for name, joint in result.joints.items() if joint.verdict in ("weak", "not excited")]
+    for name in joints:
+        if name not in result.joints:
+            near = did_you_mean(name, result.joints)
+            raise SettingsError(f"plan: joint '{name}' is not in the result; it has {', '.join(result.joints)}{near}")
+        if result.joints[name].verdict == "no friction":
+            raise SettingsError(f"plan: {name} has no friction that any motion could show; leave it out")
+    return list(joints)
+
+
+def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture: Array) -> PlannedJoint:
+    """Describe a joint; without an estimate, its friction is the median of the other joints of its kind."""
+    column, joint = robot.joint_names.index(name), joints[name]
+    prismatic = robot.prismatic[column]
+    if guessed := not joint.curve:
+        same = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
+        joint = guess(joint, [joints[other] for other in same if joints[other].curve])
+    return PlannedJoint(
+        column=column,
+        found=joint,
+        guessed=guessed,
+        prismatic=prismatic,
+        settings=robot.settings,
+        reach=_reach(robot, column, joint, posture[column]),
+    )
+
+
+def gravity(robot: Robot, held: str) -> Array:
+    """Return gravity in coordinates of the base [m/s^2], shape (3,); a floating base has the axis `held` up."""
+    axes = ("x", "-x", "y", "-y", "z", "-z")
+    if held not in axes:
+        raise SettingsError(f"plan: held is '{held}'; expected an axis of the base, one of {', '.join(axes)}")
+    if robot.base == "fixed":
+        return robot.gravity
+    axis = np.eye(3)["xyz".index(held[-1])] * (-1 if held[0] == "-" else 1)
+    return np.asarray(-np.linalg.norm(robot.gravity) * axis)
+
+
+def posture_of(robot: Robot, result: Result) -> Array:
+    """Return the middle of where joints were in the log [rad], [m], shape (n,), within their limits; 0 if not known."""
+    low, high = robot.position_limits
+    middle = np.zeros(len(robot.joint_names))
+    for k, name in enumerate(robot.joint_names):
+        joint = result.joints.get(name)
+        if joint is not None and joint.position_range is not None:
+            middle[k] = np.mean(joint.position_range)
+    return np.clip(middle, low, high)
+
+
+def _reach(robot: Robot, column: int, joint: JointResult, middle: float) -> Reach:
+    """Limit a joint's motion to 0.9 of the model's range and 0.8 of its speed, at most twice the speed of the log.
+
+    Without a range, the joint keeps within 1 rad or 0.1 m about the middle of the log, or the log's own range. A joint
+    that was slower than half of 1 rad/s or 0.1 m/s may reach that.
+    """
+    usual = 0.1 if robot.prismatic[column] else 1.0
+    low, high = (limits[column] for limits in robot.position_limits)
+    if np.isfinite(low) and np.isfinite(high):
+        slack = (1 - 0.9) / 2 * (high - low)
+        low, high = low + slack, high - slack
+    else:
+        seen = joint.position_range or (middle, middle)
+        low, high = min(seen[0], middle - usual), max(seen[1], middle + usual)
+    speed = min(0.8 * robot.speed_limits[column], max(usual, 2.0 * np.abs(joint.velocity_range).max()))
+    return Reach(middle=float((low + high) / 2), amplitude=float((high - low) / 2), speed=float(speed))
+
+
+def _how(robot: Robot, column: int) -> dict[str, str]:
+    """Return how a walker does a motion, by its name, "" for a robot without feet."""
+    foot = next((name for name in robot.contacts if robot.standing((name,))[column]), None)
+    if foot is None:
+        return {}
+    tree = robot.tree
+    direction = np.abs(tree.axes[int(np.flatnonzero(tree.columns == column)[0])].direction)
+    steps = ("sideways steps", "longer or higher steps", "turning steps")[int(np.argmax(direction))]
+    in_the_air = f" with {foot} in the air"
+    return {
+        **dict.fromkeys(("slow", "fast", "slow to fast", "turning often"), in_the_air),
+        "the present motion twice as fast": f", as by {steps}",
+        "the present motion half as fast": ", as by slower steps",
+    }

@@ -1,0 +1,179 @@
+"""The trajectory that makes friction known best within the limits of the robot.
+
+A Fourier series minimizes the volume of the uncertainty of all friction coordinates, log det of their covariance
+(D-optimality; Swevers et al. 1997), with bodies fitted too, by sequential quadratic programming. Limits of position,
+speed and torque are constraints on a smooth maximum over the samples (Kreisselmeier and Steinhauser 1979). The series
+found is checked on a fine grid, and shrunk towards the posture until it is within limits and clear of collisions.
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as csv
+
+from stribeck.base.typing import Array
+from stribeck.dynamics.state import State
+from stribeck.errors import SettingsError
+from stribeck.judgement.curve import WIDEST
+from stribeck.judgement.speed import top_speed
+from stribeck.plan.advice import width_of
+from stribeck.plan.collision import CLEARANCE, SelfCollision
+from stribeck.plan.information import covariances, expected_curve, quantile
+from stribeck.plan.series import PERIOD, TORQUE_SHARE, Series, Task, optimized
+from stribeck.result import CurvePoint
+
+FINE = 0.01
+"""Sampling period of the final check [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Promise:
+    """What a trajectory will show of one joint: half of the 95 % interval of each parameter, and its friction curve.
+
+    `assumed` are the parameters that the promise is computed for.
+    """
+
+    top_speed: float
+    assumed: dict[str, float]
+    half_width: dict[str, float]
+    curve: tuple[CurvePoint, ...]
+    relative_width: float
+    enough: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """A motion of all joints of a robot.
+
+    Attributes
+    ----------
+    joint_names
+        Names of all joints; those without a promise rest.
+    duration, period
+        [s]; the duration is a number of periods.
+    promise
+        Promise per joint.
+    used
+        Largest share of the limits of positions, speeds and torques [1]; 0 for torques without limits.
+    clearance
+        Least distance of bodies [m]; None if it is not known.
+    """
+
+    joint_names: tuple[str, ...]
+    duration: float
+    period: float
+    promise: dict[str, Promise]
+    used: dict[str, float]
+    clearance: float | None
+    motion: Callable[[Array], State] = field(repr=False, compare=False)
+
+    def at(self, time: Array) -> State:
+        """Compute positions, velocities and accelerations of all joints at some times [s], shape (T, n)."""
+        return self.motion(np.asarray(time, dtype=np.float64))
+
+    def write_csv(self, path: Path) -> None:
+        """Write a row every 10 ms: time [s], then position, velocity and acceleration of each joint, in SI units."""
+        time = np.linspace(0.0, self.duration, round(self.duration / FINE) + 1)
+        state = self.at(time)
+        columns = {"time": time}
+        for kind in ("position", "velocity", "acceleration"):
+            for name, signal in zip(self.joint_names, getattr(state, kind).T, strict=True):
+                columns[f"{kind}.{name}"] = np.round(signal, 9) + 0.0
+        csv.write_csv(pa.table(columns), path, csv.WriteOptions(quoting_style="needed"))
+
+    def to_plain(self) -> dict[str, object]:
+        """Convert to the entry of plan.json."""
+        return {key: value for key, value in asdict(self).items() if key != "motion"}
+
+
+def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[Trajectory, list[str]]:
+    """Design the trajectory, with notes on what limits it.
+
+    Raises
+    ------
+    SettingsError
+        If the posture itself exceeds a limit.
+    """
+    _check_posture(task)
+    series, size, why, nearest = within_limits(task, task.series(optimized(task)), bodies)
+    notes = []
+    if size < 1:
+        notes.append(f"the trajectory is drawn to {size:.0%} towards the posture, as {why} would exceed what it may be")
+    repeats = max(1, round(duration / PERIOD))
+    names = task.dynamics.robot.joint_names
+    state = task.motion(series, np.arange(0, PERIOD, FINE))
+    promise = promise_of(task, state, repeats)
+    short = [names[k] for k in task.columns if not promise[names[k]].enough]
+    if short:
+        notes.append(f"the trajectory is too short, or its limits too narrow, for {', '.join(short)}")
+    return Trajectory(
+        joint_names=names,
+        duration=repeats * PERIOD,
+        period=PERIOD,
+        promise=promise,
+        used=task.used(state),
+        clearance=nearest,
+        motion=lambda time: task.motion(series, time),
+    ), notes
+
+
+def _check_posture(task: Task) -> None:
+    robot = task.dynamics.robot
+    load = task.dynamics.load(State(task.posture[None], *np.zeros((2, 1, len(task.posture)))))[0]
+    share = np.abs(load) / (TORQUE_SHARE * robot.effort_limits)
+    worst = int(np.argmax(share))
+    if share[worst] > 1:
+        raise SettingsError(
+            f"plan: in the middle of the log {robot.joint_names[worst]} carries {abs(load[worst]):.3g} N m, more "
+            f"than {TORQUE_SHARE:.0%} of its limit of {robot.effort_limits[worst]:.3g}; expected a base that is held "
+            "another way, or the right limits in the model"
+        )
+
+
+def within_limits(task: Task, series: Series, bodies: SelfCollision | None) -> tuple[Series, float, str, float | None]:
+    """Shrink a series towards the posture, in steps of a twentieth, until it is within all limits.
+
+    Returns the series, the factor [1], the limit that the series exceeded, "" if none, and the least distance of
+    bodies [m], None if it is not known.
+    """
+    time = np.arange(0, PERIOD, FINE)
+    size, why = 1.0, ""
+    for _ in range(60):  # the last one is a twentieth of the series
+        shrunk = task.shrunk(series, size)
+        state = task.motion(shrunk, time)
+        used = task.used(state)
+        worst = max(used, key=lambda name: used[name])
+        nearest, pair = bodies.nearest(state.position[::10]) if bodies else (np.inf, "")
+        if used[worst] <= 1 and nearest >= CLEARANCE:
+            return shrunk, size, why, nearest if np.isfinite(nearest) else None
+        why = why or (worst if used[worst] > 1 else f"the distance of {pair}")
+        size *= 0.95
+    raise SettingsError(
+        f"plan: no trajectory about the middle of the log is within the limits, as {why} would exceed what it may be; "
+        "expected a log about another posture"
+    )
+
+
+def promise_of(task: Task, state: State, repeats: int) -> dict[str, Promise]:
+    """Predict what a number of periods of a motion will show of each joint that moves."""
+    duration = repeats * PERIOD
+    repeated = [replace(joint, noise=joint.noise / repeats) for joint in task.joints]
+    found = covariances(task.dynamics, state, repeated, FINE)
+    promise = {}
+    for joint, covariance in zip(task.joints, found, strict=True):
+        top = top_speed(state.velocity[:, joint.column])
+        curve = expected_curve(joint, covariance, top, duration)
+        errors = np.sqrt(np.diag(covariance)) * joint.units * quantile(duration)
+        width = width_of(curve)
+        promise[task.dynamics.robot.joint_names[joint.column]] = Promise(
+            top_speed=top,
+            assumed=dict(zip(joint.names, joint.values.tolist(), strict=True)),
+            half_width=dict(zip(joint.names, errors.tolist(), strict=True)),
+            curve=curve,
+            relative_width=width,
+            enough=width <= WIDEST,
+        )
+    return promise

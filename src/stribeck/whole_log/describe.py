@@ -1,0 +1,92 @@
+"""Corrections as the result has them: masses, centres and inertias before and after, gains, zeros, delays."""
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.result import BodyCorrection, Corrections
+from stribeck.robot.inertial_parameters import SIZE
+from stribeck.whole_log.estimate import WholeLogFit
+from stribeck.whole_log.uncertainty.joint_errors import correlations, shape_errors
+
+
+def describe_corrections(
+    fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...], torque_delay: float
+) -> Corrections:
+    """Return the corrections that a fit found.
+
+    Parameters
+    ----------
+    fit
+        Of the whole log.
+    joints, encoders
+        Names of the joints that were fitted, and of all joints.
+    torque_delay
+        [s].
+    """
+    corrections, layout, priors = fit.model.corrections, fit.model.layout, fit.model.priors
+    errors = np.sqrt(fit.solution.model_variance * fit.widening)
+    body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
+    before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
+    shapes = shape_errors(fit)
+    bodies = {
+        name: body_correction(
+            before[k],
+            before[k] + change[k],
+            float(priors.mass * body_errors[k, 0] * (before[k, 0] + change[k, 0])),
+            priors.centre_of_mass * body_errors[k, 1:4],
+            float(1 - np.mean(np.minimum(body_errors[k], 1.0) ** 2)),
+            tuple(shapes[k].tolist()),
+        )
+        for k, name in enumerate(corrections.bodies)
+        if before[k, 0] > 0
+    }
+    units = np.concatenate([np.ones(before.size), fit.model.scales])
+
+    def pairs(name: str) -> list[tuple[float, float]]:
+        own = layout.part(name)
+        return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
+
+    gains, delays = pairs("gains"), pairs("delays")
+    offsets = corrections.offsets_of_logs(fit.corrections[layout.part("log_offsets")]).T.tolist()
+    return Corrections(
+        chi_square=fit.chi_square,
+        disagreement=fit.heterogeneity,
+        bodies=bodies,
+        torque_gain={joints[k]: gains[k] for k in fit.model.loaded},
+        encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
+        log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
+        torque_delay=(torque_delay, delays[0][1]) if delays else None,
+        base_delay=delays[1] if delays[1:] else None,
+        correlations=correlations(fit, joints),
+    )
+
+
+def body_correction(
+    before: Array,
+    after: Array,
+    mass_error: float,
+    centre_error: Array,
+    known: float,
+    shape_error: tuple[float, ...] | None = None,
+) -> BodyCorrection:
+    """Return the correction of a body from its inertial parameters, shape (10,) each, and their standard errors."""
+    return BodyCorrection(
+        mass=(float(before[0]), float(after[0])),
+        mass_error=mass_error,
+        centre_of_mass=(_centre(before), _centre(after)),
+        centre_of_mass_error=tuple(centre_error.tolist()),
+        inertia=(_inertia(before), _inertia(after)),
+        known=known,
+        shape_error=shape_error,
+    )
+
+
+def _centre(parameters: Array) -> tuple[float, ...]:
+    return tuple((parameters[1:4] / parameters[0]).tolist())
+
+
+def _inertia(parameters: Array) -> tuple[float, ...]:
+    """Return Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass."""
+    x, y, z = parameters[1:4] / parameters[0]
+    steiner = parameters[0] * np.array([y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
+    return tuple((parameters[4:] - steiner).tolist())

@@ -1,0 +1,120 @@
+"""Variance components: errors that no sensor makes (docs/estimator.md, second line of equation 6).
+
+They are those of the model, and those of the root that is taken to stand still. Around contact changes feet rock, slip
+and strike, and both are larger: by the contact variance scale, which the log gives as it gives the components.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.constants import CONTACT_BINS, FIRST_MODEL_STD, FIRST_ROOT_STD, FIRST_WRENCH_STD
+from stribeck.whole_log.weak_equations import WeakEquations
+
+BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
+"""Number of bins, and the one that is far from any contact change."""
+
+
+@dataclass(frozen=True, eq=False)
+class VarianceComponents:
+    """Standard deviations of errors whose autocorrelation is equation (8).
+
+    Attributes
+    ----------
+    model
+        Of each joint's inverse dynamics while its limb swings and while it stands [N m], shape (2, n).
+    root
+        Of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
+    contact_scale
+        Standard deviations around contact changes over those away from them, of the model and of the root [1], shape
+        (2, BINS).
+    rest, stiction
+        Speed [rad/s] below which a joint is at rest, and the torque [N m] that may then hold it, shape (n,) each; zeros
+        for laws that do not jump at standstill.
+    wrench
+        Of the wrench on a standing foot, by its sensor or by the model [N], [N m], shape (6,); (0,) without sensors.
+    encoder_scale
+        Encoder-noise scale: errors of each joint's acceleration over those that its encoder's noise makes [1], shape
+        (encoders,); at least one. Clocks jitter, and links vibrate.
+    """
+
+    model: Array
+    root: Array
+    contact_scale: Array
+    rest: Array
+    stiction: Array
+    encoder_scale: Array
+    wrench: Array = field(default_factory=lambda: np.zeros(0))
+
+    def encoder_errors(self, equations: WeakEquations) -> Array:
+        """Return the response of the equations to standard deviations of encoder noise, shape (K, m, encoders)."""
+        return equations.encoder_response * (equations.encoder_noise * self.encoder_scale)
+
+    def response(self, equations: WeakEquations) -> Array:
+        """Return the response of the equations to a unit of each component, shape (K, m, n + root + wrench)."""
+        sensed = len(equations.wrench_noise) > 0
+        wrench = float(sensed) * np.eye(equations.residual.shape[1], len(self.wrench))
+        wrenches = np.broadcast_to(wrench, (len(equations.residual), *wrench.shape))
+        return np.concatenate([equations.weights, equations.root_response, wrenches], axis=2)
+
+    @property
+    def away_from_contacts(self) -> Array:
+        """Components away from contact changes: swinging and standing joints, root, wrench, (2 n + root + wrench,)."""
+        return np.concatenate([self.model.ravel(), self.root, self.wrench])
+
+    @property
+    def root_turns(self) -> Array:
+        """Of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base."""
+        return self.root[3:]
+
+    @property
+    def kinds(self) -> NDArray[np.int64]:
+        """Row of `contact_scale` of each component, shape (2 n + root + wrench,)."""
+        return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])
+
+    def which(self, equations: WeakEquations) -> NDArray[np.int64]:
+        """Return which of the components `response` has, shape (n + root + wrench,)."""
+        joints = np.arange(len(equations.standing)) + len(equations.standing) * equations.standing
+        return np.concatenate([joints, self.model.size + np.arange(len(self.root) + len(self.wrench))])
+
+    def at(self, equations: WeakEquations) -> Array:
+        """Return the components in each window, in the order of `response`, shape (K, n + root + wrench)."""
+        which = self.which(equations)
+        components = np.asarray(
+            self.away_from_contacts[which] * self.contact_scale[self.kinds[which]][:, bin_of(equations)].T
+        )
+        if self.rest.any():
+            joints = len(self.rest)
+            components[:, :joints] = np.hypot(components[:, :joints], self.stiction * resting(equations, self.rest))
+        return components
+
+    def marginal(self, equations: WeakEquations) -> Array:
+        """Return the variance of each equation's error by itself, shape (K, m)."""
+        encoder = (self.encoder_errors(equations) ** 2).sum(axis=2)
+        sensors = (equations.sensors**2).sum(axis=2)
+        other = ((self.response(equations) * self.at(equations)[:, None]) ** 2).sum(axis=2)
+        return np.asarray(equations.acceleration_overlap[0] * encoder + equations.torque_overlap[0] * sensors + other)
+
+
+def first_components(
+    equations: WeakEquations, rest: Array, stiction: Array, sensed: bool = False
+) -> VarianceComponents:
+    """Return the components before the pilot fit; `rest` and `stiction` stay; wrenches are `sensed` or not."""
+    joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
+    both = np.full(root, FIRST_ROOT_STD)
+    encoder_scale = np.ones(len(equations.encoder_noise))
+    model, wrench = np.full((2, joints), FIRST_MODEL_STD), FIRST_WRENCH_STD if sensed else FIRST_WRENCH_STD[:0]
+    return VarianceComponents(model, both, np.ones((2, BINS)), rest, stiction, encoder_scale, wrench)
+
+
+def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
+    """Return which bin each window is in, shape (K,)."""
+    early = np.searchsorted(CONTACT_BINS, equations.since, side="right")
+    return np.where((early == AWAY) & (equations.until < CONTACT_BINS[0]), BINS - 1, early)
+
+
+def resting(equations: WeakEquations, rest: Array) -> Array:
+    """Return the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
+    return equations.windows((np.abs(equations.velocity) < rest).astype(float))

@@ -1,0 +1,132 @@
+"""Covariance of a segment's equations, and its inverse Cholesky factor (docs/estimator.md, equations 6, 9 and 10).
+
+Block-tridiagonal factorisation: Golub and Van Loan 2013, 4.5.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dtrtri
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.noise.autocorrelation import autocorrelation
+from stribeck.whole_log.noise.variance_components import VarianceComponents
+from stribeck.whole_log.weak_equations import WeakEquations
+
+IGNORED = 1e3
+"""Standard deviation of the errors of windows that are set aside, over the largest of others [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Whitener:
+    """The inverse Cholesky factor of a block-tridiagonal covariance, block by block.
+
+    A block is as many windows as errors reach over, so that windows of two blocks are correlated only if the later one
+    has the lower place in its block.
+
+    Attributes
+    ----------
+    inverse
+        Inverse of the factor's diagonal blocks, shape (B, b, b): lower triangular.
+    coupling
+        The factor's blocks below the diagonal, shape (B, b, b): upper triangular, window by window; the first is zero.
+    rows
+        Of a window.
+    """
+
+    inverse: Array
+    coupling: Array
+    rows: int
+
+    def apply(self, *parts: Array) -> Array:
+        """Return whitened rows, parts (K m, c1), (K m, c2), ... side by side."""
+        white = np.column_stack(parts)
+        self.whiten(white)
+        return white
+
+    def whiten(self, rows: Array) -> None:
+        """Whiten rows where they are, shape (K m, c), block by block in two halves: most zeros are left out."""
+        size = self.inverse.shape[1]
+        half = -(-size // self.rows // 2) * self.rows  # whole windows
+        product = np.empty((size, rows.shape[1]))
+        for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
+            before, here = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
+            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            for part in halves if k else ():
+                here[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
+            for part in halves[::-1]:  # the later half needs the earlier one as it was
+                here[part] = np.matmul(inverse[part, : part.stop], here[: part.stop], out=product[part])
+
+
+def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
+    """Return the whitener of a segment, given the variance components."""
+    windows, rows = equations.residual.shape
+    lags = equations.lags
+    count, size = -(-windows // lags), lags * rows
+    within, between = _covariances(_errors(equations, components))
+    filled = windows * rows - (count - 1) * size
+    within[-1, range(filled, size), range(filled, size)] = 1.0  # rows that fill the last block up
+    inverse, coupling = np.zeros((2, count, size, size))
+    for k, diagonal in enumerate(within):
+        if k:
+            np.matmul(between[k - 1], inverse[k - 1].T, out=coupling[k])
+            diagonal -= coupling[k] @ coupling[k].T
+        inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
+    return Whitener(inverse, coupling, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
+
+    `correlation` is that of windows of the same group, and of windows of a group and of the one before, shape
+    (2, b, b).
+    """
+
+    response: Array
+    correlation: Array
+
+
+def _errors(equations: WeakEquations, components: VarianceComponents) -> list[_Errors]:
+    """Return the errors of encoders and of torque sensors, and those that no sensor makes."""
+    windows, rows = equations.residual.shape
+    lags = equations.lags
+    kinds = [
+        (components.encoder_errors(equations), equations.acceleration_overlap),
+        (equations.sensors, equations.torque_overlap),
+        (components.response(equations) * components.at(equations)[:, None], autocorrelation(lags)),
+    ]
+    if equations.set_aside is not None:
+        large = IGNORED * np.sqrt(components.marginal(equations).max())
+        kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
+    found = []
+    for response, correlation in kinds:
+        groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
+        groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
+        found.append(_Errors(groups, _between_groups(correlation, rows)))
+    return found
+
+
+def _between_groups(correlation: Array, rows: int) -> Array:
+    """Return the correlation between windows of groups, shape (2, b, b), from lags 0 to `lags`; none beyond."""
+    lags = len(correlation) - 1
+    window = np.arange(lags)
+    apart = np.abs(window[:, None] - window + np.array([0, lags])[:, None, None])
+    blocks = np.append(correlation, np.zeros(lags))[apart]
+    return np.repeat(np.repeat(blocks, rows, axis=1), rows, axis=2)
+
+
+def _covariances(errors: list[_Errors]) -> tuple[Array, Array]:
+    """Return the covariances of groups of windows, (B, b, b), and of each with the one before, (B - 1, b, b)."""
+    every, first, last = slice(None), slice(-1), slice(1, None)
+    return _covariance(errors, 0, every, every), _covariance(errors, 1, last, first)
+
+
+def _covariance(errors: list[_Errors], apart: int, late: slice, early: slice) -> Array:
+    """Return the covariances of late groups with early ones, so many groups apart, shape (B, b, b)."""
+    parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
+    for part, each in zip(parts, errors, strict=True):
+        part *= each.correlation[apart]
+    for part in parts[1:]:
+        parts[0] += part
+    return parts[0]

@@ -1,0 +1,84 @@
+"""Damped Gauss-Newton within bounds, several descents at once (docs/estimator.md, equation 18).
+
+With g the gradient of a cost and H Gauss-Newton's matrix of its second derivatives, a step goes from x to
+
+    clip(x - (H + lambda diag H)^-1 g)
+
+in the coordinates that no bound holds (Levenberg 1944; Marquardt 1963; bounds: Bertsekas 1982). The damping lambda
+falls by `DAMPING_FACTOR` where the cost does, else it grows.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.constants import CONVERGED, DAMPING_FACTOR, FIRST_DAMPING, MOST_STEPS
+
+LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8
+"""Of the diagonal [1]: with the most, no step leads down, and the descent has converged."""
+
+
+class Problem(Protocol):
+    """The costs of b descents, all of m coordinates."""
+
+    def costs(self, x: Array) -> Array:
+        """Return the cost of each, shape (b, m) -> (b,)."""
+
+    def derivatives(self, x: Array) -> tuple[Array, Array]:
+        """Return gradients, shape (b, m), and second derivatives, shape (b, m, m)."""
+
+    def of(self, rows: NDArray[np.int64]) -> Self:
+        """Return the problem of some of the descents."""
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """Where b descents ended, shape (b, m), costs there, and whether each converged, shape (b,)."""
+
+    x: Array
+    cost: Array
+    converged: NDArray[np.bool_]
+
+
+def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum:
+    """Return where descents from `start`, shape (b, m), end, between bounds of the same shape."""
+    x = np.clip(start, low, high)
+    cost, damping = problem.costs(x), np.full(len(x), FIRST_DAMPING)
+    converged, going, own = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
+    for _ in range(MOST_STEPS):
+        gradient, hessian = own.derivatives(x[going])
+        free = ~bounds_hold(x[going], gradient, low[going], high[going])
+        step = _steps(gradient, hessian, free, damping[going])
+        tried = np.clip(x[going] - step, low[going], high[going])
+        with np.errstate(over="ignore", invalid="ignore"):  # a step too far: infinite, or not a number, is not better
+            after = own.costs(tried)
+        gain = cost[going] - after
+        better = gain > 0
+        x[going[better]], cost[going[better]] = tried[better], after[better]
+        damping[going] *= np.where(better, 1 / DAMPING_FACTOR, DAMPING_FACTOR)
+        damping = np.maximum(damping, LEAST_DAMPING)
+        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > MOST_DAMPING)
+        if converged[going].any():
+            going = np.flatnonzero(~converged)
+            if not len(going):
+                break
+            own = problem.of(going)
+    return Minimum(x, cost, converged)
+
+
+def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+    """Return which coordinates are at bound: that may not move at all, or whose gradient points outwards."""
+    return np.asarray((low >= high) | ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
+
+
+def _steps(gradient: Array, hessian: Array, free: NDArray[np.bool_], damping: Array) -> Array:
+    """Return damped Newton steps of the free coordinates, shape (b, m); rows are scaled, their units may differ."""
+    diagonal = np.arange(hessian.shape[1])
+    free = free & (hessian[:, diagonal, diagonal] > 0)  # by rounding, where no sample speaks of a coordinate, less
+    scale = np.where(free, 1 / np.sqrt(np.where(free, hessian[:, diagonal, diagonal], 1.0)), 0.0)
+    matrix = hessian * scale[:, :, None] * scale[:, None]
+    matrix[:, diagonal, diagonal] = 1 + damping[:, None]
+    return np.asarray(scale * np.linalg.solve(matrix, (scale * gradient)[:, :, None])[:, :, 0])

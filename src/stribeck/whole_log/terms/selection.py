@@ -1,0 +1,182 @@
+"""Stepwise selection of a joint's terms by held-out scores (docs/estimator.md, equation 22).
+
+Cross-validation: Stone 1974; stepwise: Efroymson 1960; the simplest within a standard error: Breiman et al. 1984.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stribeck.base.typing import Array
+from stribeck.friction.terms import BASE, LADDER, Term
+from stribeck.result import JointResult, TermDecision, TermVerdict
+from stribeck.whole_log.constants import LEAST_GAIN, MOST_UNEXPLAINED
+
+SHARED = ("viscous", "coulomb")
+"""Parameters that a term which is open would change."""
+
+Kept = frozenset[str]
+Objection = tuple[TermDecision, str]
+"""What a term is instead of kept, and why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A joint with some terms: chi^2 of each held-out fold, shape (F,), and an objection, if any."""
+
+    scores: Array
+    objection: Objection | None = None
+
+
+def select_stepwise(
+    try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str], usual: Kept = BASE
+) -> dict[str, TermVerdict]:
+    """Return the verdict on each term of the ladder.
+
+    From the terms that are usual, one term more or less is tried at a time. Of all sets of terms that were tried
+    and are objected to nowhere, those stay whose held-out chi^2 no other lowers by more than the standard error of that
+    over the folds, and by more than `LEAST_GAIN`; of these the one that differs least from what is usual is chosen,
+    until its neighbours have all been tried.
+
+    Parameters
+    ----------
+    try_terms
+        Fits a joint with some terms, by name, to the training folds, and scores it on the held-out one.
+    refused
+        Terms that are out of the question, and why.
+    usual
+        Terms that a joint has unless the log speaks against them.
+    """
+    tried: dict[Kept, Candidate] = {}
+    kept = usual - set(refused)
+    while new := [own for own in (kept, *_neighbours(kept, refused)) if own not in tried]:
+        tried |= {own: try_terms(own) for own in new}
+        kept = _simplest_unbeaten({own: one for own, one in tried.items() if not one.objection} or tried, usual)
+    return {term.name: _verdict(term, kept, tried, refused, usual) for term in LADDER}
+
+
+def _neighbours(kept: Kept, refused: Mapping[str, str]) -> list[Kept]:
+    """Return the sets with one term more or less; a part takes the place of its whole, and the other way round."""
+    found = []
+    for term in LADDER:
+        if term.name in BASE & kept:
+            continue
+        if term.name in kept:
+            less = frozenset(other.name for other in LADDER if other.name in kept and other.needs != term.name)
+            found += [
+                less - {term.name},
+                *(less - {term.name} | {part} for part in _parts(term) if part not in refused),
+            ]
+        elif term.name not in refused and term.part_of not in kept and (not term.needs or term.needs in kept):
+            found.append(kept - _parts(term) | {term.name})
+    return found
+
+
+def _parts(term: Term) -> Kept:
+    return frozenset(part.name for part in LADDER if part.part_of == term.name)
+
+
+def _simplest_unbeaten(tried: Mapping[Kept, Candidate], usual: Kept) -> Kept:
+    """Return the terms with the fewest parameters more or less than usual that no others clearly better."""
+    scores = np.stack([one.scores for one in tried.values()])
+    falls = scores[:, None] - scores
+    beaten = np.any(_pays(falls.sum(axis=2), _errors(falls)), axis=1)
+    costs = [sum(len(term.parameters) for term in LADDER if term.name in own ^ usual) for own in tried]
+    order = np.lexsort((scores.sum(axis=1), costs, beaten))
+    return list(tried)[int(order[0])]
+
+
+def _verdict(
+    term: Term, kept: Kept, tried: Mapping[Kept, Candidate], refused: Mapping[str, str], usual: Kept
+) -> TermVerdict:
+    """Return whether a joint that was given these terms has this one, and what it would be with or without it."""
+    if term.name in refused:
+        return TermVerdict(verdict="refused", reason=refused[term.name])
+    if term.needs and term.needs not in kept:
+        return TermVerdict(verdict="refused", reason=meaningless(term))
+    if term.part_of in kept:
+        return TermVerdict(verdict="refused", reason=f"the term {term.part_of} has it")
+    if term.name in BASE:
+        return TermVerdict(verdict="kept", reason="every joint has it")
+    more = kept - _parts(term) | {term.name}
+    less = (own for own in tried if own in _neighbours(more, refused) and own <= (more | _parts(term)) - {term.name})
+    without = min((tried[own] for own in less), key=lambda candidate: candidate.scores.sum())
+    gain, error = held_out_gain(without.scores, tried[more].scores)
+    objection = tried[more].objection if _pays(gain, error) else None
+    verdict: TermDecision = "kept" if term.name in kept else "refused"
+    reason = _in_words(gain, error)
+    if term.name not in kept and objection:
+        verdict, reason = objection[0], f"{reason}, but {objection[1]}"
+    if term.name in kept & usual and not _pays(gain, error):
+        reason = f"most joints with friction have it, and {reason} here"
+    return TermVerdict(verdict=verdict, reason=reason, gain=gain, gain_error=error)
+
+
+def meaningless(term: Term) -> str:
+    """Return why a term is refused whose `needs` is."""
+    return f"it means nothing without the term {term.needs}"
+
+
+def _in_words(gain: float, error: float) -> str:
+    """Return a sentence on how a term changes the held-out chi^2."""
+    if abs(gain) < 0.05:
+        return "held-out chi^2 stays as it is"
+    digits = 0 if abs(gain) >= 10 else 1
+    return f"held-out chi^2 {'falls' if gain > 0 else 'rises'} by {abs(gain):.{digits}f} ± {error:.{digits}f}"
+
+
+def held_out_gain(without: Array, with_it: Array) -> tuple[float, float]:
+    """Return by how much chi^2 falls over all folds, and the standard error of that."""
+    falls = without - with_it
+    return float(falls.sum()), float(_errors(falls))
+
+
+def _errors(falls: Array) -> Array:
+    """Return standard errors of sums over independent folds, shape (..., F) -> (...)."""
+    return np.asarray(np.std(falls, axis=-1, ddof=1) * np.sqrt(falls.shape[-1]))
+
+
+def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
+    return np.asarray(gain) > np.maximum(error, LEAST_GAIN)
+
+
+def with_terms(
+    joint: JointResult,
+    terms: dict[str, TermVerdict],
+    mean_load: float,
+    load_deviation: float,
+    mean_direction: tuple[float, ...] | None,
+    per_turn: float | None,
+    travel: float | None,
+    mean_temperature: float | None = None,
+) -> JointResult:
+    """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
+
+    They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
+    of the curve, which is the same. Nothing is said of friction in torques that the model does not explain.
+    """
+    parameters, found = joint.parameters, joint
+    open_terms = [verdict.reason for verdict in terms.values() if verdict.verdict == "open"]
+    shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters and open_terms}
+    if shared:
+        reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
+        reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
+        found = replace(joint, parameters=parameters | shared, reason=reason)
+    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > MOST_UNEXPLAINED * mean_load:
+        sizes = f"what is left of its torque, {joint.residual_rms:.2g} N m, and what it carries, {mean_load:.2g} N m"
+        found = replace(
+            found, verdict="weak", reason=f"{sizes}, are as large: noise, a dead sensor, a sign or the model"
+        )
+    ripple = per_turn if terms["ripple"].kept else None
+    return replace(
+        found,
+        terms=terms,
+        mean_load=mean_load,
+        load_deviation=load_deviation,
+        mean_direction=mean_direction,
+        ripple_per_turn=ripple,
+        mean_temperature=mean_temperature,
+        presliding_travel=travel if terms["presliding"].kept else None,
+    )

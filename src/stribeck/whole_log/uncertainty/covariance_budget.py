@@ -1,0 +1,87 @@
+"""The covariance budget: the parts of an interval, by name (docs/estimator.md, "Intervals").
+
+With C the inverse curvature and x the coordinates of the model, the uncertainty of the model adds C_.x C_xx^-1 C_x. to
+friction's covariance; the rest is noise. Random effects of the gait phase, the group mean, and heterogeneity over folds
+of the model add more. All of it is multiplied by the overdispersion, or by a joint's own heterogeneity if that is
+larger.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.solver.solve import Solution, inverse_of
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CovarianceBudget:
+    """Parts of the covariance of all coordinates, shape (m, m) each.
+
+    Attributes
+    ----------
+    noise
+        Of sensors, and of the model from window to window, if inertias and calibration were known.
+    model
+        Of inertias, calibration and offsets of logs, which are estimates.
+    repeated_errors
+        Of random effects of the gait phase, equation (29).
+    group_mean
+        Of the means of the group priors.
+    heterogeneity
+        Of the model, over folds.
+    """
+
+    noise: Array
+    model: Array
+    repeated_errors: Array
+    group_mean: Array
+    heterogeneity: Array
+
+    @property
+    def total(self) -> Array:
+        """The sum."""
+        return np.asarray(sum(getattr(self, field.name) for field in fields(self)))
+
+    def terms(self, own: NDArray[np.int64], overdispersion: float, of_each: Array, gain: Array) -> dict[str, Array]:
+        """Return all terms of some coordinates by name, shape (k, k) each.
+
+        Parameters
+        ----------
+        own
+            Places of the coordinates, shape (k,).
+        overdispersion, of_each
+            Factors of variances, of which the larger counts [1]: chi^2 per degree of freedom, and the heterogeneity of
+            each coordinate, shape (k,).
+        gain
+            Standard deviations that one gain common to all torques gives, shape (k,).
+        """
+        block = np.ix_(own, own)
+        found = {field.name.replace("_", " "): getattr(self, field.name)[block] for field in fields(self)}
+        wider = np.sqrt(np.maximum(overdispersion, of_each))
+        added = self.total[block] * (np.outer(wider, wider) - 1)
+        differs = np.logical_or.outer(of_each > overdispersion, of_each > overdispersion)
+        found["heterogeneity over folds"] = found.pop("heterogeneity") + np.where(differs, added, 0.0)
+        return found | {"overdispersion": np.where(differs, 0.0, added), "common gain": np.outer(gain, gain)}
+
+
+def covariance_budget(
+    solution: Solution, overdispersion: float, repeated_errors: Array, group_mean: Array
+) -> CovarianceBudget:
+    """Return the budget of a solution, whose covariance is that of the curvature; `overdispersion` is the model's."""
+    layout, places = solution.layout, np.arange(solution.layout.size)
+    model = through(solution, np.r_[places[layout.part("bodies", "wrenches")], places[layout.part("log_offsets")]])
+    return CovarianceBudget(
+        noise=solution.covariance - model,
+        model=model,
+        repeated_errors=repeated_errors,
+        group_mean=group_mean,
+        heterogeneity=(overdispersion - 1) * through(solution, places[layout.nearly_right]),
+    )
+
+
+def through(solution: Solution, own: NDArray[np.int64]) -> Array:
+    """Return the share of a solution's covariance that comes from some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
+    across = solution.covariance[own]
+    return np.asarray(across.T @ (inverse_of(across[:, own]) @ across)) if len(across) else 0 * solution.covariance

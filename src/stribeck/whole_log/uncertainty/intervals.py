@@ -1,0 +1,110 @@
+"""Fits of single joints with their intervals, from the covariance budget (docs/estimator.md, "Intervals")."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.friction import Parameter
+from stribeck.judgement.curve_fit.covariance import intervals_95
+from stribeck.judgement.curve_fit.problem import ARMATURE, to_external
+from stribeck.judgement.joint_fit import JointFit, near_bound, parameter_units
+from stribeck.whole_log.constants import FOLDS
+from stribeck.whole_log.estimate import WholeLogFit
+
+
+def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
+    """Return the fits of all joints by name.
+
+    The covariance is that of all coordinates together, so that the uncertainty of the model widens friction's
+    intervals, times overdispersion or heterogeneity. A gain that all torque sensors share scales all friction.
+    """
+    freedom = max(fit.segments - 1.0, 1.0)
+    return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointCoordinates:
+    """The k coordinates of a joint's friction, and of its rotor if that is fitted.
+
+    Attributes
+    ----------
+    places, unit
+        In the parameter vector, and what one of them is, shape (k,) each.
+    parameters, values
+        What they are of, and the values of these, shape (k,).
+    held
+        Which are at bound, shape (k,).
+    heterogeneity
+        Over folds, of each [1], shape (k,).
+    gain
+        Standard deviations that one gain common to all torques gives, shape (k,).
+    """
+
+    places: NDArray[np.int64]
+    unit: Array
+    parameters: tuple[Parameter, ...]
+    values: Array
+    held: NDArray[np.bool_]
+    heterogeneity: Array
+    gain: Array
+
+
+def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
+    """Return the coordinates of a joint by its number."""
+    solution, corrections = fit.solution, fit.model.corrections
+    has = np.flatnonzero(fit.curves.has(joint))
+    own, unit = solution.layout.joint(joint).start + has, np.ones(len(has))
+    parameters = tuple(fit.curves.parameters[k] for k in has)
+    held, joint_heterogeneity = solution.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
+    if joint in corrections.rotors:
+        number = corrections.rotors.index(joint)
+        own = np.append(own, solution.layout.rotor(number))
+        unit = np.append(unit, fit.model.scales[fit.model.layout.rotor(number) - fit.model.layout.part("bodies").stop])
+        rotor = replace(ARMATURE, lower=0.0 - float(corrections.armature[number]))
+        parameters, joint_heterogeneity = (*parameters, rotor), np.append(joint_heterogeneity, 1.0)
+        held = np.append(held, solution.x[own[-1]] * unit[-1] <= rotor.lower)
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # which the fit passes
+    values = np.maximum(to_external(solution.x[own], logs) * unit, least)
+    torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
+    gain = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
+    return JointCoordinates(
+        places=own,
+        unit=unit,
+        parameters=parameters,
+        values=values,
+        held=held,
+        heterogeneity=joint_heterogeneity,
+        gain=gain,
+    )
+
+
+def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
+    own = joint_coordinates(fit, joint)
+    parameters, values, unit = own.parameters, own.values, own.unit
+    degrees = np.where(own.heterogeneity > fit.widening, min(freedom, FOLDS - 1), freedom)
+    logs = np.array([parameter.logarithmic for parameter in parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
+    terms = fit.budget.terms(own.places, fit.widening, own.heterogeneity, own.gain)
+    covariance = np.sum(list(terms.values()), axis=0) * np.outer(unit, unit)
+    deviation = np.sqrt(np.diag(covariance))
+    shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}
+    factor = np.where(logs, values, 1.0)
+    units = parameter_units(parameters, float(fit.curves.torque[joint]), float(fit.curves.top_speed[joint]))
+    return JointFit(
+        parameters=parameters,
+        values=values,
+        standard_errors=deviation * factor,
+        covariance=covariance * np.outer(factor, factor),
+        intervals=np.clip(intervals_95(values, deviation, degrees, logs), bounds[:, :1], bounds[:, 1:]),
+        degrees_of_freedom=degrees,
+        at_bound=own.held | near_bound(parameters, values, deviation, units),
+        rms=float(fit.residual_rms[joint]),
+        samples=fit.normal_equations.count // joints,
+        blocks=fit.segments,
+        converged=fit.solution.converged,
+        variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(unit))),
+        mean_load=0.0 if fit.mean_load is None else float(fit.mean_load[joint]),
+    )

@@ -1,0 +1,85 @@
+"""The errors of friction and bodies together: what a draw of a robot needs beside the errors of each number.
+
+Bodies are in log-Cholesky coordinates y(x), so that every draw can exist; with C the covariance of the coordinates x of
+the fit (docs/estimator.md, "Intervals"), theirs is T C T^T, T = dy/dx at the solution.
+"""
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.result import BODY_COORDINATES
+from stribeck.robot.inertial_parameters import SIZE
+from stribeck.whole_log.estimate import WholeLogFit
+from stribeck.whole_log.uncertainty.intervals import joint_coordinates
+
+STEP = 1e-5
+"""Of differences, in prior standard deviations [1]."""
+
+LEAST_CORRELATION, DIGITS = 0.05, 3
+"""Correlation that is told at least [1], and its digits."""
+
+
+def shape_errors(fit: WholeLogFit) -> Array:
+    """Return standard errors of the coordinates of each body's shape, shape (L, 6)."""
+    places = np.arange(fit.solution.layout.size)[fit.solution.layout.part("bodies")].reshape(-1, SIZE)
+    slopes = _slopes(fit)[:, 4:]
+    covariance = np.array([fit.budget.total[np.ix_(own, own)] for own in places]).reshape(-1, SIZE, SIZE)
+    variances = np.einsum("lij,ljk,lik->li", slopes, covariance, slopes)
+    return np.asarray(np.sqrt(variances * fit.widening))
+
+
+def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, str, float]]:
+    """Return the correlations of errors that are not of one joint's parameters, of `LEAST_CORRELATION` and more.
+
+    Parameters
+    ----------
+    fit
+        To whole logs.
+    names
+        Of its joints and couplings.
+    """
+    layout, bodies = fit.solution.layout, fit.model.corrections.bodies
+    places, scale, gain, labels = [], [], [], []
+    for joint, name in enumerate(names):
+        own = joint_coordinates(fit, joint)
+        places += own.places.tolist()
+        scale += np.sqrt(np.maximum(fit.widening, own.heterogeneity)).tolist()
+        gain += own.gain.tolist()
+        labels += [f"{name}.{parameter.name}" for parameter in own.parameters]
+    friction = len(places)
+    places += range(layout.part("bodies").start, layout.part("bodies").stop)
+    labels += [f"{body}.{coordinate}" for body in bodies for coordinate in BODY_COORDINATES]
+    scale += [np.sqrt(fit.widening)] * (len(places) - friction)
+    gain += [0.0] * (len(places) - friction)
+    covariance = fit.budget.total[np.ix_(places, places)] * np.outer(scale, scale) + np.outer(gain, gain)
+    turn = np.eye(len(places))
+    for k, slopes in enumerate(_slopes(fit)):
+        own_body = slice(friction + SIZE * k, friction + SIZE * (k + 1))
+        turn[own_body, own_body] = slopes
+    return told_correlations(turn @ covariance @ turn.T, labels[:friction], labels[friction:])
+
+
+def told_correlations(covariance: Array, friction: list[str], bodies: list[str]) -> list[tuple[str, str, float]]:
+    """Return the correlations that a result tells, of errors in the order of labels of friction, then of bodies."""
+    labels = friction + bodies
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
+    found = np.round(covariance * np.outer(unit, unit), DIGITS)
+    rows, columns = np.nonzero(np.triu(np.abs(found) >= LEAST_CORRELATION, 1))
+    owner = [label.rpartition(".")[0] for label in friction] + [""] * len(bodies)
+    return [
+        (labels[i], labels[j], float(found[i, j]))
+        for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
+        if not owner[i] or owner[i] != owner[j]
+    ]
+
+
+def _slopes(fit: WholeLogFit) -> Array:
+    """Return the derivatives of the bodies' log-Cholesky coordinates by those of the fit, shape (L, 10, 10)."""
+    own = fit.solution.corrections[fit.model.layout.part("bodies")].reshape(-1, SIZE)
+    steps = STEP * np.eye(SIZE)
+    columns = [
+        (fit.model.bodies.log_cholesky(own + step) - fit.model.bodies.log_cholesky(own - step)) / (2 * STEP)
+        for step in steps
+    ]
+    return np.stack(columns, axis=2)

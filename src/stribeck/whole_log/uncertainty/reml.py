@@ -1,0 +1,126 @@
+"""Variances of the gait-phase random effects by REML, and their part of the covariance.
+
+Equations (29) to (32) of docs/estimator.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.constants import LEAST_EFFECT_STD, REML_ROUNDS, ROOT_EFFECT_FACTOR
+from stribeck.whole_log.model.friction_curves import Curves
+from stribeck.whole_log.model.model_corrections import ModelCorrections
+from stribeck.whole_log.solver.normal_equations import NormalEquations
+from stribeck.whole_log.solver.solve import Solution, derivatives, inverse_of
+
+
+def random_effect_covariance(
+    normal_equations: NormalEquations,
+    total: int,
+    curves: Curves,
+    model: ModelCorrections,
+    solution: Solution,
+    root_turns: Array,
+) -> tuple[Array, Array]:
+    """Return the random effects' standard deviations, shape (n + 3,) or (n,), and what they add to a covariance.
+
+    With C the inverse curvature, Z the random effects' columns and Q their variances, a fit that leaves them out has
+
+        C + C (J^T X^T Sigma^-1 Z) Q (J^T X^T Sigma^-1 Z)^T C
+
+    of which the second term is returned: equation (29).
+
+    Parameters
+    ----------
+    normal_equations
+        Of a sample of the log, with the columns Z; without any where there are no steps.
+    total
+        Number of equations of the whole log.
+    curves, model, solution
+        Of the whole log, without random effects.
+    root_turns
+        Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. Those of
+        the joints' torques [N m] are estimated from the residuals.
+    """
+    joints = len(curves.top_speed)
+    least = (
+        LEAST_EFFECT_STD * np.linalg.norm(curves.coefficients(solution.internal)) / np.sqrt(curves.basis.velocity.size)
+    )
+    effects = joints + len(root_turns)
+    gaits = {"gaits": normal_equations.layout.gaits, "gait_effects": normal_equations.layout.gait_effects}
+    both = replace(model, layout=replace(model.layout, **gaits))
+    layout = replace(solution.layout, **gaits)
+    added = layout.part("random_effects")
+    columns = added.stop - added.start
+    if not columns:
+        return np.zeros(effects), np.zeros_like(solution.covariance)
+    at = replace(solution, layout=layout, x=np.concatenate([solution.x, np.zeros(columns)]))
+    gradient, hessian = derivatives(normal_equations, curves, both, at)
+    free = np.flatnonzero(~solution.at_bound)  # friction, which explains what it can of them
+    torques = np.arange(layout.size)[added][np.arange(columns) % effects < joints]
+    across, own = hessian[np.ix_(free, torques)], hessian[np.ix_(torques, torques)] - np.eye(len(torques))
+    explained = np.linalg.solve(hessian[np.ix_(free, free)], across).T
+    variance = reml_variances(own - explained @ across, explained @ gradient[free] - gradient[torques], joints)
+    effect_std = np.concatenate([np.maximum(np.sqrt(variance), least), ROOT_EFFECT_FACTOR * root_turns])
+    bias = solution.covariance @ hessian[: added.start, added] * (total / normal_equations.count)
+    bias *= np.resize(effect_std, columns)
+    return effect_std, bias @ bias.T
+
+
+def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
+    """Return the variances of random effects z, one a joint, shape (n,): equations (30) and (31).
+
+    Their score g has the covariance M + M Q M. By Fisher's scoring of its likelihood (REML), with N = (I + M Q)^-1 M
+    and t = (I + M Q)^-1 g, and sums over the effects k, l of joints i and j,
+
+        sum_j (sum N_kl^2) (Q'_j - Q_j) = sum (t_k^2 - N_kk)
+
+    Few steps say little of one joint's variance: joints are pooled as far as they do not differ beyond chance. No
+    variance is negative.
+
+    Parameters
+    ----------
+    information, gradient
+        M, shape (c, c), and g, shape (c,); the joint of an effect is its place modulo n.
+    joints
+        Number n.
+    """
+    variance = np.zeros(joints)
+    for _ in range(REML_ROUNDS):
+        squares, score = _scoring(information, gradient, variance)
+        unit = 1 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
+        factor = np.linalg.cholesky(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
+        aim = unit * score + factor @ factor.T @ (variance / unit)
+        variance = unit * nnls(factor.T, np.linalg.solve(factor, aim))[0]
+    chance = 2 * np.diag(_inverse(_scoring(information, gradient, np.zeros(joints))[0]))  # if all were zero
+    squares, score = _scoring(information, gradient, variance)
+    return np.maximum(partly_pooled(variance + _inverse(squares) @ score, chance), 0.0)
+
+
+def _scoring(information: Array, gradient: Array, variance: Array) -> tuple[Array, Array]:
+    """Return the sums of squares of N, shape (n, n), and the score of each joint's variance, shape (n,)."""
+    joints, size = len(variance), len(gradient)
+    mixed = np.eye(size) + information * np.tile(variance, size // joints)
+    weighed = np.linalg.solve(mixed, np.column_stack([information, gradient]))
+    inner, score = weighed[:, :-1], weighed[:, -1] ** 2 - np.diag(weighed)
+    squares = (inner**2).reshape(-1, joints, size // joints, joints).sum(axis=(0, 2))
+    return squares, score.reshape(-1, joints).sum(axis=0)
+
+
+def _inverse(squares: Array) -> Array:
+    """Return the inverse, as good as none where a joint shows nothing, shape (n, n)."""
+    return inverse_of(squares + 1e-9 * np.diag(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100))
+
+
+def partly_pooled(values: Array, variances: Array) -> Array:
+    """Return estimates shrunk towards their mean, shape (n,), from estimates and their variances: equation (32).
+
+    They are as far as they do not differ beyond chance (DerSimonian and Laird 1986); if not at all, all are the mean.
+    """
+    weight = 1 / variances
+    mean = weight @ values / weight.sum()
+    excess = weight @ (values - mean) ** 2 - (len(values) - 1)
+    between = max(excess, 0.0) / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
+    return np.asarray(mean + between / (between + variances) * (values - mean))

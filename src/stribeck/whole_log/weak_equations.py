@@ -1,0 +1,226 @@
+"""The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import helmert
+
+from stribeck.base.typing import Array
+from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
+
+WRENCH_SIZE = 7
+"""Numbers that correct a wrench sensor [1]: its zeros, then its gain."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CorrectionLayout:
+    """Corrections, one a column of `WeakEquations.regressors`, in this order.
+
+    Attributes
+    ----------
+    bodies
+        Names of the bodies whose inertial parameters are corrected, ten columns each.
+    inertial_parameters
+        Those of the model, shape (bodies, 10).
+    gains
+        Number of torque sensors whose gain is corrected [1].
+    zeros
+        Number of encoders whose zero is corrected [rad].
+    tilts
+        Number of axes of the root link about which its orientation is corrected [rad].
+    delays
+        Number of delays against the encoders, positive if late: of all torques, then of the base orientation [s].
+    wrenches
+        Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
+    rotors
+        Which of the n joints and couplings have a rotor whose inertia is corrected [kg m^2].
+    armature
+        Inertia that the model has for each of these [kg m^2], shape (rotors,).
+    log_offsets
+        Number of contrasts between logs, one fewer than these, and of joints whose offsets differ from log to log by
+        them [N m]; (0, 0) if offsets do not.
+    """
+
+    bodies: tuple[str, ...] = ()
+    inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
+    gains: int = 0
+    zeros: int = 0
+    tilts: int = 0
+    delays: int = 0
+    wrenches: int = 0
+    rotors: tuple[int, ...] = ()
+    armature: Array = field(default_factory=lambda: np.zeros(0))
+    log_offsets: tuple[int, int] = (0, 0)
+
+    def offsets_of_logs(self, contrasts: Array) -> Array:
+        """Return by how much each log's offsets exceed the means [N m], shape (logs, joints), from their contrasts."""
+        return np.asarray(contrasts_of_logs(self.log_offsets[0] + 1).T @ contrasts.reshape(self.log_offsets))
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        sensors = self.gains + self.zeros + self.tilts + self.delays + WRENCH_SIZE * self.wrenches
+        return self.inertial_parameters.size + sensors + len(self.rotors) + math.prod(self.log_offsets)
+
+
+def contrasts_of_logs(logs: int) -> Array:
+    """Return orthonormal rows, shape (logs - 1, logs), that add up to zero: deviations of logs from their mean."""
+    return np.asarray(helmert(logs))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WeakEquations:
+    """K windows of one segment, in one contact mode, m equations each, of the friction of n joints.
+
+    With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k the contact projection,
+
+        P_k^T W_k[r] = P_k^T W_k[R(v)] + (regressors times corrections of the model) + error
+
+    Both sides pass the same window, so that smoothing costs no accuracy. The error's covariance between windows k and
+    l = k + j is
+
+        rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
+            + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
+
+    The standard deviations of the last two terms are not known beforehand: of accelerations of the root, which is taken
+    to stand still, and of errors of the model. Nor is the encoder-noise scale of the first term.
+
+    A coupling B^T v of joints counts as one more joint, behind them, without a torque sensor: its friction acts on
+    them through P_k^T B.
+
+    Attributes
+    ----------
+    time
+        Of the windows' centres [s], shape (K,).
+    since, until
+        Time from the last change of the contacts, and to the next one [s], shape (K,); infinite where there is none.
+    gait
+        Number of the gait phase: steps on the same feet in the same log share it; -1 where there are no steps.
+    residual
+        Left side [N m], shape (K, m).
+    velocity
+        At the full rate [rad/s], shape (T, n).
+    before
+        Velocities of rows right before these, at the full rate [rad/s], shape (any, n); None if not known.
+    taps, step
+        Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
+        `k step ... k step + L - 1` of `velocity`.
+    projection
+        P_k^T, shape (K, m, n); None where every joint has an equation of its own, and nothing else acts on it.
+    standing
+        Which of the joints lie between the base and a standing foot, shape (n,).
+    encoder_response
+        G_k: response of the left side to an error of a joint's acceleration [kg m^2], shape (K, m, encoders).
+    root_response
+        B_k: its response to an acceleration of the root [kg], [kg m], shape (K, m, 6); (K, m, 0) for a fixed base.
+    encoder_noise, torque_noise
+        Standard deviations [rad], shape (encoders,), and [N m], shape (n,).
+    acceleration_overlap, torque_overlap
+        rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to the last
+        that they reach.
+    regressors
+        Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
+    torque
+        Measured, through the window [N m], shape (K, n).
+    elapsed
+        Time since the log began [s], shape (K,).
+    temperature
+        [deg C], shape (K, n); None if the log has none.
+    position
+        Of the joints at the full rate [rad], shape (T, n); NaN of prismatic joints and couplings.
+    position_noise
+        Standard deviations of the noise of `position` [rad], shape (n,); zero of couplings, None where not known.
+    covariates
+        Of friction, shape (K, n, f); None if it is not.
+    couplings
+        B, shape (n - c, c): coefficients of the joints in the last c, which are couplings; None if none is.
+    wrench_noise
+        Standard deviations of the first rows where these are of the wrench on the standing foot, on which no
+        friction acts [N], [N m], shape (6,); (0,) where they are not.
+    set_aside
+        Windows that outliers are in, and that count for nothing, shape (K,); None if there are none.
+    """
+
+    time: Array
+    since: Array
+    until: Array
+    gait: int
+    residual: Array
+    velocity: Array
+    taps: Array
+    step: int
+    projection: Array | None
+    standing: NDArray[np.bool_]
+    encoder_response: Array
+    root_response: Array
+    encoder_noise: Array
+    torque_noise: Array
+    acceleration_overlap: Array
+    torque_overlap: Array
+    regressors: Array | None
+    torque: Array
+    elapsed: Array
+    position: Array
+    temperature: Array | None = None
+    position_noise: Array | None = None
+    covariates: Array | None = None
+    couplings: Array | None = None
+    wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
+    set_aside: NDArray[np.bool_] | None = None
+    before: Array | None = None
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Windows that count, shape (K,)."""
+        return np.ones(len(self.time), dtype=bool) if self.set_aside is None else ~self.set_aside
+
+    @property
+    def period(self) -> float:
+        """From one row to the next [s]; 0 of a single window."""
+        return float(self.time[1] - self.time[0]) / self.step if len(self.time) > 1 else 0.0
+
+    @property
+    def joints(self) -> int:
+        """Number of joints that are no couplings."""
+        return self.velocity.shape[1] if self.couplings is None else len(self.couplings)
+
+    @property
+    def lags(self) -> int:
+        """Number of windows that errors reach further [1]."""
+        return len(self.torque_overlap) - 1
+
+    @property
+    def weights(self) -> Array:
+        """P_k^T, or the identity, shape (K, m, n)."""
+        if self.projection is not None:
+            return self.projection
+        return np.broadcast_to(np.eye(self.joints), (len(self.residual), self.joints, self.joints))
+
+    def windows(self, signal: Array) -> Array:
+        """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
+        return through_windows(signal, self.taps, self.step)[: len(self.time)]
+
+    def direction(self, per_turn: Array | float = 1.0) -> Array:
+        """Return cosine and sine of so many times the joints' positions, through the window, shape (K, n, 2)."""
+        angle = per_turn * self.position
+        return np.stack([self.windows(np.cos(angle)), self.windows(np.sin(angle))], axis=2)
+
+    def presliding(self, top_speed: Array, travels: Array) -> Array:
+        """Return z - s of presliding, through the window, shape (c, K, n), within c travels [rad], shape (c, n)."""
+        velocity = self.velocity if self.before is None else np.concatenate([self.before, self.velocity])
+        lagging = lag_behind(velocity, self.period, SMOOTH_SIGN * top_speed, travels)[:, -len(self.velocity) :]
+        return np.stack([self.windows(lag) for lag in lagging])
+
+    @property
+    def sensors(self) -> Array:
+        """Response of the left side to the noise of torque sensors and of a wrench sensor, shape (K, m, n or n + 6)."""
+        torque = self.weights * self.torque_noise
+        wrench = np.eye(self.residual.shape[1], len(self.wrench_noise)) * self.wrench_noise
+        return np.concatenate([torque, np.broadcast_to(wrench, (len(torque), *wrench.shape))], axis=2)
+
+
+def through_windows(signal: Array, taps: Array, step: int) -> Array:
+    """Return the windows of a signal, one every `step` rows, shape (T, n) -> (K, n); T is a window or more."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(signal, len(taps), axis=0)[::step] @ taps)

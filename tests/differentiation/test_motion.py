@@ -1,0 +1,333 @@
+"""What a filter of positions must hold to, whatever its kind; and how the spectrum chooses one."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import savgol_coeffs, sosfreqz
+
+from stribeck.differentiation import (
+    choose_cutoff,
+    make_filter,
+    resolve_auto,
+    savgol_cutoff,
+    savgol_kernels,
+    savgol_window,
+)
+from stribeck.differentiation.butterworth import SETTLED, butterworth_sections, filter_derivatives
+from stribeck.differentiation.cutoff import average_spectra
+from stribeck.differentiation.savitzky_golay import correlate_valid
+from stribeck.errors import LogError, SettingsError
+from stribeck.settings import FilterSettings
+
+PERIOD = 0.002
+RATE = 1 / PERIOD
+SAVGOL = FilterSettings(kind="savitzky-golay", window=15, order=4)
+BUTTERWORTH = FilterSettings(kind="butterworth", cutoff=30.0, order=4)
+every_filter = pytest.mark.parametrize("choice", [SAVGOL, BUTTERWORTH], ids=lambda choice: choice.kind)
+
+
+def walk(samples: int = 2000, joints: int = 3, seed: int = 0) -> np.ndarray:
+    """Return a random signal with power at all frequencies."""
+    return np.cumsum(np.random.default_rng(seed).standard_normal((samples, joints)), axis=0) * 0.01
+
+
+def scale(array: np.ndarray) -> float:
+    return float(np.abs(array).max())
+
+
+windows = st.integers(2, 40).flatmap(
+    lambda half: st.tuples(st.just(2 * half + 1), st.integers(2, min(2 * half, 8)))
+)  # (window, order)
+
+
+class TestSavitzkyGolay:
+    @given(windows)
+    @settings(deadline=None, max_examples=40)
+    def test_kernels_reproduce_polynomials_and_their_derivatives(self, shape):
+        window, order = shape
+        rng = np.random.default_rng(window)
+        polynomial = np.polynomial.Polynomial(rng.standard_normal(order + 1), domain=[0, 0.5])
+        time = np.arange(250) * PERIOD
+        kernels = savgol_kernels(window, order, PERIOD)
+        filtered = correlate_valid(polynomial(time)[:, None], kernels, (0, 1, 2))
+        middle = time[window // 2 : len(time) - window // 2]
+        for d, result in enumerate(filtered):
+            # A derivative of double precision numbers cannot be better than their last digit over the taps.
+            rounding = 1e-15 * np.abs(kernels[d]).sum() * scale(polynomial(time))
+            expected = polynomial.deriv(d)(middle) if d else polynomial(middle)
+            np.testing.assert_allclose(result[:, 0], expected, rtol=1e-9, atol=1e-9 * scale(expected) + rounding)
+            np.testing.assert_array_equal(kernels[d], (-1) ** d * kernels[d][::-1])
+
+    @pytest.mark.parametrize("window", [3, 5, 9, 31, 101])
+    @pytest.mark.parametrize("order", [2, 3, 4])
+    def test_kernels_are_scipys_coefficients(self, window, order):
+        order = min(order, window - 1)  # for higher orders and long windows it is scipy that runs out of digits
+        kernels = savgol_kernels(window, order, PERIOD)
+        for d in range(3):
+            expected = savgol_coeffs(window, order, deriv=d, delta=PERIOD, use="dot")
+            np.testing.assert_allclose(kernels[d], expected, rtol=0, atol=1e-9 * scale(expected))
+
+    @pytest.mark.parametrize("order", [2, 3, 4, 6])
+    def test_cutoff_is_where_half_the_power_of_a_sine_is_left(self, order):
+        cutoff = savgol_cutoff(41, order, RATE)
+        time = np.arange(41) - 20
+        gain = savgol_kernels(41, order, PERIOD)[0] @ np.cos(2 * np.pi * cutoff * PERIOD * time)
+        assert gain**2 == pytest.approx(0.5, rel=1e-9)
+        assert savgol_cutoff(5, 4, RATE) == RATE / 2  # a polynomial through all samples does not smooth
+
+    @given(st.integers(3, 200), st.integers(2, 5))
+    @settings(deadline=None, max_examples=30)
+    def test_window_and_cutoff_are_inverse(self, half_width, order):
+        window = 2 * half_width + 1
+        cutoff = savgol_cutoff(window, order, RATE)
+        if cutoff < RATE / 2:
+            assert savgol_window(cutoff, order, RATE) == window
+            assert savgol_window(cutoff * 1.0001, order, RATE) <= window
+
+    def test_large_windows_keep_their_digits(self):
+        time = np.arange(3000) * 1e-3
+        polynomial = np.polynomial.Polynomial([1000.0, 1.0, -0.5, 0.3, -0.05])  # a continuous joint after many turns
+        kernels = savgol_kernels(401, 4, 1e-3)
+        _, velocity, acceleration = correlate_valid(polynomial(time)[:, None], kernels, (0, 1, 2))
+        middle = time[200:-200]
+        np.testing.assert_allclose(velocity[:, 0], polynomial.deriv(1)(middle), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(acceleration[:, 0], polynomial.deriv(2)(middle), rtol=0, atol=1e-11)
+
+
+@every_filter
+class TestEveryFilter:
+    @pytest.mark.parametrize("spare", [-5, -1, 0, 1, 200])
+    def test_ramps_come_out_but_for_the_edges(self, choice, spare):
+        motion_filter = make_filter(choice, PERIOD)
+        h = motion_filter.half_width
+        ramp = np.arange(max(2.0 * h + spare, 0))[:, None] * [PERIOD, -3 * PERIOD]
+        found, rows = motion_filter.apply(ramp), max(spare, 0)
+        assert [signal.shape for signal in found] == [(rows, 2)] * 3
+        np.testing.assert_allclose(found[0], ramp[h : h + rows], atol=1e-6)
+        np.testing.assert_allclose(found[1], np.broadcast_to([1.0, -3.0], (rows, 2)), atol=1e-5)
+        np.testing.assert_allclose(found[2], 0.0, atol=1e-5)
+
+    def test_linear(self, choice):
+        motion_filter = make_filter(choice, PERIOD)
+        a, b = walk(seed=1), walk(seed=2)
+        for both, x, y in zip(
+            motion_filter.apply(2 * a - 3 * b), motion_filter.apply(a), motion_filter.apply(b), strict=True
+        ):
+            np.testing.assert_allclose(both, 2 * x - 3 * y, atol=1e-9 * scale(both))
+
+    def test_smooth_is_the_position_of_apply(self, choice):
+        motion_filter = make_filter(choice, PERIOD)
+        np.testing.assert_array_equal(motion_filter.smooth(walk()), motion_filter.apply(walk())[0])
+
+    def test_overlapping_chunks_are_the_whole(self, choice):
+        motion_filter = make_filter(choice, PERIOD)
+        signal, chunk, h = walk(3000), 700, motion_filter.half_width
+        whole = motion_filter.apply(signal)
+        pieces = [motion_filter.apply(signal[k : k + chunk + 2 * h]) for k in range(0, 3000 - 2 * h, chunk)]
+        # A Butterworth filter never forgets wholly, but no more than `SETTLED` of what it met at the edges.
+        tolerance = 10 * SETTLED if choice.kind == "butterworth" else 1e-9
+        for d in range(3):
+            joined = np.concatenate([piece[d] for piece in pieces])
+            np.testing.assert_allclose(joined, whole[d], atol=tolerance * scale(walk(3000)) / PERIOD**d)
+
+    def test_joints_do_not_meet(self, choice):
+        motion_filter = make_filter(choice, PERIOD)
+        together = motion_filter.apply(walk())
+        for joint in range(3):
+            alone = motion_filter.apply(walk()[:, [joint]])
+            for d in range(3):
+                np.testing.assert_allclose(alone[d][:, 0], together[d][:, joint], atol=1e-9 * scale(together[d]))
+
+
+@every_filter
+def test_time_reversal_turns_the_velocity_alone(choice):
+    motion_filter = make_filter(choice, PERIOD)
+    position, velocity, acceleration = motion_filter.apply(walk())
+    back = motion_filter.apply(walk()[::-1])
+    tolerance = SETTLED if choice.kind == "butterworth" else 1e-12
+    for d, (forward, reverse) in enumerate(zip((position, -velocity, acceleration), back, strict=True)):
+        np.testing.assert_allclose(reverse[::-1], forward, atol=10 * tolerance * scale(walk()) / PERIOD**d)
+
+
+@every_filter
+def test_a_slow_sine_comes_out_in_phase(choice):
+    motion_filter = make_filter(choice, PERIOD)
+    omega, time = 2 * np.pi * 1.0, np.arange(3000) * PERIOD
+    position, velocity, acceleration = motion_filter.apply(np.sin(omega * time)[:, None])
+    middle = time[motion_filter.half_width : len(time) - motion_filter.half_width]
+    np.testing.assert_allclose(position[:, 0], np.sin(omega * middle), atol=1e-4)
+    np.testing.assert_allclose(velocity[:, 0], omega * np.cos(omega * middle), atol=1e-4 * omega)
+    np.testing.assert_allclose(acceleration[:, 0], -(omega**2) * np.sin(omega * middle), atol=1e-4 * omega**2)
+
+
+class TestButterworth:
+    @pytest.mark.parametrize("order", [1, 2, 4, 6])
+    @pytest.mark.parametrize("cutoff", [3.0, 30.0, 200.0])
+    def test_both_passes_together_halve_the_power_at_the_cutoff(self, order, cutoff):
+        sections = butterworth_sections(cutoff, order, RATE)
+        response = sosfreqz(sections, [cutoff], fs=RATE)[1]
+        assert np.abs(response[0]) ** 4 == pytest.approx(0.5, rel=1e-6)
+
+    @pytest.mark.parametrize("cutoff", [5.0, 30.0, 150.0])
+    @pytest.mark.parametrize("order", [2, 4, 6])
+    def test_dropped_edges_hold_the_whole_transient(self, cutoff, order):
+        """What came before the log, however different, must not show in the samples that are kept."""
+        motion_filter = make_filter(FilterSettings(kind="butterworth", cutoff=cutoff, order=order), PERIOD)
+        h = motion_filter.half_width
+        log = walk(2 * h + 300)
+        longer = np.concatenate([walk(2 * h, seed=5) + 1.0, log, walk(2 * h, seed=6) - 1.0])
+        size = scale(longer)
+        for d, (kept, known) in enumerate(zip(motion_filter.apply(log), motion_filter.apply(longer), strict=True)):
+            error = scale(kept - known[2 * h : -2 * h])
+            assert error < 10 * SETTLED * size * (1 / PERIOD) ** d
+
+    def test_no_more_is_dropped_than_needed(self):
+        """With a third of the edges dropped the transient shows."""
+        h = make_filter(BUTTERWORTH, PERIOD).half_width
+        sections = butterworth_sections(30.0, 4, RATE)
+        longer = walk(7 * h)
+        known = filter_derivatives(longer, (0,), sections, PERIOD, h)[0]
+        third = filter_derivatives(longer[2 * h :], (0,), sections, PERIOD, h // 3)[0]
+        difference = np.abs(third[: 2 * h] - known[h + h // 3 : 3 * h + h // 3])
+        assert difference[0].max() > 10 * SETTLED * scale(longer)
+        assert difference[h:].max() < SETTLED * scale(longer)
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"kind": "savitzky-golay", "window": 30}, "window is 30; it must be odd"),
+        ({"kind": "savitzky-golay", "window": 5, "order": 5}, "order is 5; it must be smaller than the window of 5"),
+        ({"kind": "savitzky-golay", "window": 5, "order": 1}, "order is 1; a polynomial needs 2"),
+        ({"kind": "savitzky-golay"}, "needs a window"),
+        ({"kind": "savitzky-golay", "window": 7, "cutoff": 20.0}, "give only one of them"),
+        ({"kind": "savitzky-golay", "cutoff": 250.0}, "cutoff is 250 Hz; it must be below half the log's rate of 500"),
+        ({"kind": "butterworth"}, "needs a cutoff"),
+        ({"kind": "butterworth", "cutoff": 300.0}, "cutoff is 300 Hz; it must be below half the log's rate of 500 Hz"),
+        ({"kind": "butterworth", "cutoff": 30.0, "window": 9}, "window is 9, which the filter of kind 'butterworth'"),
+        ({"kind": "log", "cutoff": 30.0}, "set kind to 'savitzky-golay' or 'butterworth'"),
+        ({"kind": "auto"}, "must be chosen from a log"),
+        ({"kind": "auto", "window": 9}, "window is 9, which the filter of kind 'auto' does not use"),
+    ],
+)
+def test_settings_that_do_not_go_together_are_refused(values, sentence):
+    with pytest.raises(SettingsError) as caught:
+        make_filter(FilterSettings(**values), PERIOD)
+    assert sentence in str(caught.value)
+    assert "[identify.filter]" in str(caught.value)
+
+
+def test_the_logs_own_derivatives_need_no_edges():
+    motion_filter = make_filter(FilterSettings(kind="log"), PERIOD)
+    assert motion_filter.half_width == 0
+    np.testing.assert_array_equal(motion_filter.smooth(walk()), walk())
+    with pytest.raises(SettingsError, match="from the log"):
+        motion_filter.apply(walk())
+
+
+class TestChosenCutoff:
+    rate = 1000.0
+
+    def motion(self, frequencies, samples=20_000, joints=2):
+        """Return position and acceleration of sums of sines of equal acceleration, shape (T, joints)."""
+        time = np.arange(samples) / self.rate
+        rng = np.random.default_rng(3)
+        acceleration, position = np.zeros((2, samples, joints))
+        for frequency in frequencies:
+            wave = np.sin(2 * np.pi * frequency * time[:, None] + rng.uniform(0, 6, joints))
+            acceleration += 10 * wave
+            position -= 10 * wave / (2 * np.pi * frequency) ** 2
+        return position, acceleration
+
+    def noise(self, size, samples=20_000, joints=2, seed=4):
+        return size * np.random.default_rng(seed).standard_normal((samples, joints))
+
+    def test_without_noise_hardly_anything_is_smoothed(self):
+        position, acceleration = self.motion([0.5, 1.3, 2.1])
+        choice = choose_cutoff([acceleration], self.rate, [position])
+        assert choice.window == 9
+        assert choice.cutoff == pytest.approx(savgol_cutoff(9, 4, self.rate))
+
+    def test_more_encoder_noise_means_a_longer_window(self):
+        position, acceleration = self.motion([0.5, 3.0])
+        windows = [
+            choose_cutoff([acceleration], self.rate, [position + self.noise(size)]).window
+            for size in (0.0, 1e-8, 1e-6, 1e-4)
+        ]
+        assert windows == sorted(windows)
+        assert windows[0] == 9
+        assert windows[-1] > 40
+
+    def test_torque_noise_is_no_reason_to_smooth_clean_positions_less_or_noisy_ones_more(self):
+        position, acceleration = self.motion([0.5, 3.0])
+        noisy = position + self.noise(1e-5)
+        quiet = choose_cutoff([acceleration], self.rate, [noisy])
+        loud = choose_cutoff([acceleration + self.noise(1.0, seed=9)], self.rate, [noisy])
+        assert loud.window == pytest.approx(quiet.window, rel=0.3)
+
+    @pytest.mark.parametrize("stiffness", [1e3, 1e5])
+    def test_a_controller_that_answers_encoder_noise_makes_no_motion_of_it(self, stiffness):
+        """Torque and position are coherent then at all frequencies: only the shape of the spectrum tells them apart."""
+        position, acceleration = self.motion([0.5, 3.0])
+        noise = self.noise(1e-5)
+        choice = choose_cutoff([acceleration - stiffness * noise], self.rate, [position + noise])
+        assert 3.6 < choice.cutoff < 25.0
+
+    def test_the_choice_keeps_the_motion(self):
+        """The filter chosen loses less than 0.1 % of the power of the acceleration."""
+        position, acceleration = self.motion([1.0, 8.0])
+        choice = choose_cutoff([acceleration], self.rate, [position + self.noise(1e-5)])
+        motion_filter = make_filter(resolve_auto(FilterSettings(), choice), 1 / self.rate)
+        h = motion_filter.half_width
+        assert 2 * h + 1 == choice.window
+        assert f"cutoff {choice.cutoff:.3g} Hz, a window of {choice.window} samples" in choice.reason
+        lost = motion_filter.apply(position)[2] - acceleration[h:-h]
+        assert np.mean(lost**2) < 1e-3 * np.mean(acceleration**2)
+
+    def test_the_joint_with_the_fastest_motion_decides(self):
+        motions = [self.motion([frequency], joints=1) for frequency in (1.0, 40.0)]
+        position, acceleration = (np.hstack([motion[k] for motion in motions]) for k in (0, 1))
+        position, acceleration = position + self.noise(1e-5), acceleration + self.noise(1.0, seed=9)
+        both = choose_cutoff([acceleration], self.rate, [position])
+        slow, fast = (choose_cutoff([acceleration[:, k]], self.rate, [position[:, k]]) for k in ([0], [1]))
+        assert both.window == fast.window < slow.window
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_legs_that_swing_in_turn_are_heard_in_many_parts(self, seed):
+        """Two joints, each there in two short segments of four, as in a walk of five steps."""
+        position, acceleration = self.motion([2.0, 9.0])
+        position = position + self.noise(1e-5, seed=seed)
+        acceleration = acceleration + self.noise(5.0, seed=seed + 10)
+        whole = choose_cutoff([acceleration], self.rate, [position])
+        rows = [slice(700 * k, 700 * k + 650) for k in range(4)]
+        there = [np.where(np.arange(2) == k % 2, acceleration[run], np.nan) for k, run in enumerate(rows)]
+        places = [position[run] + k for k, run in enumerate(rows)]
+        assert average_spectra(there, places, self.rate).parts.min() >= 8
+        assert 0.7 < choose_cutoff(there, self.rate, places).cutoff / whole.cutoff < 3.0
+
+    def test_a_joint_at_rest_has_no_say(self):
+        position, acceleration = self.motion([3.0])
+        still, shaking = self.motion([150.0], joints=1)
+        position[:, 1:], acceleration[:, 1:] = 2e-3 * still, 2e-3 * shaking
+        position = position + self.noise(1e-5) * [1.0, 0.0]
+        both = choose_cutoff([acceleration], self.rate, [position])
+        assert both.window == choose_cutoff([acceleration[:, :1]], self.rate, [position[:, :1]]).window
+
+    def test_nothing_but_noise_gives_the_lowest_cutoff(self):
+        choice = choose_cutoff([self.noise(1.0)], self.rate, [self.noise(1e-4, seed=8)])
+        assert choice.cutoff == pytest.approx(5.0, rel=0.03)
+        assert "no joint" in choice.reason
+
+    @pytest.mark.parametrize("rate", [100.0, 200.0, 5000.0])
+    def test_bounds_follow_the_rate(self, rate):
+        rng = np.random.default_rng(0)
+        smooth = np.sin(2 * np.pi * 0.02 * rate * np.arange(4000) / rate)[:, None]
+        choice = choose_cutoff([smooth], rate, [-smooth / (2 * np.pi * 0.02 * rate) ** 2])
+        assert 0.2 * rate <= choice.cutoff < 0.25 * rate
+        noise = choose_cutoff([rng.standard_normal((4000, 1))], rate, [rng.standard_normal((4000, 1))])
+        assert noise.cutoff >= 5.0
+
+    def test_a_scrap_has_no_spectrum(self):
+        with pytest.raises(LogError, match="63 samples; choosing a filter from the spectrum takes 64"):
+            choose_cutoff([np.zeros((65, 2)), np.zeros((10, 2))], 1000.0, [np.zeros((65, 2)), np.zeros((10, 2))])

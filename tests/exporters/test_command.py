@@ -1,0 +1,94 @@
+"""`stribeck export` as a user types it: the model that was found, or one sentence and no file."""
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.arm import URDF, write_arm
+from tests.cli.test_cli import refused, run
+from tests.exporters.found import FRICTION, found_in, joint_result, robot_of
+from tests.exporters.test_models import read_again
+from tests.whole_log.logs import TRUTH
+
+from stribeck import Robot, export
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import get_law
+from stribeck.log.writers import write_log
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.sensors.measure import with_noise
+
+
+def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    true, _ = robot_of("arm", tmp_path)
+    export(found_in(true)[0], true, tmp_path / "wrong.urdf", "urdf")
+    wrong = read_again(true, tmp_path / "wrong.urdf")
+    exact, _ = exact_log(true, get_law("stribeck"), dict.fromkeys(true.joint_names, TRUTH), duration=20.0, seed=1)
+    write_log(with_noise(exact, position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
+    out = tmp_path / "out"
+    assert run("identify", tmp_path / "log.npz", "-r", wrong.path, "-o", out, "--method", "whole-log") == 0
+    capsys.readouterr()
+    assert run("export", out / "result.json", "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf") == 0
+    printed = capsys.readouterr().out
+    assert "Inertias are changed" in printed
+    assert printed.endswith(f"{out / 'new.urdf'}\n")
+    new = read_again(true, out / "new.urdf")
+
+    def torque(robot: Robot) -> np.ndarray:
+        model, data = robot.tree.model, robot.tree.model.createData()
+        assert exact.velocity is not None
+        assert exact.acceleration is not None
+        states = zip(exact.position[::50], exact.velocity[::50], exact.acceleration[::50], strict=True)
+        return np.array([pin.rnea(model, data, *state) for state in states])
+
+    off = [np.sqrt(np.mean((torque(robot) - torque(true)) ** 2)) for robot in (wrong, new)]
+    assert off[1] < 0.1 * off[0]
+
+
+def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result, _ = found_in(Robot.from_file(write_arm(tmp_path)))
+    assert result.corrections is not None
+    elbow = result.corrections.bodies["elbow"]
+    heavy = replace(result.corrections, bodies={"elbow": replace(elbow, mass=(2 * elbow.mass[0], elbow.mass[1]))})
+    unknown = replace(result.corrections, bodies={"knee": elbow})
+    knee = replace(result, joints={"knee": joint_result(FRICTION)})
+    (tmp_path / "there").mkdir()
+    for found, target, name, words in [
+        (result, "unity", "new.urdf", ["'unity'", "expected mjcf, urdf"]),
+        (result, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
+        (result, "urdf", "there", ["there"]),  # a folder
+        (knee, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
+        (replace(result, corrections=heavy), "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
+        (replace(result, corrections=unknown), "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),
+    ]:
+        (tmp_path / "result.json").write_text(found.to_json())
+        arguments = ("export", tmp_path, "-r", tmp_path / "robot.toml", "--to", target, "-o", tmp_path / name)
+        sentence = refused(capsys, *arguments)
+        assert all(word in sentence for word in words), sentence
+        assert sorted(os.listdir(tmp_path)) == ["arm.urdf", "result.json", "robot.toml", "there"]
+        assert (tmp_path / "arm.urdf").read_text() == URDF
+
+
+def test_another_kind_of_model_and_a_broken_result_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot, _ = robot_of("toro", tmp_path)
+    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    arguments = ("export", tmp_path / "result.json", "-r", tmp_path / "robot.toml", "--to", "urdf", "-o")
+    sentence = refused(capsys, *arguments, tmp_path / "new.urdf")
+    assert "is MJCF, which 'urdf' does not write again" in sentence
+    assert "export to mjcf, c, " in sentence
+    (tmp_path / "result.json").write_text(json.dumps({"schema": 99}))
+    assert "schema" in refused(capsys, *arguments, tmp_path / "new.urdf")
+
+
+def test_a_result_with_nothing_to_say_of_the_model(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    rotor = joint_result({"armature": (0.1, "kg m^2")})  # URDF has no place for it
+    result = replace(found_in(robot)[0], corrections=None, joints=dict.fromkeys(robot.joint_names, rotor))
+    with pytest.raises(NothingIdentifiedError, match="neither corrected inertias nor"):
+        export(result, robot, tmp_path / "new.urdf", "urdf")
+    assert not (tmp_path / "new.urdf").exists()

@@ -1,0 +1,240 @@
+"""Robots and ranges that a log supports: drawn from the covariance of what was found, in the target's words."""
+
+import sys
+from dataclasses import make_dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+from tests.arm import write_arm
+from tests.cli.test_cli import refused, run
+from tests.exporters.found import found_in, joint, module, robot_of
+from tests.exporters.test_models import read_again
+
+from stribeck import Robot, export
+from stribeck.errors import NothingIdentifiedError, SettingsError
+from stribeck.exporters import TARGETS, export_ranges, export_samples
+from stribeck.exporters.joints import joint_terms
+from stribeck.exporters.ranges import joint_ranges
+from stribeck.exporters.samples import drawn
+from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Result, read_result
+
+TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4}
+CORRELATION = np.array(
+    [
+        [1.0, -0.9, 0.0, 0.0, 0.1],
+        [-0.9, 1.0, 0.2, 0.0, 0.0],
+        [0.0, 0.2, 1.0, -0.5, 0.0],
+        [0.0, 0.0, -0.5, 1.0, 0.0],
+        [0.1, 0.0, 0.0, 0.0, 1.0],
+    ]
+)
+
+PLAIN = TARGETS["isaaclab"].forms["plain"]
+ROTOR = ParameterEstimate(
+    value=0.05, standard_error=0.005, interval_95=(0.04, 0.06), unit="kg m^2", verdict="identified"
+)
+
+
+def arm_result(folder: Path, **joints: JointResult) -> tuple[Result, Robot]:
+    robot = Robot.from_file(write_arm(folder))
+    return replace(found_in(robot, "auto")[0], joints=joints, corrections=None), robot
+
+
+def uncertain() -> JointResult:
+    own = joint(**TRUTH)
+    errors = dict(zip(TRUTH, (0.02, 0.03, 0.05, 0.01, 0.1), strict=True))
+    parameters = {name: replace(found, standard_error=errors[name]) for name, found in own.parameters.items()}
+    return replace(own, parameters=parameters, correlation=tuple(map(tuple, CORRELATION.tolist())))
+
+
+def test_draws_have_the_covariance_that_was_found_and_results_keep_it(tmp_path: Path) -> None:
+    result, _ = arm_result(tmp_path, j=uncertain())
+    (tmp_path / "result.json").write_text(result.to_json())
+    assert read_result(tmp_path / "result.json").joints["j"].correlation == uncertain().correlation
+    values = np.array([[p.value for p in each.joints["j"].parameters.values()] for each in drawn(result, 4000)])
+    own = result.joints["j"].parameters.values()
+    np.testing.assert_allclose(values.mean(axis=0), [p.value for p in own], atol=0.005)
+    np.testing.assert_allclose(values.std(axis=0) / [p.standard_error for p in own], 1.0, rtol=0.05)
+    np.testing.assert_allclose(np.corrcoef(values.T), CORRELATION, atol=0.05)
+    alone = replace(result, joints={"j": replace(uncertain(), correlation=None)})
+    spread = [np.std([each.joints["j"].friction(1.5) + 0.4 for each in drawn(own, 500)]) for own in (result, alone)]
+    assert spread[0] < spread[1]  # of parameters that trade places
+
+
+@pytest.mark.parametrize("name", ["arm", "toro"])
+def test_every_robot_that_is_drawn_could_exist(name: str, tmp_path: Path) -> None:
+    robot, target = robot_of(name, tmp_path)
+    result, _ = found_in(robot)
+    masses = []
+    for path in export_samples(result, robot, tmp_path / "draws", target, 5):
+        model = read_again(robot, path).tree.model
+        masses.append(sum(inertia.mass for inertia in model.inertias))
+        for inertia in list(model.inertias)[1:]:
+            assert pin.Inertia.FromDynamicParameters(inertia.toDynamicParameters()).mass > 0
+            moments = np.linalg.eigvalsh(inertia.inertia)
+            assert moments[0] > 0
+            assert moments[2] <= moments[:2].sum() * (1 + 1e-9)
+    assert np.std(masses) > 0
+
+
+def test_bounds_hold_and_a_scale_that_nothing_shows_stays_possible(tmp_path: Path) -> None:
+    parameters = {name: replace(found, standard_error=50.0) for name, found in uncertain().parameters.items()}
+    result, _ = arm_result(tmp_path, j=replace(uncertain(), parameters=parameters))
+    for each in drawn(result, 200):
+        own = {name: p.value for name, p in each.joints["j"].parameters.items()}
+        assert min(own["viscous"], own["coulomb"]) >= 0
+        assert 0 < own["stribeck_velocity"] < 10
+
+
+def test_the_command_line_writes_all_or_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot, _ = robot_of("arm", tmp_path)
+    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
+    arguments = ("export", tmp_path / "result.json", "-r", robot.path, "-o", tmp_path / "draws", "--to")
+    assert run(*arguments, "urdf", "--samples", "3") == 0
+    assert sorted(path.name for path in (tmp_path / "draws").iterdir()) == ["000.urdf", "001.urdf", "002.urdf"]
+    capsys.readouterr()
+    assert "draws: is there already" in refused(capsys, *arguments, "urdf", "--samples", "3")
+    for count in ("0", "1000000000"):
+        sentence = refused(capsys, *arguments, "urdf", "--samples", count, "--overwrite")
+        assert f"export: {count} samples are asked for; expected 1 to 100,000" in sentence
+    assert "'unity'" in refused(capsys, *arguments, "unity", "--samples", "2", "--overwrite")
+    with pytest.raises(SettingsError, match="'unity'"):
+        export_samples(found_in(robot)[0], robot, tmp_path / "none", "unity", 2)
+    assert not (tmp_path / "none").exists()
+
+
+def with_rotor() -> JointResult:
+    """Return a joint whose Coulomb and viscous friction trade places."""
+    own, errors = joint(coulomb=1.2, viscous=0.3, offset=0.0), {"coulomb": 0.1, "viscous": 0.1, "offset": 0.1}
+    parameters = {name: replace(found, standard_error=errors[name]) for name, found in own.parameters.items()}
+    correlation = ((1.0, -0.9, 0.0, 0.0), (-0.9, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    return replace(own, parameters=parameters | {"armature": ROTOR}, correlation=correlation)
+
+
+def without_friction() -> JointResult:
+    point = CurvePoint(velocity=1.0, value=0.0, standard_error=0.02, interval_95=(0.0, 0.04), unit="N m")
+    return replace(uncertain(), parameters={}, verdict="no friction", correlation=None, curve=(point,))
+
+
+def test_ranges_hold_95_percent_of_other_draws(tmp_path: Path) -> None:
+    assert PLAIN is not None
+    result, _ = arm_result(tmp_path, shoulder=with_rotor())
+    found = joint_ranges(result, PLAIN)["shoulder"]
+    assert set(found.numbers) == {"friction", "dynamic_friction", "viscous_friction", "armature"}
+    assert not found.weak
+    others = [joint_terms(each, PLAIN)["shoulder"].stated for each in drawn(result, 400, seed=1)]
+    for word, (low, high) in found.numbers.items():
+        assert np.mean([low <= each[word][0] <= high for each in others]) == pytest.approx(0.95, abs=0.04)
+    assert found.friction is not None
+    low, high = found.friction
+    assert low < 1 < high
+    own = joint_terms(result, PLAIN)["shoulder"].stated
+
+    def whole(stated: dict[str, tuple[float, str]]) -> float:
+        return stated["dynamic_friction"][0] + stated["viscous_friction"][0]  # at the top speed of 1 rad/s
+
+    assert np.mean([low <= whole(each) / whole(own) <= high for each in others]) >= 0.93
+    assert high - low < 0.5 * np.ptp(found.numbers["viscous_friction"]) / own["viscous_friction"][0]
+
+
+def test_mujoco_takes_them_by_degree_of_freedom(tmp_path: Path) -> None:
+    robot, _ = robot_of("toro", tmp_path)
+    name, other = robot.joint_names[:2]
+    result = replace(found_in(robot, "auto")[0], joints={name: with_rotor()}, corrections=None)
+    lines = export_ranges(result, robot, tmp_path / "ranges", "mjcf")
+    assert any(line.startswith(f"Joint {name}: frictionloss ") for line in lines)
+    own = module(tmp_path / "ranges")
+    export(result, robot, tmp_path / "new.xml", "mjcf", friction="plain")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "new.xml"))
+    before = {field: getattr(model, field).copy() for field in own.bounds(model)}
+    assert sorted(before) == ["dof_armature", "dof_damping", "dof_frictionloss"]
+    at, generator = model.joint(name).dofadr[0], np.random.default_rng(0)
+    drawn_values: dict[str, list[float]] = {field: [] for field in before}
+    invweights = []
+    for _ in range(20):
+        own.randomize(model, generator)
+        invweights.append(model.dof_invweight0[at])
+        for field, values in drawn_values.items():
+            now = getattr(model, field)
+            values.append(now[at])
+            assert np.array_equal(np.delete(now, at), np.delete(before[field], at))  # as of the other joint
+    assert model.joint(other).dofadr[0] != at
+    for field, values in drawn_values.items():
+        low, high = own.RANGES[name][field]
+        assert low <= min(values) < max(values) <= high
+        assert low < before[field][at] < high
+    assert np.std(invweights) > 0
+
+
+def test_isaac_lab_gets_terms_of_its_events(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With stand-ins that have the keywords of Isaac Lab 2.3 and 3.0."""
+
+    def randomize_joint_parameters(
+        env: object,
+        env_ids: object,
+        asset_cfg: Any,
+        friction_distribution_params: tuple[float, float] | None = None,
+        armature_distribution_params: tuple[float, float] | None = None,
+        operation: str = "abs",
+        distribution: str = "uniform",
+    ) -> tuple[str, str, Any]:
+        del env, env_ids, distribution
+        return asset_cfg.joint_names[0], operation, friction_distribution_params or armature_distribution_params
+
+    mdp = SimpleNamespace(randomize_joint_parameters=randomize_joint_parameters)
+    classes = {"EventTermCfg": ("func", "mode", "params"), "SceneEntityCfg": ("name", "joint_names")}
+    managers = SimpleNamespace(**{name: make_dataclass(name, fields) for name, fields in classes.items()})
+    for name, stub in {"": None, ".envs": SimpleNamespace(mdp=mdp), ".managers": managers}.items():
+        monkeypatch.setitem(sys.modules, f"isaaclab{name}", stub or SimpleNamespace())  # type: ignore[arg-type]
+    result, robot = arm_result(tmp_path, shoulder=with_rotor(), elbow=without_friction())
+    export_ranges(result, robot, tmp_path / "ranges", "isaaclab")
+    own = module(tmp_path / "ranges")
+    terms = own.events("arm", mode="reset")
+    assert {term.mode for term in terms.values()} == {"reset"}
+    called = {name: term.func(None, None, **term.params) for name, term in terms.items()}
+    assert called == {
+        "friction_0": ("shoulder", "scale", own.SCALES["shoulder"]),
+        "armature_0": ("shoulder", "abs", own.RANGES["shoulder"]["armature"]),
+    }
+    assert own.RANGES["elbow"]["friction"] == (0.0, 0.04)  # nothing to scale, and as much as the log may hide
+
+
+def test_weak_friction_is_left_out_or_said_to_be_wide(tmp_path: Path) -> None:
+    own = uncertain()
+    parameters = {k: replace(p, verdict="weak", standard_error=2 * p.value) for k, p in own.parameters.items()}
+    weak = replace(own, verdict="weak", parameters=parameters, correlation=None)
+    result, robot = arm_result(tmp_path, shoulder=uncertain(), elbow=weak)
+    lines = export_ranges(result, robot, tmp_path / "ranges", "mjcf")
+    assert "Not identified, or not asked for: elbow." in lines
+    lines = export_ranges(result, robot, tmp_path / "ranges", "mjcf", include_weak=True)
+    (line,) = (line for line in lines if line.startswith("Joint elbow"))
+    assert line.endswith("; wide, as its friction is weak.")
+    ranges = module(tmp_path / "ranges").RANGES
+    assert np.ptp(ranges["elbow"]["dof_frictionloss"]) > 5 * np.ptp(ranges["shoulder"]["dof_frictionloss"])
+    export_ranges(replace(result, joints={"shoulder": with_rotor()}), robot, tmp_path / "ranges.yaml", "yaml")
+    plain = yaml.safe_load((tmp_path / "ranges.yaml").read_text())["joints"]["shoulder"]
+    assert set(plain) == {"static", "coulomb", "viscous", "armature"}
+    assert all(0 < low < high for low, high in plain.values())
+
+
+def test_what_has_no_ranges_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result, robot = arm_result(tmp_path, shoulder=uncertain())
+    (tmp_path / "result.json").write_text(result.to_json())
+    command = ("export", tmp_path / "result.json", "-r", robot.path, "-o", tmp_path / "ranges.py", "--ranges", "--to")
+    sentence = refused(capsys, *command, "c")
+    assert "'c'; expected mjcf, yaml or isaaclab" in sentence
+    assert "neither --samples" in refused(capsys, *command, "mjcf", "--samples", "3")
+    assert "no joint 'knee'" in refused(capsys, *command, "mjcf", "--joints", "knee")
+    with pytest.raises(NothingIdentifiedError, match="no friction"):
+        export_ranges(replace(result, joints={}), robot, tmp_path / "ranges.py", "mjcf")
+    with pytest.raises(SettingsError, match="own model"):
+        export_ranges(result, robot, robot.model_path, "mjcf")
+    assert not (tmp_path / "ranges.py").exists()
+    assert run(*command, "mjcf") == 0
+    assert "95 %" in capsys.readouterr().out

@@ -1,0 +1,209 @@
+"""Exported files keep what was not found: comments, defaults, meshes that still lie where they lay."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from tests.arm import URDF as ARM
+from tests.arm import write_arm
+from tests.exporters.found import FRICTION, found_in, joint_result
+from tests.exporters.test_models import assert_same_dynamics, read_again
+
+from stribeck import Robot, export
+from stribeck.errors import RobotFileError, SettingsError
+
+MJCF = """<!-- whose it is -->
+<mujoco model="reader">
+  <compiler angle="radian" meshdir="shapes" inertiafromgeom="{rule}"/>
+  <include file="parts/rest.xml"/>
+  <default><joint damping="2" armature="0.01"/>
+    <default class="soft"><joint damping="0.5" frictionloss="0.1"/></default></default>
+  <asset><mesh name="block" file="block.obj"/></asset>
+  <worldbody>
+    <geom type="mesh" mesh="block" contype="0"/>
+    <body name="base"><freejoint/>
+      <inertial pos="0 0 0.1" quat="0.9 0.1 0 0.3" mass="3" diaginertia="0.1 0.12 0.15"/>
+      <geom type="box" size="0.1 0.2 0.1" mass="3.5"/>
+      <!-- a head -->
+      <body name="head" pos="0 0 0.3" quat="0.7 0.7 0 0"><geom type="box" size="0.1 0.05 0.05" mass="0.5"/>
+        <body pos="0.1 0 0.1"><geom type="sphere" size="0.03" mass="0.2"/></body></body>
+      <body name="leg" pos="0 0.2 0" euler="0.3 0 0.2" childclass="soft">
+        <joint name="hip" axis="0 1 0" pos="0 0 0.05"/><geom type="box" size="0.05 0.02 0.2" mass="1" pos="0 0 -0.2"/>
+        <body pos="0 0 -0.4"><joint name="knee" axis="0 1 0"/><geom type="box" size="0.03 0.02 0.1" mass="0.4"/></body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+REST = '<mujoco><!-- drives --><actuator><motor joint="hip"/></actuator><include file="parts/more.xml"/></mujoco>'
+MORE = '<mujoco><sensor><jointpos joint="knee"/></sensor></mujoco>'
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+URDF = """<?xml version="1.0"?>
+<!-- whose it is -->
+<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro">
+  <mujoco><compiler discardvisual="false" {compiler}/></mujoco>
+  <link name="base"><visual><geometry><mesh filename="{mesh}"/></geometry></visual></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="9" velocity="9"/><dynamics damping="7" other="kept"/></joint>
+  <link name="upper"/>
+  <joint name="weld" type="fixed"><parent link="upper"/><child link="tube"/><origin xyz="0 0 0.2" rpy="1 2 3"/></joint>
+  <link name="tube"><visual><geometry><mesh filename="package://arm/tube.stl"/></geometry></visual>
+    <inertial><origin xyz="0.02 0 0" rpy="0.4 0 0"/><mass value="3"/>
+    <inertia ixx="0.04" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.005"/></inertial></link>
+  <joint name="weld2" type="fixed"><parent link="tube"/><child link="cap"/><origin xyz="0 0.1 0.2"/></joint>
+  <link name="cap"><inertial><mass value="0.3"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+</robot>
+"""
+
+
+def robot_in(folder: Path, name: str, text: str, base: str) -> Robot:
+    (folder / "parts").mkdir(parents=True)
+    (folder / "shapes").mkdir()
+    (folder / name).write_text(text)
+    (folder / "parts/rest.xml").write_text(REST)
+    (folder / "parts/more.xml").write_text(MORE)
+    (folder / "shapes/block.obj").write_text(TETRAHEDRON)
+    (folder / "robot.toml").write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\n')
+    return Robot.from_file(folder / "robot.toml")
+
+
+@pytest.mark.parametrize("rule", ["auto", "true"])
+@pytest.mark.parametrize("place", ["robot/new.xml", "out/deep/new.xml"])
+def test_mjcf_with_includes_classes_and_shapes(rule: str, place: str, tmp_path: Path) -> None:
+    robot = robot_in(tmp_path / "robot", "reader.xml", MJCF.format(rule=rule), "floating")
+    result, corrected = found_in(robot)
+    path = tmp_path / place
+    export(result, robot, path, "mjcf")
+    assert_same_dynamics(corrected, read_again(robot, path))
+    old, new = (mujoco.MjModel.from_xml_path(str(file)) for file in (tmp_path / "robot/reader.xml", path))
+    assert (new.nu, new.nsensor, new.nmesh, new.ngeom, new.nbody) == (1, 1, 1, old.ngeom, old.nbody)
+    np.testing.assert_array_equal(new.dof_armature, old.dof_armature)
+    np.testing.assert_allclose(new.dof_frictionloss[6:], 1.2)
+    text = path.read_text()
+    assert all(words in text for words in ("whose it is", "a head", "drives", 'class="soft"'))
+
+
+def test_an_included_file_that_only_mujoco_reads_is_named(tmp_path: Path) -> None:
+    robot = robot_in(tmp_path / "robot", "reader.xml", MJCF.format(rule="auto"), "floating")
+    (tmp_path / "robot/parts/more.xml").write_text("<mujoco><!-- two -- hyphens --><sensor/></mujoco>")
+    with pytest.raises(RobotFileError, match=r"parts/more\.xml: is not well-formed XML"):
+        export(found_in(robot)[0], robot, tmp_path / "new.xml", "mjcf")
+    assert not (tmp_path / "new.xml").exists()
+
+
+@pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
+def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_proportion(
+    place: str, tmp_path: Path
+) -> None:
+    robot = robot_in(tmp_path / "robot", "arm.urdf", URDF.format(compiler="", mesh="shapes/block.obj"), "fixed")
+    result, corrected = found_in(robot)
+    path = tmp_path / place
+    export(result, robot, path, "urdf")
+    assert_same_dynamics(corrected, read_again(robot, path))
+    text = path.read_text()
+    assert all(words in text for words in ("whose it is", "xmlns:xacro", "package://arm/tube.stl", 'other="kept"'))
+    mesh = text.partition('<mesh filename="')[2].partition('"')[0]
+    assert (path.parent / mesh).resolve() == (tmp_path / "robot/shapes/block.obj").resolve()
+    assert not Path(mesh).is_absolute()
+    masses = [float(part.partition('"')[0]) for part in text.split('mass value="')[1:]]  # an empty link stays empty
+    assert masses == pytest.approx([3 * corrected.mass / 3.3, 0.3 * corrected.mass / 3.3], rel=1e-12)
+
+
+@pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
+@pytest.mark.parametrize(
+    ("compiler", "mesh"),
+    [
+        ("", "shapes/block.obj"),
+        ('meshdir="shapes"', "block.obj"),
+        ('meshdir="shapes" strippath="true"', "package://arm/block.obj"),
+        ('strippath="true"', "anywhere/top.obj"),
+    ],
+)
+def test_mujoco_finds_the_meshes_of_a_urdf_that_has_moved(compiler: str, mesh: str, place: str, tmp_path: Path) -> None:
+    text = URDF.replace("package://arm/tube.stl", "{mesh}").format(compiler=compiler, mesh=mesh)
+    robot = robot_in(tmp_path / "robot", "arm.urdf", text, "fixed")
+    (tmp_path / "robot/top.obj").write_text(TETRAHEDRON)
+    export(found_in(robot)[0], robot, tmp_path / place, "urdf")
+    old, new = (mujoco.MjModel.from_xml_path(str(path)) for path in (tmp_path / "robot/arm.urdf", tmp_path / place))
+    assert new.nmesh == old.nmesh == 1
+
+
+def stl(path: Path) -> None:
+    """Write a tetrahedron, binary."""
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    faces = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]].reshape(4, 9)
+    rows = [np.concatenate([np.zeros(3), face]).astype("<f4").tobytes() + bytes(2) for face in faces]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + b"".join(rows))
+
+
+def converted(folder: Path, text: str, base: str = "fixed", keys: str = "") -> tuple[str, mujoco.MjModel]:
+    """Write an arm whose ARM is another one as MJCF; its text and what MuJoCo makes of it."""
+    folder.mkdir(exist_ok=True)
+    robot_file = write_arm(folder)
+    (folder / "arm.urdf").write_text(text)
+    robot_file.write_text(robot_file.read_text().replace('base = "fixed"', f'base = "{base}"\n{keys}'))
+    robot = Robot.from_file(robot_file)
+    found = {robot.joint_names[0]: joint_result(FRICTION)}
+    export(replace(found_in(robot)[0], joints=found, corrections=None), robot, folder / "new" / "arm.xml", "mjcf")
+    written = (folder / "new" / "arm.xml").read_text()
+    return written, mujoco.MjModel.from_xml_path(str(folder / "new" / "arm.xml"))
+
+
+def test_shapes_stay_and_meshes_that_are_not_here_go(tmp_path: Path) -> None:
+    shapes = """<link name="base">
+      <visual><geometry><mesh filename="package://arm/meshes/base.stl" scale="2 2 2"/></geometry></visual>
+      <collision><origin xyz="0 0 1" rpy="0 0 1"/><geometry><mesh filename="meshes/base.stl"/></geometry></collision>
+      <visual><geometry><mesh filename="package://elsewhere/gone.stl"/></geometry></visual>
+      <visual><geometry><mesh filename="meshes/base.dae"/></geometry></visual>
+      <visual><geometry><box size="1 2 3"/></geometry><material name="blue"><color rgba="0 0 1 1"/></material></visual>
+      <collision><geometry><cylinder radius="0.1" length="0.6"/></geometry></collision></link>"""
+    stl(tmp_path / "arm" / "meshes" / "base.stl")
+    (tmp_path / "arm" / "meshes" / "base.dae").write_text("")
+    text, model = converted(tmp_path / "arm", ARM.replace('<link name="base"/>', shapes))
+    assert model.ngeom == 4
+    assert model.nmesh == 2
+    gone = "Left out, as no such file is here that MuJoCo reads: package://elsewhere/gone.stl, meshes/base.dae."
+    assert gone in text
+    assert 'file="../meshes/base.stl"' in text
+    kinds = {int(kind): k for k, kind in enumerate(model.geom_type)}
+    box, cylinder = kinds[int(mujoco.mjtGeom.mjGEOM_BOX)], kinds[int(mujoco.mjtGeom.mjGEOM_CYLINDER)]
+    np.testing.assert_allclose(model.geom_size[box], [0.5, 1.0, 1.5])
+    np.testing.assert_allclose(model.geom_rgba[box], [0, 0, 1, 1])
+    np.testing.assert_allclose(model.geom_size[cylinder][:2], [0.1, 0.3])
+    assert (model.geom_contype[box], model.geom_contype[cylinder]) == (0, 1)
+    assert model.body_mass.sum() == pytest.approx(6.0)
+
+
+def test_free_joints_limits_efforts_and_couplings_stay(tmp_path: Path) -> None:
+    heavy = '<link name="base"><inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    heavy += "</inertial></link>"
+    mimic = '<mimic joint="shoulder" multiplier="2" offset="0.5"/>'
+    coupled = ARM.replace('<joint name="elbow" type="continuous">', f'<joint name="elbow" type="continuous">{mimic}')
+    text, model = converted(tmp_path / "root", coupled.replace('<link name="base"/>', heavy), "floating")
+    assert "The root link base moves freely." in text
+    assert model.nv == 9
+    assert model.body("base").mass[0] == 4.0
+    assert model.neq == 1
+    np.testing.assert_allclose(model.eq_data[0, :2], [0.5, 2.0])
+    np.testing.assert_allclose(model.joint("shoulder").range, [-3.0, 3.0])
+    np.testing.assert_allclose(model.jnt_actfrcrange[model.joint("shoulder").id], [-100.0, 100.0])
+    assert not model.joint("elbow").limited[0]
+    assert model.joint("slide").type[0] == mujoco.mjtJoint.mjJNT_SLIDE
+    free = '<link name="world"/><joint name="free" type="floating"><parent link="world"/><child link="base"/></joint>'
+    _, model = converted(tmp_path / "free", ARM.replace('<link name="base"/>', free + heavy))
+    assert model.nv == 9
+    assert model.joint("free").type[0] == mujoco.mjtJoint.mjJNT_FREE
+
+
+def test_what_mjcf_cannot_hold_is_refused(tmp_path: Path) -> None:
+    floating = ARM.replace('"base"', '"world"')
+    with pytest.raises(SettingsError, match="'world', as MuJoCo's own"):
+        converted(tmp_path, floating, "floating")
+    planar = ARM.replace('"slide" type="prismatic"', '"slide" type="planar"')
+    with pytest.raises(SettingsError, match="joint 'slide' is planar, which MJCF has not there; export to urdf"):
+        converted(tmp_path, planar, keys="locked = { slide = 0.0 }")
+    assert not (tmp_path / "new").exists()

@@ -1,0 +1,172 @@
+"""The nearest friction of a form: the friction itself where the form has all of it, else no other is nearer."""
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.exporters.found import FRICTION, joint, joint_result, of_joint, of_joints
+from tests.exporters.test_models import assert_same_dynamics, compiled, read_again
+
+from stribeck import exporters as export
+from stribeck.errors import SettingsError
+from stribeck.exporters.forms import Form, nearest, plain, stribeck
+from stribeck.exporters.joints import joint_terms
+from stribeck.result import CurvePoint
+
+PLAIN, STRIBECK = plain(), stribeck()
+SIZES = st.floats(0.01, 10.0)
+
+
+@given(SIZES, SIZES, st.floats(0.1, 2.0), st.floats(0.1, 0.5), st.floats(-3.0, 3.0))
+def test_friction_is_said_as_it_is_or_by_the_nearest(
+    coulomb: float, viscous: float, S: float, vs: float, offset: float
+) -> None:
+    effect = joint(coulomb=coulomb, viscous=viscous, stribeck_gain=S, stribeck_velocity=vs, offset=0.0)
+    simple = joint(coulomb=coulomb, viscous=viscous, offset=offset)
+    for own, form, static in ((effect, STRIBECK, coulomb * (1 + S)), (simple, PLAIN, coulomb)):
+        found = nearest(own, form)
+        expected = {"coulomb": coulomb, "viscous": viscous, "stribeck": coulomb * S, "static": static}
+        assert [found.numbers[name] for name in (*form.numbers, "static")] == pytest.approx(
+            [expected[name] for name in (*form.numbers, "static")]
+        )
+        assert found.remains == pytest.approx(0.0, abs=1e-9 * min(found.of, 1.0))
+    other = nearest(effect, PLAIN)
+    assert 0 < other.remains / other.of < 1
+    speeds = np.linspace(-1.0, 1.0, 2001)
+    friction = effect.friction(speeds)
+
+    def off(Fc: float, Fv: float) -> float:
+        return float(np.mean((friction - Fc * np.sign(speeds) - Fv * speeds) ** 2))
+
+    best = off(other.numbers["coulomb"], other.numbers["viscous"])
+    assert best < 1.02 * off(coulomb, viscous)
+    assert best < 1.02 * off(coulomb * (1 + S), viscous)
+
+
+def test_load_is_said_as_it_is_or_at_the_loads_of_the_log() -> None:
+    carrying = replace(joint(coulomb=1.0, viscous=0.1, load=0.2, offset=0.0), mean_load=5.0, load_deviation=2.0)
+
+    found = nearest(carrying, PLAIN)
+    assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([2.0, 0.1])
+    assert found.remains == pytest.approx(0.4)  # the friction of a standard deviation of the load
+
+
+@pytest.mark.parametrize("form", [plain(coulomb="coulomb", viscous="viscous"), None])
+def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
+    bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)
+    (terms,) = joint_terms(of_joint(bending, tmp_path)[0], form).values()
+    assert terms.left_out["presliding"] == (0.9, "1")
+    assert "presliding" not in terms.stated | terms.projected
+    assert terms.stated["coulomb"][0] == pytest.approx(1.0)
+    assert form is None or terms.share == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("form", [PLAIN, STRIBECK])
+def test_what_repeats_every_turn_remains(form: Form) -> None:
+    ripple = replace(
+        joint(coulomb=1.0, viscous=0.1, ripple_cosine=0.3, ripple_sine=0.4, offset=0.0), ripple_per_turn=100.0
+    )
+    found = nearest(ripple, form)
+    assert found.numbers["coulomb"] == pytest.approx(1.0, rel=0.02)
+    assert found.remains == pytest.approx(0.5 / np.sqrt(2), rel=0.05)
+
+
+def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
+    over = joint(coulomb=0.4, viscous=0.1, coulomb_cosine=5.0, coulomb_sine=-1.4, offset=0.0)
+    narrow = replace(over, mean_direction=(float(np.cos(0.8)), float(np.sin(0.8))), position_range=(0.75, 0.85))
+    found = nearest(narrow, PLAIN)
+    assert found.numbers["coulomb"] == pytest.approx(0.4, abs=0.02)
+    assert found.remains / found.of < 0.5
+    assert narrow.friction(1.0, position=3.0) == narrow.friction(1.0, position=0.85)
+
+
+def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
+    good = joint(coulomb=1.0, viscous=0.1, stribeck_gain=0.5, stribeck_velocity=0.1, offset=0.0)
+    weak = replace(good, verdict="weak", parameters={k: replace(p, verdict="weak") for k, p in good.parameters.items()})
+    result, robot = of_joints(tmp_path, good, weak, weak)
+    first, second, third = result.joints
+    path = tmp_path / "new.urdf"
+
+    def told(**options: object) -> set[str]:
+        path.unlink(missing_ok=True)
+        lines = export(result, robot, path, "urdf", **options)  # type: ignore[arg-type]
+        return {line.split()[1].rstrip(":") for line in lines if line.startswith("Joint ")}
+
+    assert told() == {first}
+    assert told(include_weak=True) == {first, second, third}
+    assert told(include_weak=True, joints=[second]) == {second}
+    with pytest.raises(SettingsError, match="no joint 'knee'"):
+        told(joints=["knee"])
+    with pytest.raises(SettingsError, match="has stribeck_gain, stribeck_velocity, offset, which urdf cannot say"):
+        told(strict=True)
+    assert not path.exists()
+
+
+def test_numbers_have_the_digits_that_their_errors_support(tmp_path: Path) -> None:
+    sharp = joint(law="coulomb-viscous", coulomb=1.23456789, viscous=0.123456789, offset=0.0)
+    result, robot, _ = of_joint(sharp, tmp_path)
+    export(result, robot, tmp_path / "new.urdf", "urdf")
+    assert 'friction="1.235" damping="0.123"' in (tmp_path / "new.urdf").read_text()
+
+
+def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: Path) -> None:
+    strong = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=("viscous",))
+    weak = joint_result(FRICTION, weak=("viscous", "coulomb"))
+    result, robot = of_joints(tmp_path, strong, weak, joint_result({}))
+    names = list(result.joints)
+    lines = export(result, robot, tmp_path / "new.urdf", "urdf")
+    joints = {joint.get("name"): joint for joint in ET.parse(tmp_path / "new.urdf").getroot().iter("joint")}
+    before = {joint.get("name"): joint for joint in ET.parse(robot.model_path).getroot().iter("joint")}
+    dynamics = joints[names[0]].find("dynamics")
+    assert dynamics is not None
+    assert dynamics.attrib == {"friction": "1.2", "damping": "0.3"}
+    for name in names[1:]:
+        assert ET.tostring(joints[name]) == ET.tostring(before[name])
+    text = (tmp_path / "new.urdf").read_text()
+    assert all(line.replace("--", "- -") in text for line in lines)
+    assert (
+        f"Joint {names[0]}: friction 1.2 N m, damping 0.3 N m s/rad; no place here for offset -0.4 N m, "
+        "armature 0.05 kg m^2." in text
+    )
+    assert f"keep what the model said: {names[1]}, {names[2]}." in text
+    assert_same_dynamics(robot, read_again(robot, tmp_path / "new.urdf"), 1e-15)
+
+
+def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tmp_path: Path) -> None:
+    points = [
+        CurvePoint(velocity=speed, value=0.0, standard_error=0.1, interval_95=(0.0, 0.2), unit="N m")
+        for speed in (0.1, 0.5, 1.0)
+    ]
+    none = replace(
+        joint_result({"offset": (0.1, "N m")}),
+        verdict="no friction",
+        reason="no friction detectable, below 0.2 N m",
+        curve=tuple(points),
+    )
+    result, robot, name = of_joint(none, tmp_path)
+    export(result, robot, tmp_path / "new.urdf", "urdf")
+    dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{name}']/dynamics")
+    assert dynamics is not None
+    assert dynamics.attrib == {"friction": "0.0", "damping": "0.0"}
+    told = f"Joint {name}: friction 0 N m, damping 0 N m s/rad (no friction detectable, below 0.2 N m);"
+    assert told in (tmp_path / "new.urdf").read_text()
+
+
+def test_of_two_directions_models_get_the_mean(tmp_path: Path) -> None:
+    levels = {"viscous_positive": 0.2, "viscous_negative": 0.4, "coulomb_positive": 1.5, "coulomb_negative": 0.5}
+    asymmetric = replace(joint_result({name: (value, "N m") for name, value in levels.items()}), law="asymmetric")
+    rotor = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=tuple(FRICTION))
+    result, robot = of_joints(tmp_path, asymmetric, rotor, robot="toro")
+    export(result, robot, tmp_path / "new.xml", "mjcf")
+    model = compiled(tmp_path / "new.xml")
+    first, second = (model.joint(name).dofadr[0] for name in result.joints)
+    assert model.dof_frictionloss[first] == pytest.approx(1.0)
+    assert model.dof_damping.reshape(model.nv, -1)[first, 0] == pytest.approx(0.3)
+    assert model.dof_frictionloss[second] == 0.0
+    assert model.dof_armature[second] == pytest.approx(0.05)
+    told_in_words = "the nearest to what was found with viscous_positive 0.2 N m, viscous_negative 0.4 N m"
+    assert told_in_words in (tmp_path / "new.xml").read_text()

@@ -1,0 +1,129 @@
+"""Exported models are the robot that was found: to Pinocchio to rounding, to MuJoCo, and to Drake where it is here."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.exporters.found import FRICTION, found_in, robot_of
+
+from stribeck import Robot, export
+
+STEP = 2e-4
+"""Of simulations [s]."""
+
+URDFS = ["arm", "biped", "quadruped", "talos", "g1", "go2", "panda", "kinova", "ur5", "cassie"]
+
+
+def read_again(robot: Robot, model: Path) -> Robot:
+    """Return the robot that the same robot file describes with another model file."""
+    lines = Path(robot.path).read_text().splitlines()
+    lines = [f'model = "{model}"' if line.startswith("model =") else line for line in lines]
+    path = model.with_suffix(".toml")
+    path.write_text("\n".join(lines))
+    return Robot.from_file(path)
+
+
+def assert_same_dynamics(one: Robot, other: Robot, tolerance: float = 1e-9) -> None:
+    """Compare inertia matrices and bias torques at some states."""
+    model = one.tree.model
+    for seed in range(5):
+        generator = np.random.default_rng(seed)
+        position = pin.integrate(model, pin.neutral(model), generator.normal(size=model.nv))
+        velocity = generator.normal(size=model.nv)
+        terms = []
+        for robot in (one, other):
+            data = robot.tree.model.createData()
+            matrix = np.triu(pin.crba(robot.tree.model, data, position))
+            terms.append((matrix, pin.rnea(robot.tree.model, data, position, velocity, np.zeros(model.nv))))
+        for a, b in zip(*terms, strict=True):
+            np.testing.assert_allclose(a, b, atol=tolerance * np.abs(a).max(), rtol=0)
+
+
+def compiled(path: Path) -> mujoco.MjModel:
+    """Return what MuJoCo makes of a file, without meshes, whose packages are not here, and with room to move."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    for geom in list(spec.geoms):
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+            spec.delete(geom)
+    for mesh in list(spec.meshes):
+        spec.delete(mesh)
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+    spec.option.gravity[:] = 0.0
+    spec.option.timestep = STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    return spec.compile()
+
+
+@pytest.mark.parametrize(("name", "target"), [("toro", "mjcf"), *((name, "urdf") for name in [*URDFS, "icub"])])
+def test_what_is_read_again_is_the_corrected_robot_and_each_body_can_exist(
+    name: str, target: str, tmp_path: Path
+) -> None:
+    """iCub's own model has bodies that cannot; they are named, and become the nearest that can."""
+    robot, _ = robot_of(name, tmp_path)
+    result, corrected = found_in(robot, seed=1)
+    path = tmp_path / "new" / f"{name}.xml"
+    lines = export(result, robot, path, target)
+    again = read_again(robot, path)
+    assert again.joint_names == robot.joint_names
+    assert name == "icub" or len(again.warnings) == len(robot.warnings)
+    impossible = [line for line in lines if line.startswith("No body has the inertia found")]
+    assert_same_dynamics(corrected, again, 1e-4 if impossible else 1e-9)
+    for joint in result.corrections.bodies:
+        body = again.tree.model.inertias[again.tree.model.getJointId(joint)]
+        moments = np.linalg.eigvalsh(body.inertia)
+        assert body.mass > 0
+        assert moments[0] > 0
+        assert moments[2] <= moments[0] + moments[1]
+    assert bool(impossible) == (name == "icub")
+    assert not impossible or "neck_roll" in impossible[0]
+
+
+@pytest.mark.parametrize("name", URDFS)
+def test_a_urdf_that_becomes_an_mjcf_is_the_same_robot(name: str, tmp_path: Path) -> None:
+    robot, _ = robot_of(name, tmp_path)
+    result, corrected = found_in(robot)
+    path = tmp_path / f"{name}.xml"
+    export(result, robot, path, "mjcf")
+    again = read_again(robot, path)  # which compares MuJoCo's inertia matrix with Pinocchio's
+    assert again.joint_names == robot.joint_names
+    assert_same_dynamics(corrected, again)
+    model, ours = mujoco.MjModel.from_xml_path(str(path)), corrected.tree.model
+    assert model.body_mass.sum() == pytest.approx(sum(body.mass for body in ours.inertias), rel=1e-9)
+    for name in robot.joint_names:
+        at, own = ours.joints[ours.getJointId(name)], model.joint(name)
+        assert model.dof_frictionloss[own.dofadr[0]] == FRICTION["coulomb"][0]
+        assert model.dof_damping.reshape(model.nv, -1)[own.dofadr[0], 0] == FRICTION["viscous"][0]
+        limits = ours.lowerPositionLimit[at.idx_q], ours.upperPositionLimit[at.idx_q]
+        if own.limited[0]:
+            np.testing.assert_allclose(own.range, limits, rtol=1e-12)
+        else:
+            assert at.nq == 2 or np.isinf(limits).all()
+
+
+@pytest.mark.parametrize("name", ["toro", "arm", "talos"])
+def test_mujoco_simulates_it_and_it_loses_what_friction_takes(name: str, tmp_path: Path) -> None:
+    robot, target = robot_of(name, tmp_path)
+    result, corrected = found_in(robot)
+    path = tmp_path / f"{name}.xml"
+    export(result, robot, path, target)
+    model = compiled(path)
+    joints = [model.joint(joint).dofadr[0] for joint in robot.joint_names]
+    np.testing.assert_allclose(model.dof_frictionloss[joints], FRICTION["coulomb"][0])
+    np.testing.assert_allclose(model.dof_damping[joints].reshape(len(joints), -1)[:, 0], FRICTION["viscous"][0])
+    if robot.base == "floating" and target == "mjcf":
+        assert model.body_mass.sum() == pytest.approx(corrected.mass, rel=1e-9)
+    data = mujoco.MjData(model)
+    data.qvel[joints] = np.random.default_rng(0).normal(size=len(joints))
+    energies, powers = [], []
+    for _ in range(500):
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyVel(model, data)
+        speed = np.abs(data.qvel[joints])
+        energies.append(data.energy[1])
+        powers.append(FRICTION["coulomb"][0] * speed.sum() + FRICTION["viscous"][0] * (speed**2).sum())
+        mujoco.mj_step(model, data)
+    assert np.isfinite(data.qpos).all()
+    lost, work = energies[0] - energies[-1], STEP * np.sum(powers)
+    assert 0.6 * work < lost < 1.01 * work  # MuJoCo softens friction near standstill

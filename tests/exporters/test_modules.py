@@ -1,0 +1,160 @@
+"""Modules and recipes for simulators: run in Pinocchio, else against the names of the simulator's own source."""
+
+import re
+import sys
+from collections import defaultdict
+from dataclasses import make_dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.arm import write_arm
+from tests.exporters.found import FRICTION, found_in, joint_result, module
+
+from stribeck import Robot, export
+
+FOUND = FRICTION | {"armature": (0.05, "kg m^2")}
+FORCE = {"viscous": (20.0, "N s/m"), "coulomb": (3.0, "N"), "offset": (0.0, "N"), "armature": (0.4, "kg")}
+
+
+def written(target: str, folder: Path, friction: str | None = None) -> tuple[Path, Robot]:
+    """Write what was found of an arm with a sliding joint, whose elbow has a rotor alone."""
+    robot = Robot.from_file(write_arm(folder))
+    found = {
+        "shoulder": joint_result(FOUND),
+        "elbow": joint_result({"armature": (0.1, "kg m^2")}),
+        "slide": joint_result(FORCE),
+    }
+    result = replace(found_in(robot)[0], joints=found, corrections=None)
+    export(result, robot, folder / "found.yaml", target, friction=friction)
+    return folder / "found.yaml", robot
+
+
+def test_pinocchio_has_it(tmp_path: Path) -> None:
+    path, robot = written("pinocchio", tmp_path)
+    model, own = pin.Model(robot.tree.model), module(path)
+    own.set_friction(model)
+    assert list(model.names)[1:] == ["shoulder", "elbow", "slide"]
+    np.testing.assert_array_equal(model.upperDryFrictionLimit, [1.2, 0.0, 3.0])
+    np.testing.assert_array_equal(model.lowerDryFrictionLimit, [-1.2, 0.0, -3.0])
+    np.testing.assert_array_equal(model.damping, [0.3, 0.0, 20.0])
+    neutral, still, acceleration = pin.neutral(model), np.zeros(3), np.array([1.0, -2.0, 3.0])
+    torque, without = (
+        pin.rnea(each, each.createData(), neutral, still, acceleration) for each in (model, robot.tree.model)
+    )
+    np.testing.assert_allclose(torque - without, [0.05, -0.2, 1.2], atol=1e-12)
+    np.testing.assert_allclose(pin.aba(model, model.createData(), neutral, still, torque), acceleration, atol=1e-9)
+    other = pin.Model(robot.tree.model)
+    other.names[3] = "knee"
+    with pytest.raises(ValueError, match="no joint 'slide'; it has shoulder, elbow, knee"):
+        own.set_friction(other)
+    assert not other.damping.any()
+
+
+def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = ("armature", "friction", "dynamic_friction", "viscous_friction")
+    fields = ["joint_names_expr", "stiffness", "damping", *((word, Any, None) for word in words)]
+    actuator = make_dataclass("ImplicitActuatorCfg", fields)  # the fields of Isaac Lab 2.3 and 3.0 that are written
+    stub = SimpleNamespace(ImplicitActuatorCfg=actuator)
+    monkeypatch.setitem(sys.modules, "isaaclab", SimpleNamespace(actuators=stub))  # type: ignore[arg-type]
+    monkeypatch.setitem(sys.modules, "isaaclab.actuators", stub)  # type: ignore[arg-type]
+    path, _ = written("isaaclab", tmp_path)
+    first, second = module(path).actuators(stiffness=80.0, damping=2.0).values()
+    assert first.joint_names_expr == ["shoulder", "slide"]
+    assert first.friction == first.dynamic_friction == {"shoulder": 1.2, "slide": 3.0}
+    assert first.viscous_friction == {"shoulder": 0.3, "slide": 20.0}
+    assert (second.joint_names_expr, second.armature, second.friction) == (["elbow"], {"elbow": 0.1}, None)
+    assert (second.stiffness, second.damping) == (80.0, 2.0)
+
+
+@pytest.fixture
+def recipes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """The functions of the docs, with the joints of a YAML file."""
+    monkeypatch.chdir(tmp_path)
+    written("yaml", tmp_path, "plain")
+    page = (Path(__file__).parents[2] / "docs/export.md").read_text().partition("## Newton, Genesis")[2]
+    names: dict[str, Any] = {"export": lambda *_, **__: None, "result": None}
+    for block in re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL):
+        exec(block, names)
+    return names
+
+
+def test_a_builder_of_newton_gets_it_by_label(recipes: dict[str, Any]) -> None:
+    builder = SimpleNamespace(
+        joint_label=["a/fixed_base", "a/shoulder", "a/elbow", "a/slide", "b/shoulder"],
+        joint_qd_start=[0, 0, 1, 2, 3],
+        joint_friction=[0.0] * 4,
+        joint_damping=[0.0] * 4,
+        joint_armature=[0.0] * 4,
+    )
+    recipes["set_newton"](builder)
+    assert builder.joint_friction == [1.2, 0.0, 3.0, 1.2]
+    assert builder.joint_damping == [0.3, 0.0, 20.0, 0.3]
+    assert builder.joint_armature == [0.05, 0.1, 0.4, 0.05]
+
+
+def test_genesis_gets_one_call_a_word(recipes: dict[str, Any]) -> None:
+    calls: dict[str, dict[int, float]] = defaultdict(dict)
+
+    class Entity:
+        def get_joint(self, name: str) -> SimpleNamespace:
+            return SimpleNamespace(dofs_idx_local=[["shoulder", "elbow", "slide"].index(name)])
+
+        def __getattr__(self, name: str) -> Any:
+            return lambda values, at: calls[name].update(dict(zip(at, values, strict=True)))
+
+    recipes["set_genesis"](Entity())
+    assert calls == {
+        "set_dofs_frictionloss": {0: 1.2, 2: 3.0},
+        "set_dofs_damping": {0: 0.3, 2: 20.0},
+        "set_dofs_armature": {0: 0.05, 1: 0.1, 2: 0.4},
+    }
+
+
+def test_physx_gets_efforts_and_degrees(recipes: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    kinds = SimpleNamespace(ValueTypeNames=SimpleNamespace(Float="float"))
+    monkeypatch.setitem(sys.modules, "pxr", SimpleNamespace(Sdf=kinds))  # type: ignore[arg-type]
+    found: dict[str, dict[str, float]] = {}
+
+    def prim(name: str, kind: str) -> SimpleNamespace:
+        def attribute(word: str, _: str) -> SimpleNamespace:
+            return SimpleNamespace(Set=lambda value: found[name].update({word: value}))
+
+        return SimpleNamespace(
+            GetName=lambda: name,
+            GetTypeName=lambda: kind,
+            AddAppliedSchema=lambda schema: found.update({name: {schema: 1.0}}),
+            CreateAttribute=attribute,
+        )
+
+    joints = [prim("base", "Xform"), prim("shoulder", "PhysicsRevoluteJoint"), prim("slide", "PhysicsPrismaticJoint")]
+    recipes["set_physx"](SimpleNamespace(Traverse=lambda: joints))
+    assert found["shoulder"] == {
+        "PhysxJointAxisAPI:angular": 1.0,
+        "physxJointAxis:angular:dynamicFrictionEffort": 1.2,
+        "physxJointAxis:angular:viscousFrictionCoefficient": pytest.approx(0.3 / 57.29577951308232, rel=1e-12),
+        "physxJointAxis:angular:staticFrictionEffort": 1.2,
+        "physxJointAxis:angular:armature": 0.05,
+    }
+    assert found["slide"]["physxJointAxis:linear:viscousFrictionCoefficient"] == 20.0
+    assert "base" not in found
+
+
+@pytest.mark.parametrize("target", ["isaaclab", "pinocchio", "python"])
+def test_names_cannot_break_a_module(target: str, tmp_path: Path) -> None:
+    name = 'a"""\'b.c{x}\\'
+    write_arm(tmp_path)
+    text = (tmp_path / "arm.urdf").read_text().replace("shoulder", "a&quot;&quot;&quot;'b.c{x}\\")
+    (tmp_path / "arm.urdf").write_text(text)
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    assert robot.joint_names[0] == name
+    result = replace(found_in(robot)[0], joints={name: joint_result(FOUND)}, corrections=None)
+    export(result, robot, tmp_path / "found", target)
+    own = module(tmp_path / "found")
+    if target == "isaaclab":
+        assert own.ACTUATORS[0]["joint_names_expr"] == ['a"""\'b\\.c\\{x\\}\\\\']
+    else:
+        assert list(own.JOINTS) == [name]

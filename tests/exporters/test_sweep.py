@@ -1,0 +1,323 @@
+"""One joint swept at steady speeds in every target: it resists as the law says, within the loss that was stated."""
+
+import csv
+import ctypes
+import itertools
+import subprocess
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+from tests.exporters.found import joint, joint_result, module, of_joint
+from tests.exporters.test_models import STEP, compiled
+
+from stribeck import exporters as export
+from stribeck.errors import SettingsError
+from stribeck.exporters import TARGETS
+from stribeck.exporters.code_files import FORMULAS, numbers_of
+from stribeck.exporters.forms import SPEEDS
+from stribeck.exporters.joints import joint_terms
+from stribeck.friction import LAWS, LAWS_WITH_STATE, get_law
+from stribeck.result import JointResult
+from stribeck.robot import Robot
+
+EFFECT = {"coulomb": 2.0, "viscous": 0.3, "stribeck_gain": 0.5, "stribeck_velocity": 0.1, "offset": 0.0}
+TERMS = {"stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4, "slope": 35.0, "viscous_asymmetry": 0.1}
+TERMS |= {"viscous": 0.3, "coulomb": 1.2, "load": 0.07, "coulomb_per_kelvin": -0.01, "viscous_per_kelvin": -0.02}
+TERMS |= {"coulomb_cosine": 0.1, "coulomb_sine": -0.05, "ripple_cosine": 0.02, "ripple_sine": 0.03}
+VALUES = TERMS | {"exponent": 1.3, "bristle_travel": 4e-3, "bristle_damping": 2.0}
+VALUES |= {"viscous_positive": 0.2, "viscous_negative": 0.4, "coulomb_positive": 1.5, "coulomb_negative": 0.5}
+POINTS = list(itertools.product([-2.0, -0.3, -1e-3, 1e-3, 0.05, 1.7], [-8.0, 0.0, 3.0], [-5.0, 12.0], [-2.0, 0.4]))
+"""Velocity, load, temperature, position."""
+
+Sweep = Callable[[Path, str, Robot, np.ndarray], np.ndarray]
+"""File, joint, robot, speeds -> the torque that resists."""
+
+
+def driven(model: mujoco.MjModel, name: str, speeds: np.ndarray) -> np.ndarray:
+    """Return the torque that resists at each step of a joint that moves at these speeds, but stays where it is."""
+    data, found = mujoco.MjData(model), []
+    dof, place = model.joint(name).dofadr[0], model.joint(name).qposadr[0]
+    for speed in speeds:
+        data.qvel[:], data.qpos[place] = 0.0, 0.0
+        data.qvel[dof] = speed
+        mujoco.mj_forward(model, data)
+        found.append(-(data.qfrc_passive + data.qfrc_actuator + data.qfrc_constraint)[dof])
+        mujoco.mj_step(model, data)
+    return np.array(found)
+
+
+def in_mujoco(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
+    model = compiled(path)
+    steps = [50 + int(0.01 / (abs(speed) * STEP)) for speed in speeds]  # until the torque is steady
+    return np.array([driven(model, name, np.full(n, v))[-1] for n, v in zip(steps, speeds, strict=True)])
+
+
+def _line(coulomb: float, viscous: float, speeds: np.ndarray) -> np.ndarray:
+    return coulomb * np.sign(speeds) + viscous * speeds
+
+
+def in_urdf(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
+    dynamics = ET.parse(path).getroot().find(f"joint[@name='{name}']/dynamics").attrib
+    return _line(float(dynamics.get("friction", 0.0)), float(dynamics["damping"]), speeds)
+
+
+def in_yaml(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
+    own = yaml.safe_load(path.read_text())["joints"][name]
+    return _line(own["coulomb"], own["viscous"], speeds)
+
+
+def in_isaaclab(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
+    (own,) = module(path).ACTUATORS
+    return _line(own["dynamic_friction"][name], own["viscous_friction"][name], speeds)
+
+
+def in_pinocchio(path: Path, name: str, robot: Robot, speeds: np.ndarray) -> np.ndarray:
+    model = pin.Model(robot.tree.model)
+    module(path).set_friction(model)
+    at = model.joints[model.getJointId(name)].idx_v
+    assert model.lowerDryFrictionLimit[at] == -model.upperDryFrictionLimit[at]
+    return _line(model.upperDryFrictionLimit[at], model.damping[at], speeds)
+
+
+def in_table(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
+    rows = list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
+    assert {row["joint"] for row in rows} == {name}
+    velocity, friction = (np.array([float(row[word]) for row in rows]) for word in ("velocity", "friction"))
+    assert np.all(np.diff(velocity) > 0)
+    return np.interp(speeds, velocity, friction)
+
+
+SWEEPS: dict[str, tuple[str, Sweep]] = {
+    "plain": ("mjcf", in_mujoco),
+    "lugre": ("mjcf", in_mujoco),
+    "urdf": ("urdf", in_urdf),
+    "drake": ("drake", in_urdf),
+    "yaml": ("yaml", in_yaml),
+    "isaaclab": ("isaaclab", in_isaaclab),
+    "pinocchio": ("pinocchio", in_pinocchio),
+    "table": ("table", in_table),
+}
+
+
+@pytest.fixture(params=SWEEPS)
+def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple[np.ndarray, float, str]]:
+    """Export a joint, and return its resistance at speeds, the loss that was stated, and its line."""
+    target, sweep = SWEEPS[request.param]
+    form = request.param if request.param in TARGETS[target].forms else "plain" if target == "yaml" else None
+
+    def of(own: JointResult, speeds: np.ndarray) -> tuple[np.ndarray, float, str]:
+        result, robot, name = of_joint(own, tmp_path, "toro" if target == "mjcf" else "arm")
+        path = tmp_path / "found.xml"
+        lines = export(result, robot, path, target, friction=form)
+        (terms,) = joint_terms(result, TARGETS[target].forms[form or next(iter(TARGETS[target].forms))]).values()
+        (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+        loss = terms.remains[0] if terms.remains else 0.0
+        return sweep(path, name, robot, speeds), loss, line
+
+    return of
+
+
+def test_a_joint_resists_as_the_law_does_within_the_loss_that_was_stated(swept, request) -> None:
+    own = joint(**EFFECT, slope=80.0)
+    speeds = np.arange(1, SPEEDS + 1) / SPEEDS
+    speeds = np.concatenate([-speeds[::8], speeds])
+    resisting, loss, line = swept(own, speeds)
+    off = np.sqrt(np.mean((resisting - own.friction(speeds)) ** 2))
+    assert off == pytest.approx(loss, rel=0.3, abs=3e-3)
+    assert ("the nearest to what was found with" in line) == (loss > 0)
+    kind = request.node.callspec.params["swept"]
+    assert off < {"lugre": 0.02, "table": 1e-3, "drake": 1.5}.get(kind, 0.3)
+
+
+def test_the_form_that_loses_least_is_taken(tmp_path: Path) -> None:
+    result, robot, name = of_joint(joint(**EFFECT), tmp_path)
+    (line,) = (line for line in export(result, robot, tmp_path / "new.xml", "mjcf") if line.startswith("Joint "))
+    assert "tau_c 2 N m" in line
+    assert "tau_s 3 N m" in line
+    speeds = np.array([-0.5, -0.05, 0.02, 0.1, 1.0])
+    law = result.joints[name].friction(speeds)
+    np.testing.assert_allclose(in_mujoco(tmp_path / "new.xml", name, robot, speeds), law, rtol=1e-4)
+    plain, robot, name = of_joint(joint(**EFFECT | {"stribeck_gain": 0.0}), tmp_path)
+    lines = export(plain, robot, tmp_path / "plain.xml", "mjcf")
+    assert any(f"Joint {name}: frictionloss 2 N m" in line for line in lines)
+    with pytest.raises(SettingsError, match="'dahl'; expected plain or lugre"):
+        export(result, robot, tmp_path / "no.xml", "mjcf", friction="dahl")
+
+
+def test_a_stribeck_effect_is_what_holds_at_rest(tmp_path: Path) -> None:
+    own = joint(coulomb=2.0, viscous=0.3, stribeck_gain=0.5, stribeck_velocity=0.02, armature=0.1, offset=0.0)
+    result, robot, name = of_joint(own, tmp_path)
+    export(result, robot, tmp_path / "found.yaml", "yaml", friction="plain")
+    found = yaml.safe_load((tmp_path / "found.yaml").read_text())["joints"][name]
+    assert found == {"verdict": "identified", "static": pytest.approx(3.0, abs=0.01), "armature": 0.1} | {
+        "coulomb": pytest.approx(2.0, abs=0.03),
+        "viscous": pytest.approx(0.3, abs=0.05),
+    }
+
+
+def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None:
+    """After a reversal at 0.2 rad/s, until friction is steady again."""
+    own = joint("lugre", **EFFECT, bristle_travel=0.01, bristle_damping=1.5)
+    result, robot, name = of_joint(own, tmp_path, "toro")
+    (line,) = (line for line in export(result, robot, tmp_path / "new.xml", "mjcf") if line.startswith("Joint "))
+    assert "sigma_1 1.5 N m s/rad, sigma_0 200 N m/rad" in line
+    assert "bristle" not in line
+    velocity = np.repeat([0.2, -0.2], round(0.4 / STEP))
+    found = driven(compiled(tmp_path / "new.xml"), name, velocity)
+    after = slice(len(velocity) // 2, None)
+    np.testing.assert_allclose(found[after], own.friction(velocity, period=STEP)[after], atol=0.02)
+    weak = {k: replace(p, verdict="weak") if "bristle" in k else p for k, p in own.parameters.items()}
+    result = replace(result, joints={name: replace(own, parameters=weak)})
+    lines = export(result, robot, tmp_path / "weak.xml", "mjcf", friction="lugre")
+    (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+    assert "sigma" not in line
+    assert "bristle_travel 0.01, bristle_damping 1.5" in line
+
+
+def test_lugre_holds_at_rest_where_frictionloss_creeps(tmp_path: Path) -> None:
+    """A torque of 60 % of Coulomb friction, after three seconds."""
+    crept = {}
+    for form in ("plain", "lugre"):
+        result, robot, name = of_joint(joint(**EFFECT | {"stribeck_gain": 0.2}), tmp_path, "toro")
+        export(result, robot, tmp_path / f"{form}.xml", "mjcf", friction=form)
+        model = compiled(tmp_path / f"{form}.xml")
+        data = mujoco.MjData(model)
+        place, dof = model.joint(name).qposadr[0], model.joint(name).dofadr[0]
+        others = np.setdiff1d(np.arange(model.nv), dof)
+        for k in range(20_000):
+            data.qfrc_applied[dof] = 1.2
+            data.qvel[others] = 0.0
+            mujoco.mj_step(model, data)
+            if k == 15_000:
+                middle = data.qpos[place]
+        crept[form] = abs(data.qpos[place] - middle)
+    assert crept["lugre"] < 1e-4
+    assert crept["lugre"] < 0.1 * crept["plain"]
+
+
+def joints() -> dict[str, JointResult]:
+    """One of each law, one of all terms, one without friction."""
+    laws = sorted({*LAWS, *LAWS_WITH_STATE})
+    found = {law: joint(law, **{own.name: VALUES[own.name] for own in get_law(law).parameters}) for law in laws}
+    found["auto"] = replace(joint(**TERMS), mean_direction=(0.3, -0.2), ripple_per_turn=4.0, mean_load=2.0)
+    found["auto"] = replace(found["auto"], load_deviation=1.0, position_range=(-1.2, 0.9))
+    none = joint_result({"offset": (0.1, "N m")})
+    return found | {"none": replace(none, verdict="no friction", reason="below 0.2 N m", law="auto")}
+
+
+HEADER = """#include "{name}.h"
+#ifdef __cplusplus
+extern "C" {{
+#endif
+{real} of({real} v, {real} l, {real} t, {real} q) {{ return friction_torque_at(0, v, l, t, q); }}
+{real} mean({real} v, {real} l, {real} t) {{ return friction_torque(0, v, l, t); }}
+static friction_state state;
+{real} compensation({real} v, {real} w) {{
+    const friction_settings own = {{({real})0.8, ({real})0.05, ({real})0.02, ({real})0.01, ({real})0.02, ({real})1.0}};
+    return friction_compensation(0, v, w, 0, 0, ({real})0.001, &own, &state);
+}}
+#ifdef __cplusplus
+}}
+#endif
+"""
+
+
+def functions(own: JointResult, folder: Path, name: str, compiler: str = "cc -std=c99") -> ctypes.CDLL:
+    """Return the functions of a joint's header; warnings are errors."""
+    result, robot, _ = of_joint(own, folder)
+    export(result, robot, folder / f"{name}.h", "c")
+    real = "float" if "-DFRICTION_FLOAT" in compiler else "double"
+    source, library = folder / f"{name}.{'cpp' if 'c++' in compiler else 'c'}", folder / f"{name}.so"
+    source.write_text(HEADER.format(name=name, real=real))
+    flags = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-shared", "-fPIC"]
+    subprocess.run([*compiler.split(), *flags, source, "-o", library, "-lm"], check=True)
+    loaded = ctypes.CDLL(str(library))
+    kind = ctypes.c_float if real == "float" else ctypes.c_double
+    for function, count in (("of", 4), ("mean", 3), ("compensation", 2)):
+        getattr(loaded, function).argtypes, getattr(loaded, function).restype = [kind] * count, kind
+    return loaded
+
+
+@pytest.mark.parametrize(
+    ("compiler", "tolerance"),
+    [("cc -std=c99", 1e-12), ("c++ -std=c++17", 1e-12), ("cc -std=c99 -Wdouble-promotion -DFRICTION_FLOAT", 2e-6)],
+)
+def test_compiled_friction_is_the_friction_that_was_found(compiler: str, tolerance: float, tmp_path: Path) -> None:
+    assert {*LAWS, *LAWS_WITH_STATE, "auto"} == {*FORMULAS}
+    for law, own in joints().items():
+        header = functions(own, tmp_path, law, compiler)
+        for point in POINTS:
+            assert header.of(*point) == pytest.approx(own.friction(*point), abs=tolerance, rel=tolerance)
+            assert header.mean(*point[:3]) == pytest.approx(own.friction(*point[:3]), abs=tolerance, rel=tolerance)
+
+
+def test_python_is_the_friction_that_was_found_and_compensates_as_c_does(tmp_path: Path) -> None:
+    for law, own in joints().items():
+        result, robot, name = of_joint(own, tmp_path)
+        export(result, robot, tmp_path / law, "python")
+        found, point = module(tmp_path / law), np.array(POINTS).T
+        np.testing.assert_allclose(found.friction_torque(name, *point), own.friction(*point), atol=1e-12)
+        header, compensation = functions(own, tmp_path, law), found.Compensation(name, limit=1.0)
+        for desired in 0.3 * np.sin(np.linspace(0, 20, 500)):
+            torque = compensation.torque(desired + 0.01, desired, 0.001)
+            assert torque == pytest.approx(header.compensation(desired + 0.01, desired), abs=1e-12)
+
+
+def test_torch_takes_the_same_module(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="torch is not here")
+    own = joints()["auto"]
+    result, robot, name = of_joint(own, tmp_path)
+    export(result, robot, tmp_path / "found", "python")
+    points = torch.tensor(POINTS, dtype=torch.float64)
+    found = module(tmp_path / "found").friction_torque(name, *points.T, xp=torch)
+    np.testing.assert_allclose(found.numpy(), own.friction(*np.array(POINTS).T), atol=1e-12)
+
+
+def test_compensation_is_silent_at_rest_bounded_and_does_not_jump(tmp_path: Path) -> None:
+    header = functions(joints()["coulomb-viscous"], tmp_path, "found")
+    noise = 0.02 * np.random.default_rng(0).standard_normal(1000)
+    assert all(header.compensation(measured, 0.005) == 0 for measured in noise)
+    torque = np.array([header.compensation(v, v) for v in np.linspace(0.0, 2.0, 4000)])
+    assert torque.max() == 1.0  # the limit
+    assert np.abs(np.diff(torque)).max() < 0.1
+    stopped = np.array([header.compensation(0.0, 0.0) for _ in range(400)])
+    assert abs(stopped[-1]) < 1e-6 < torque[-1]
+
+
+def test_a_weak_joint_is_compensated_by_half(tmp_path: Path) -> None:
+    torques = []
+    for verdict in ("identified", "weak"):
+        result, robot, name = of_joint(replace(joints()["stribeck"], verdict=verdict), tmp_path)
+        export(result, robot, tmp_path / verdict, "python", include_weak=True)
+        own = module(tmp_path / verdict).Compensation(name)
+        torques.append([own.torque(1.0, 1.0, 0.001) for _ in range(1000)][-1])
+    assert torques[1] == pytest.approx(0.5 * torques[0])
+
+
+def test_odd_names_stay_and_equal_identifiers_and_laws_without_a_formula_are_refused(tmp_path: Path) -> None:
+    own = joints()["stribeck"]
+    result, robot, _ = of_joint(own, tmp_path)
+
+    def named(*names: str) -> tuple[object, Robot]:
+        return replace(result, joints=dict.fromkeys(names, own)), replace(robot, joint_names=names)
+
+    export(*named('el"b,ow'), tmp_path / "found.csv", "table")
+    rows = [line for line in (tmp_path / "found.csv").read_text().splitlines() if not line.startswith("#")]
+    assert {row["joint"] for row in csv.DictReader(rows)} == {'el"b,ow'}
+    export(*named('el"b,ow'), tmp_path / "found.yaml", "yaml")
+    read = yaml.safe_load((tmp_path / "found.yaml").read_text())
+    assert read["joints"]['el"b,ow']["coulomb"] == 1.2
+    export(*named("elbow */ [x]"), tmp_path / "found.h", "c")
+    subprocess.run(["cc", "-Wall", "-Werror", "-fsyntax-only", tmp_path / "found.h"], check=True)
+    with pytest.raises(SettingsError, match="joints 'a b' and 'a-b' have the same identifier A_B"):
+        export(*named("a b", "a-b"), tmp_path / "none.h", "c")
+    assert not (tmp_path / "none.h").exists()
+    with pytest.raises(SettingsError, match="no formula of law 'mine'"):
+        numbers_of(replace(own, law="mine"))

@@ -1,0 +1,63 @@
+"""What columns of a log are, by the words of their names alone."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stribeck.init.columns import find_columns
+from stribeck.log.readers.read import open_log
+from stribeck.settings import LogTable
+
+JOINTS = ("base", "wrist_1")
+
+
+def columns(*kinds: str) -> list[str]:
+    """Return names of columns, a kind after the other."""
+    return [kind.format(joint=joint, k=k) for kind in kinds for k, joint in enumerate(JOINTS)]
+
+
+def found(folder: Path, *names: str) -> tuple[dict[str, dict[str, Any]], str | None]:
+    path = folder / "log.csv"
+    path.write_text(",".join(names) + "\n" + ",".join("0" for _ in names) + "\n")
+    return find_columns(open_log(path, LogTable()))
+
+
+@pytest.mark.parametrize(
+    ("position", "other", "torque", "units"),
+    [
+        ("{joint}_ist_deg", "{joint}_soll_deg", "{joint}_moment_Nm", ("deg", "Nm")),
+        ("{joint} [deg]", "{joint} [deg/s]", "{joint} [mNm]", ("deg", "mNm")),
+        ("J{k} Pos [rad]", "J{k} Target Pos [rad]", "J{k} Torque [Nm]", ("rad", "Nm")),
+        ("{joint}_theta", "{joint}_theta_dot", "{joint}_eff", (None, None)),
+        ("encoders_{joint}", "model_{joint}", "tau_{joint}", (None, None)),
+    ],
+)
+def test_joints_units_and_kinds_in_one_name(
+    position: str, other: str, torque: str, units: tuple[str | None, str | None], tmp_path: Path
+) -> None:
+    table, source = found(tmp_path, "Time (s)", *columns(position, other, torque))
+    assert table["time"] == {"name": "Time (s)"}
+    for channel, name, unit in (("position", position, units[0]), ("torque", torque, units[1])):
+        assert table[channel] == {"name": columns(name)} | ({"unit": unit} if unit else {})
+    assert source is None
+
+
+@pytest.mark.parametrize(
+    ("current", "unit"), [("actual_current_{k}", "A"), ("current_mA.{joint}", "mA"), ("{joint} Current [A]", "A")]
+)
+def test_currents_are_taken_where_there_is_no_torque(current: str, unit: str, tmp_path: Path) -> None:
+    names = ["t", *columns("current_position_{joint}", current)]
+    table, source = found(tmp_path, *names)
+    assert table["torque"] == {"name": columns(current), "unit": unit}
+    assert source == "motor_current"
+    table, source = found(tmp_path, *names, *columns("tau_{joint}"))
+    assert table["torque"] == {"name": columns("tau_{joint}")}
+    assert source is None
+
+
+def test_a_folder_s_file_is_no_column(tmp_path: Path) -> None:
+    for file in ("encoders", "torque"):
+        (tmp_path / f"{file}.csv").write_text("time,base,wrist_1\n0,0,0\n1,0,0\n")
+    table, _ = find_columns(open_log(tmp_path, LogTable()))
+    assert table["position"] == {"name": ["encoders.base", "encoders.wrist_1"]}

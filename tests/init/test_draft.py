@@ -1,0 +1,432 @@
+"""`stribeck init` writes robot files of logs whose names, units, signs and orders differ, and friction is found."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pytest
+from tests.models import CASSIE, EXAMPLES, POSTURES, STRIBECK, example_robot
+
+from stribeck import Robot, Settings, identify, read_log
+from stribeck.cli import main
+from stribeck.errors import LogError
+from stribeck.friction import get_law
+from stribeck.init import draft_robot_file, search
+from stribeck.init.draft import Draft, write_contacts
+from stribeck.init.model import read_model
+from stribeck.init.names import match
+from stribeck.init.search import as_given, find_columns_by_dynamics, other_orders
+from stribeck.log import RobotLog
+from stribeck.robot import model_path
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import PROFILES
+
+ARM = EXAMPLES / "ur_description/urdf/ur5_robot.urdf"
+
+
+@pytest.fixture(scope="module")
+def logs() -> Callable[[str], RobotLog]:
+    """Logs of robots with the law "stribeck" in every joint, as realistic sensors see them; each is made once."""
+    made: dict[str, RobotLog] = {}
+
+    def log_of(name: str) -> RobotLog:
+        if name not in made:
+            robot = example_robot(name)
+            truth = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
+            exact, _ = exact_log(
+                robot,
+                get_law("stribeck"),
+                truth,
+                duration=12.0 if name == "ur5" else 6.0,
+                rate=250.0,
+                posture=POSTURES.get(name, {}),
+                seed=2,
+            )
+            made[name] = measure(exact, sensors_for(exact, PROFILES["realistic"], 0))
+        return made[name]
+
+    return log_of
+
+
+def turned(log: RobotLog, joints: list[int]) -> RobotLog:
+    """Return the log of a robot of which these joints count the other way."""
+    signs = np.ones(len(log.joint_names))
+    signs[joints] = -1
+    return replace(log, position=log.position * signs, torque=log.torque * signs)
+
+
+def written(log: RobotLog, path: Path, **changed: object) -> Path:
+    arrays: dict[str, object] = {**log.channels(), "joint_names": np.array(log.joint_names)}
+    if log.foot_names:
+        arrays["foot_names"] = np.array(log.foot_names)
+    arrays |= changed
+    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
+    return path
+
+
+def drafted(model: str | Path, log: Path | None, folder: Path) -> tuple[Robot, str]:
+    output = folder / "robot.toml"
+    output.write_text(draft_robot_file(str(model), log, output).text)
+    return Robot.from_file(output), output.read_text()
+
+
+def test_an_arm_in_degrees_with_other_names_signs_and_units(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    odd = turned(log, [1, 3])
+    path = written(
+        odd,
+        tmp_path / "log.npz",
+        joint_names=None,
+        time=log.time * 1e3,
+        position=None,
+        torque=None,
+        q_actual=np.rad2deg(odd.position),
+        qd_actual=np.gradient(np.rad2deg(odd.position), log.time, axis=0),
+        tau_meas=-1e3 * odd.torque,
+        tau_cmd=odd.torque,
+    )
+    robot, text = drafted(ARM, path, tmp_path)
+    assert robot.log_table.position.unit == "deg"
+    assert robot.log_table.time.unit == "ms"
+    assert robot.log_table.torque.name == "tau_meas"
+    read = read_log(path, robot)
+    np.testing.assert_allclose(read.position, log.position, atol=1e-9)
+    np.testing.assert_allclose(read.torque, log.torque, rtol=0.05, atol=0.2)
+    result = identify(path, robot, Settings(method="curve-fit", law="coulomb-viscous"))
+    for name, joint in result.joints.items():
+        assert joint.parameters["coulomb"].value == pytest.approx(STRIBECK["coulomb"], rel=0.2), name
+    assert "TODO" in text
+
+
+def test_columns_without_names_in_another_order(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    order = [2, 0, 1, 3, 5, 4]
+    other = {name: getattr(log, name)[:, order] for name in ("position", "torque")}
+    path = written(log, tmp_path / "log.npz", joint_names=None, **other)
+    robot, _ = drafted(ARM, path, tmp_path)
+    assert robot.log_table.joint_order == [log.joint_names[k] for k in order]
+    np.testing.assert_array_equal(read_log(path, robot).position, log.position)
+
+
+def test_a_quadruped_numbered_breadth_first_with_its_quaternion_s_scalar_first(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log, robot = logs("go2"), example_robot("go2")
+    legs_last = [12 // 4 * leg + joint for joint in range(3) for leg in range(4)]
+    assert np.argsort(legs_last).tolist() in other_orders(robot)
+    other = {name: getattr(log, name)[:, legs_last] for name in ("position", "torque")}
+    path = written(
+        log, tmp_path / "log.npz", joint_names=None, base_orientation=log.base_orientation[:, [3, 0, 1, 2]], **other
+    )
+    found, _ = drafted("package:go2", path, tmp_path)
+    assert found.base == "floating"
+    assert {name: (foot.frame, foot.kind) for name, foot in found.contacts.items()} == {
+        leg: (f"{leg}_foot", "point") for leg in ("FL", "FR", "RL", "RR")
+    }
+    assert found.log_table.base_orientation.order == "wxyz"
+    read = read_log(path, found)
+    np.testing.assert_array_equal(read.position, log.position)
+    np.testing.assert_array_equal(read.contact, log.contact)
+
+
+def test_a_humanoid_with_other_names_and_joints_that_count_the_other_way(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log, robot = logs("talos"), example_robot("talos")
+    names = [name.replace("_joint", "").replace("left", "L").replace("right", "R") for name in log.joint_names]
+    joints = [log.joint_names.index(f"leg_{side}_joint") for side in ("left_4", "right_2")]
+    kept = [k for k, name in enumerate(names) if "gripper" not in name]
+    odd = turned(log, joints)
+    odd.torque[:, [log.joint_names.index(name) for name in robot.position_controlled]] = 0.0
+    arrays = {name: getattr(odd, name)[:, kept] for name in ("position", "torque")}
+    path = written(odd, tmp_path / "log.npz", joint_names=np.array(names)[kept], **arrays)
+    found, text = drafted("package:talos_reduced", path, tmp_path)
+    assert {name: foot.kind for name, foot in found.contacts.items()} == dict.fromkeys(("left", "right"), "surface")
+    assert set(found.position_controlled) == set(robot.position_controlled)
+    read = read_log(path, found)
+    assert set(log.joint_names) - set(read.joint_names) == {"gripper_left_joint", "gripper_right_joint"}
+    for k, name in enumerate(read.joint_names):
+        np.testing.assert_allclose(read.position[:, k], log.position[:, log.joint_names.index(name)], err_msg=name)
+    assert "gripper_left_joint = " in text
+
+
+def test_a_log_as_it_should_be_is_left_as_it_is(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    path = written(logs("ur5"), tmp_path / "log.npz")
+    robot, text = drafted(ARM, path, tmp_path)
+    assert "[log" not in text
+    assert robot.base == "fixed"
+
+
+@pytest.mark.parametrize(
+    ("position", "torque", "source"),
+    [
+        ("{joint}_pos", "{joint}_effort", "link_side_sensor"),
+        ("actual_q_{k}", "target_moment_{k}", "command"),
+        ("q[{k}]", "tau_meas[{k}]", "link_side_sensor"),
+    ],
+)
+def test_columns_of_a_table_are_found_by_their_words(
+    position: str, torque: str, source: str, logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log = logs("ur5")
+    names = [name.removesuffix("_joint") for name in log.joint_names]
+    columns = {"timestamp": log.time}
+    for name, values in (("target_q_{k}", log.position + 1), (position, log.position), (torque, log.torque)):
+        columns |= {name.format(joint=joint, k=k): values[:, k] for k, joint in enumerate(names)}
+    path = tmp_path / "log.csv"
+    pa.csv.write_csv(pa.table(columns), path)
+    robot, _ = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == source
+    np.testing.assert_array_equal(read_log(path, robot).position, log.position)
+    np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
+
+
+def test_columns_numbered_from_zero_of_joints_numbered_from_one(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    log = logs("ur5")
+    model = ARM.read_text()
+    for k, joint in enumerate(log.joint_names):
+        model = model.replace(f'"{joint}"', f'"joint_{k + 1}"')
+    (tmp_path / "arm.urdf").write_text(model)
+    columns = {"time": log.time}
+    columns |= {f"{name}_{k}": getattr(log, name)[:, k] for name in ("position", "torque") for k in range(6)}
+    pa.csv.write_csv(pa.table(columns), tmp_path / "log.csv")
+    robot, _ = drafted(tmp_path / "arm.urdf", tmp_path / "log.csv", tmp_path)
+    np.testing.assert_array_equal(read_log(tmp_path / "log.csv", robot).position, log.position)
+
+
+def test_arrays_of_one_kind_are_told_apart_by_their_words(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    others = {name: np.zeros_like(log.torque) for name in ("q_d", "tau_J_d", "tau_ext_hat_filtered")}
+    path = tmp_path / "log.npz"
+    np.savez(path, time=log.time, q=log.position, tau_J=log.torque, **others)
+    robot, _ = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == "link_side_sensor"
+    np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
+
+
+def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    gains = np.array([10.0, 10.0, 8.0, 10.0, 9.0, 10.0])
+    columns = {"timestamp": log.time}
+    values = {"target_moment": 0 * log.torque, "actual_q": log.position, "actual_current": log.torque / gains}
+    columns |= {f"{name}_{k}": array[:, k] for name, array in values.items() for k in range(6)}
+    path = tmp_path / "log.csv"
+    pa.csv.write_csv(pa.table(columns), path, pa.csv.WriteOptions(delimiter=" ", quoting_style="none"))
+    robot, text = drafted(ARM, path, tmp_path)
+    assert robot.torque_source == "motor_current"
+    assert "gravity does not say how much torque an ampere makes in shoulder_pan_joint" in " ".join(
+        text.replace("#", " ").split()
+    )
+    np.testing.assert_allclose(read_log(path, robot).torque, log.torque / gains, rtol=1e-12)
+
+
+def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    path = written(logs("go2"), tmp_path / "log.npz", base_orientation=None, foot_wrench=None)
+    robot, text = drafted("package:go2", path, tmp_path)
+    assert set(robot.contacts) == {"FL", "FR", "RL", "RR"}
+    words = " ".join(text.replace("#", " ").split())
+    assert f"TODO: the log cannot be used so: {path}: " in words
+    assert "expected a channel base_orientation" in words
+
+
+def test_contacts_whose_names_say_nothing_are_asked_for() -> None:
+    facts = read_model(model_path("package:go2", Path()))
+    draft = Draft(facts, Path("robot.toml"), {"robot": {"base": "floating"}})
+    write_contacts(draft, ("/c/vorne_links", "/c/rr"))
+    assert draft.questions == ["which contacts are the log's /c/vorne_links? Name them in [log.foot_names]."]
+    assert draft.document["log"]["foot_names"] == {"/c/rr": "RR"}
+
+
+def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
+    model = tmp_path / "free.xml"
+    model.write_text(
+        '<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".2 .2 .1" mass="9"/>'
+        '<body name="arm"><joint name="elbow" axis="0 1 0" range="-90 90"/><geom type="capsule" fromto="0 0 0 .3 0 0" '
+        'size=".02" mass="1"/></body></body></worldbody></mujoco>'
+    )
+    time = np.arange(1000) / 200
+    path = tmp_path / "log.npz"
+    np.savez(path, time=time, position=np.sin(time)[:, None], torque=1.5 * np.cos(np.sin(time))[:, None])
+    robot, text = drafted(model, path, tmp_path)
+    assert robot.base == "fixed"
+    assert "TODO: is the base clamped?" in text
+    with_orientation = np.tile([0.0, 0, 0, 1], (1000, 1))
+    np.savez(
+        path,
+        time=time,
+        position=np.sin(time)[:, None],
+        torque=1.5 * np.cos(np.sin(time))[:, None],
+        base_orientation=with_orientation,
+    )
+    robot, text = drafted(model, path, tmp_path)
+    assert robot.base == "floating"
+    assert "TODO: which frames of the model are feet?" in text
+
+
+def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    noise = np.random.default_rng(0).normal(size=log.torque.shape)
+    columns = find_columns_by_dynamics(replace(log, torque=noise), robot, range(6))
+    assert columns.order == as_given(6).order
+    assert np.all(columns.position == 1)
+    assert np.all(columns.torque == 1)
+
+
+def test_a_table_without_a_line_of_names_is_refused(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "log.csv", logs("ur5").position, delimiter=",")
+    with pytest.raises(LogError, match="expected a line of column names"):
+        draft_robot_file(str(ARM), tmp_path / "log.csv", tmp_path / "robot.toml")
+
+
+def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], RobotLog]) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    order = [2, 0, 3, 1, 4, 5]
+    external = np.tile(np.arange(6.0), (len(log.time), 1)) * 1e-3
+    arrays = {name: getattr(log, name)[:, order] for name in ("position", "torque")}
+    mixed = replace(log, external_torque=external[:, order], **arrays)
+    columns = find_columns_by_dynamics(mixed, robot, range(4))
+    assert columns.order == tuple(np.argsort(order))
+    np.testing.assert_array_equal(columns.of(mixed).external_torque, external)
+
+
+def test_joints_by_the_alphabet_are_a_known_order() -> None:
+    robot = example_robot("ur5")
+    names = sorted(robot.joint_names)
+    assert list(robot.joint_names) in [[names[column] for column in each] for each in other_orders(robot)]
+
+
+def test_a_change_after_which_nothing_is_explained_is_not_made(
+    logs: Callable[[str], RobotLog], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, robot = logs("ur5"), example_robot("ur5")
+    given = as_given(6)
+    lift = np.where(np.arange(6) == 1, -1.0, 1.0)
+    likelier = replace(given, position=lift, torque=lift)  # by feet that another posture sets down, say
+    monkeypatch.setattr(search, "_descend", lambda *_: likelier)
+    columns = find_columns_by_dynamics(log, robot, [])
+    assert not columns.changed_since(given).any()
+    columns = find_columns_by_dynamics(turned(log, [1]), robot, [])
+    assert not columns.changed_since(likelier).any()
+
+
+@pytest.mark.parametrize(
+    ("model", "feet"),
+    [
+        ("g1_29dof_rev_1_0", {"left_ankle_roll_link": "surface", "right_ankle_roll_link": "surface"}),
+        ("solo12", {f"{leg}_FOOT": "point" for leg in ("FL", "FR", "HL", "HR")}),
+        ("anymal_c_simple_description/anymal", {f"{leg}_FOOT": "point" for leg in ("LF", "LH", "RF", "RH")}),
+        ("icub", {"l_sole": "surface", "r_sole": "surface"}),
+        (CASSIE, {"left-foot": "surface", "right-foot": "surface"}),
+        ("bolt", {"FL_FOOT": "point", "FR_FOOT": "point"}),
+        ("panda", {}),
+        ("so101", {}),
+        ("tiago", {}),
+    ],
+)
+def test_feet_are_found_by_name_and_shape(model: str | Path, feet: dict[str, str]) -> None:
+    facts = read_model(model if isinstance(model, Path) else model_path(f"package:{model}", Path()))
+    assert {foot.frame: foot.kind for foot in facts.feet} == feet
+    assert facts.base == ("floating" if feet else "fixed")
+
+
+def test_names_are_matched_by_what_they_mean() -> None:
+    found = match(
+        ["l_knee", "R.KneeJoint", "frontLeftHip", "HR_KFE", "motor_7"],
+        ["left_knee", "right_knee", "FL_hip_joint", "RR_calf_joint", "joint_1"],
+    )
+    assert found == {
+        "l_knee": "left_knee",
+        "R.KneeJoint": "right_knee",
+        "frontLeftHip": "FL_hip_joint",
+        "HR_KFE": "RR_calf_joint",
+    }
+
+
+def ended(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *command: object) -> tuple[int, str]:
+    monkeypatch.setattr(sys, "argv", ["stribeck", "init", *map(str, command)])
+    try:
+        main()
+    except SystemExit as end:
+        printed = capsys.readouterr()
+        return (int(end.code), printed.err) if end.code else (0, printed.out)
+    return 0, capsys.readouterr().out
+
+
+def test_the_command_asks_what_it_cannot_know(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "robot.toml"
+    code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
+    assert code == 0
+    assert "is the torque measured behind the gear" in said
+    assert Robot.from_file(output).base == "fixed"
+    assert "# TODO: is the torque" in output.read_text()
+    code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
+    assert (code, "is there already" in said) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"speed": np.zeros((99, 6))}, "nothing that is called like joint positions"),
+        ({"q": np.ones((99, 6)), "time": np.arange(99)}, "nothing that is called like joint torques"),
+        (None, "no such file"),
+    ],
+)
+def test_a_log_that_says_nothing_is_refused(
+    arrays: dict[str, np.ndarray] | None,
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    log = tmp_path / "log.npz"
+    if arrays is not None:
+        np.savez(log, **arrays)
+    code, said = ended(capsys, monkeypatch, "package:ur5_robot", log, "-o", tmp_path / "robot.toml")
+    assert code == 2
+    assert words in said
+    assert len(said.strip().splitlines()) == 1
+    assert not (tmp_path / "robot.toml").exists()
+
+
+TIME = np.arange(400) / 200
+MOVES, PUSHES = np.sin(TIME[:, None] * np.arange(1, 7)), np.cos(TIME[:, None] * np.arange(2, 8))
+ODD = {
+    "stamps that stand still": ({"time": 0 * TIME}, "all stamps are"),
+    "stamps that are missing": ({"time": TIME + np.nan}, "rows are complete"),
+    "positions that are missing": ({"position": MOVES + np.nan}, "rows are complete"),
+    "other joints": (
+        {"joint_names": np.array(["x", "y"]), "position": MOVES[:, :2], "torque": PUSHES[:, :2]},
+        "none of",
+    ),
+    "no time": ({"time": None}, ""),
+    "zero torque": ({"torque": 0 * PUSHES}, ""),
+    "names with signs": ({"joint_names": np.array(["left_knee\n", 'x"', "\\", "ü", "\t", "z"])}, ""),
+    "few rows": ({"time": TIME[:3], "position": MOVES[:3], "torque": PUSHES[:3]}, ""),
+    "more columns": ({"position": np.hstack([MOVES, MOVES]), "torque": np.hstack([PUSHES, PUSHES])}, ""),
+}
+
+
+@pytest.mark.parametrize("model", ["ur5_robot", "g1_29dof_rev_1_0"])
+@pytest.mark.parametrize(("changed", "words"), ODD.values(), ids=ODD)
+def test_odd_logs_end_in_a_file_or_a_sentence(
+    model: str, changed: dict[str, np.ndarray | None], words: str, tmp_path: Path
+) -> None:
+    arrays = {"time": TIME, "position": MOVES, "torque": PUSHES, **changed}
+    log = tmp_path / "log.npz"
+    np.savez(log, **{name: array for name, array in arrays.items() if array is not None})
+    if words:
+        with pytest.raises(LogError, match=words):
+            drafted(f"package:{model}", log, tmp_path)
+    else:
+        assert "TODO" in drafted(f"package:{model}", log, tmp_path)[1]

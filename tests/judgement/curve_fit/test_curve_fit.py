@@ -1,0 +1,131 @@
+"""The fit finds what was put in, from wrong starts, and never sees what is held out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from stribeck.friction import LAWS, get_law
+from stribeck.judgement.curve_fit.fit import eliminate_linear, fit_law
+from stribeck.judgement.curve_fit.problem import hold_out, joint_problem
+from stribeck.settings import Settings
+
+SETTINGS = Settings()
+
+
+def test_linear_law_is_the_closed_form_solution(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    law = get_law("coulomb-viscous")
+    fit = fit_law(samples, law, SETTINGS)["knee"]
+    training, _ = hold_out(joint_problem(samples, "knee", law, SETTINGS), SETTINGS.holdout)
+    expected, *_ = np.linalg.lstsq(training.jacobian(np.zeros(3)), training.friction_torque)
+    np.testing.assert_allclose(fit.values, expected, rtol=1e-7)
+    assert fit.samples == len(training.velocity)
+    assert fit.rms == pytest.approx(np.sqrt(np.mean((training.friction_torque - training.predict(fit.values)) ** 2)))
+
+
+def test_held_out_blocks_are_never_seen(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    _, unseen = hold_out(joint_problem(samples, "knee", get_law("stribeck"), SETTINGS), SETTINGS.holdout)
+    spoilt = samples.friction_torque.copy()
+    spoilt[np.isin(samples.block, unseen.block)] = 1e6
+    before = fit_law(samples, get_law("stribeck"), SETTINGS)["knee"]
+    after = fit_law(replace(samples, friction_torque=spoilt), get_law("stribeck"), SETTINGS)["knee"]
+    np.testing.assert_array_equal(before.values, after.values)
+    assert len(np.unique(unseen.block)) == 30 // SETTINGS.holdout
+
+
+def test_every_nth_block_is_counted_among_the_joints_own(make_samples, make_joint) -> None:
+    samples = make_samples({"left": make_joint(), "right": make_joint()})
+    odd = samples.block % 2 == 1
+    samples = replace(samples, usable=np.column_stack([odd, ~odd]))
+    for joint, fit in fit_law(samples, get_law("coulomb-viscous"), SETTINGS).items():
+        _, unseen = hold_out(joint_problem(samples, joint, get_law("coulomb-viscous"), SETTINGS), SETTINGS.holdout)
+        assert (len(np.unique(unseen.block)), fit.blocks) == (3, 12)
+
+
+def test_unusable_and_missing_samples_change_nothing(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    torque, usable = samples.friction_torque.copy(), samples.usable.copy()
+    torque[::7], usable[1::7] = np.nan, False
+    holes = replace(samples, friction_torque=torque, usable=usable)
+    spoilt = torque.copy()
+    spoilt[1::7] = 1e6
+    one = fit_law(holes, get_law("stribeck"), SETTINGS)["knee"]
+    other = fit_law(replace(holes, friction_torque=spoilt), get_law("stribeck"), SETTINGS)["knee"]
+    np.testing.assert_array_equal(one.values, other.values)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e4])
+def test_units_of_torque_do_not_matter(make_samples, make_joint, factor: float) -> None:
+    samples = make_samples({"knee": make_joint()})
+    scaled = replace(samples, friction_torque=factor * samples.friction_torque)
+    one = fit_law(samples, get_law("stribeck"), SETTINGS)["knee"]
+    other = fit_law(scaled, get_law("stribeck"), SETTINGS)["knee"]
+    by_torque = np.where([p.unit.startswith("N m") for p in one.parameters], factor, 1.0)
+    np.testing.assert_allclose(other.values, by_torque * one.values, rtol=1e-5)
+    np.testing.assert_allclose(other.standard_errors, by_torque * one.standard_errors, rtol=1e-3)
+
+
+def test_prismatic_speeds_are_found_too(make_samples, make_joint, truth) -> None:
+    slow = {**truth, "stribeck_velocity": 0.002, "slope": 6000.0, "viscous": 50.0}
+    samples = make_samples({"slide": make_joint(truth=slow, speed=0.02, noise=0.0)})
+    assert fit_law(samples, get_law("stribeck"), SETTINGS) == {}  # too slow for a revolute joint
+    samples = replace(samples, prismatic=(True,))
+    fit = fit_law(samples, get_law("stribeck"), SETTINGS)["slide"]
+    np.testing.assert_allclose(fit.values, list(slow.values()), rtol=1e-5)
+
+
+def test_armature_is_found_beside_the_friction(make_samples, make_joint, truth) -> None:
+    samples = make_samples({"knee": make_joint(armature=0.03), "hip": make_joint()})
+    fits = fit_law(samples, get_law("stribeck"), Settings(fit_armature=["knee"]))
+    assert fits["hip"].names == tuple(truth)
+    assert fits["knee"].names == (*truth, "armature")
+    low, high = fits["knee"].intervals[-1]
+    assert low < 0.03 < high
+    assert high - low < 0.002
+    np.testing.assert_allclose(fits["knee"].values[:-1], list(truth.values()), rtol=0.1)
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
+def test_robust_loss_shrugs_off_outliers(make_samples, make_joint, truth, loss: str) -> None:
+    samples = make_samples({"knee": make_joint()})
+    torque = samples.friction_torque.copy()
+    torque[::25] += 15.0
+    spoilt = replace(samples, friction_torque=torque)
+    by_loss = [fit_law(spoilt, get_law("stribeck"), Settings(loss=name))["knee"] for name in ("linear", loss)]
+    linear, robust = (np.abs(fit.values / list(truth.values()) - 1).max() for fit in by_loss)
+    assert robust < 0.12
+    assert linear > 0.5
+
+
+def test_robust_loss_is_honest_on_normal_noise(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=60)
+    one = fit_law(samples, get_law("stribeck"), SETTINGS)["knee"]
+    other = fit_law(samples, get_law("stribeck"), Settings(loss="huber"))["knee"]
+    assert np.all(np.abs(one.values - other.values) < one.standard_errors)
+    np.testing.assert_allclose(other.standard_errors, one.standard_errors, rtol=0.3)
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+def test_elimination_is_bounded_linear_least_squares(make_samples, make_joint, name: str) -> None:
+    samples = make_samples({"knee": make_joint(noise=1.0)}, blocks=8, seed=3)
+    law = get_law(name)
+    problem = joint_problem(samples, "knee", law, Settings(fit_armature=True))
+    shape = {p.name: 0.5 for p in law.parameters if p.starts}
+    basis = np.column_stack([law.basis(problem.velocity, shape), problem.acceleration])
+    lower = np.zeros(basis.shape[1])
+    lower[list(law.free_coefficients)] = -np.inf
+    expected = lsq_linear(basis, problem.friction_torque, (lower, np.inf), method="bvls")
+    cost, values = eliminate_linear(problem, shape)
+    assert cost == pytest.approx(2 * expected.cost)
+    assert values[-1] == pytest.approx(expected.x[-1], abs=1e-9)
+    assert np.sum((problem.predict(values) - problem.friction_torque) ** 2) == pytest.approx(cost, rel=1e-9)
+
+
+def test_joints_that_do_not_move_enough_are_left_out(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint(), "neck": make_joint()}, blocks=8)
+    usable = samples.usable.copy()
+    usable[:, 1] = samples.block == 3
+    assert list(fit_law(replace(samples, usable=usable), get_law("stribeck"), SETTINGS)) == ["knee"]

@@ -1,0 +1,87 @@
+"""Motion that can and cannot identify friction."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.result import made
+
+from stribeck.friction import get_law
+from stribeck.judgement.curve_fit.problem import joint_problem
+from stribeck.judgement.excitation import count_reversals, excitation, velocity_noise
+from stribeck.result.tables import advice
+from stribeck.settings import Settings
+
+
+def judged(samples, joint="knee", prismatic=False):
+    return excitation(joint_problem(samples, joint, get_law("stribeck"), Settings()), prismatic)
+
+
+def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:
+    found = judged(make_samples({"knee": make_joint()}))
+    assert (found.reason, found.samples, found.blocks) == ("", 6000, 30)
+    assert found.velocity_range[0] < -1.5 < 1.5 < found.velocity_range[1]
+
+
+SLOW = "it moves only between -0.01.* rad/s; move it faster than 0.05 rad/s in both directions"
+ONE_WAY = "it moves in one direction only, between 0.* and 1.* rad/s"
+
+
+@pytest.mark.parametrize(
+    ("joint", "blocks", "reason"),
+    [
+        ({"speed": 0.005}, 30, SLOW),
+        ({"speed": 0.3, "drift": 1.0}, 30, ONE_WAY),
+        ({}, 5, "it moves in 5 blocks .*; move it in at least 6"),
+    ],
+)
+def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint, joint, blocks, reason) -> None:
+    assert re.match(reason, judged(make_samples({"knee": make_joint(**joint)}, blocks=blocks)).reason)
+
+
+def test_few_samples_one_turn_and_noise_are_not_enough(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint()})
+    usable = np.zeros_like(samples.usable)
+    turn = np.cos(np.linspace(0, np.pi, len(samples.time)))[:, None]
+    noise = 0.2 * np.random.default_rng(0).normal(size=samples.velocity.shape)
+    few = usable | (np.arange(len(usable)) % 100 == 0)[:, None]
+    for changed, reason in (
+        ({"usable": usable}, "0 usable samples"),
+        ({"usable": few}, "60 usable samples; 6 parameters need at least 120: move it longer"),
+        ({"velocity": turn}, "it turns round 1 times; let it turn round at least 4 times"),
+        ({"velocity": noise}, "hardly more than its velocity's noise; move it faster than 0.8"),
+    ):
+        assert reason in judged(replace(samples, **changed)).reason
+
+
+def test_prismatic_joints_are_judged_in_metres(make_samples, make_joint) -> None:
+    samples = make_samples({"slide": make_joint(speed=0.02)})
+    assert judged(samples, "slide", prismatic=True).reason == ""
+    assert "move it faster than 0.05 rad/s" in judged(samples, "slide").reason
+
+
+def test_velocity_noise_is_found_under_motion() -> None:
+    rng = np.random.default_rng(1)
+    velocity = np.sin(np.linspace(0, 100, 20_000)) + 0.03 * rng.normal(size=20_000)
+    assert velocity_noise(velocity) == pytest.approx(0.03, rel=0.05)
+
+
+@given(turns=st.integers(0, 12), noise=st.floats(0, 0.05), seed=st.integers(0, 99))
+def test_reversals_are_counted_through_noise(turns: int, noise: float, seed: int) -> None:
+    velocity = np.cos(np.linspace(0, turns * np.pi, 3001))
+    chatter = np.random.default_rng(seed).uniform(-noise, noise, len(velocity))
+    assert count_reversals(velocity + chatter, threshold=0.11) == turns
+    assert count_reversals(-velocity + chatter, threshold=0.11) == turns
+
+
+@pytest.mark.parametrize("motion", [{"speed": 1e-3}, {"speed": 0.02, "drift": 0.5}, {"speed": 0.5, "drift": 3.0}])
+def test_every_reason_ends_with_what_to_do(make_samples, make_joint, motion) -> None:
+    samples = make_samples({"knee": make_joint(**motion)})
+    for blocks in (samples, replace(samples, block=np.zeros_like(samples.block))):
+        found = judged(blocks)
+        joint = made.joint(reason=found.reason)
+        assert advice(joint).startswith(("move it ", "let it "))
+        assert found.reason.endswith(advice(joint))

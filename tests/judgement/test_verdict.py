@@ -1,0 +1,153 @@
+"""Verdicts are honest: numbers only where the samples hold them, and reasons in words."""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from stribeck.friction import LAWS, get_law
+from stribeck.judgement.curve_fit.fit import fit_law, validate
+from stribeck.judgement.verdict import judge
+from stribeck.judgement.weakness import USUAL, is_weak
+from stribeck.methods.whole_log import CRITERIA
+from stribeck.settings import Settings
+
+
+def identified(samples, law="stribeck", **settings):
+    chosen = Settings(law=law, **settings)
+    problem = samples, get_law(law), chosen
+    fits = fit_law(*problem)
+    results = judge(fits, *problem, validate(fits, *problem))
+    json.dumps({joint: asdict(result) for joint, result in results.items()}, allow_nan=False)
+    return results
+
+
+def test_a_well_moved_joint_is_identified(make_samples, make_joint, truth) -> None:
+    found = identified(make_samples({"knee": make_joint()}, blocks=60))["knee"]
+    assert found.verdict == "identified"
+    assert found.reason.startswith("its friction is known to within 0.0")
+    assert " % (60 blocks" in found.reason
+    for name, value in truth.items():
+        parameter = found.parameters[name]
+        assert parameter.verdict == "identified"
+        assert parameter.value == pytest.approx(value, abs=4 * parameter.standard_error)
+    assert found.residual_rms == pytest.approx(0.05, rel=0.05)
+    assert found.validation.rms == pytest.approx(0.05, rel=0.1)
+    assert found.validation.rms < found.validation.rms_coulomb_only < found.validation.rms_zero_friction
+    assert found.positive_power_fraction < 0.02
+
+
+def test_a_still_joint_gets_no_numbers(make_samples, make_joint) -> None:
+    joints = {"knee": make_joint(), "neck": make_joint(speed=0.002), "hip": make_joint()}
+    results = identified(make_samples(joints), "coulomb-viscous")
+    assert list(results) == [*joints]
+    found = results["neck"]
+    assert found.verdict == "not excited"
+    numbers = (found.parameters, found.residual_rms, found.validation, found.positive_power_fraction)
+    assert numbers == ({}, None, None, None)
+    assert "it moves only between" in found.reason
+
+
+def test_a_slow_joint_leaves_viscous_friction_open_and_says_why(make_samples, make_joint) -> None:
+    found = identified(make_samples({"knee": make_joint(speed=0.06, noise=10.0)}))["knee"]
+    assert found.verdict == found.parameters["viscous"].verdict == "weak"
+    assert found.reason.startswith("friction at top speed, 0.14 rad/s, is 2.")
+    assert "of the samples are slower than the Stribeck velocity" in found.reason
+
+
+@pytest.mark.parametrize(("speed", "clears"), [(0.06, False), (0.2, True)])
+def test_what_lies_beyond_a_stribeck_velocity_that_is_not_cleared_is_weak(
+    make_samples, make_joint, speed: float, clears: bool
+) -> None:
+    found = identified(make_samples({"knee": make_joint(speed=speed, noise=1e-4)}))["knee"]
+    weak = {name for name, parameter in found.parameters.items() if parameter.verdict == "weak"}
+    assert weak == (set() if clears else {"viscous", "coulomb", "stribeck_gain"})
+    assert found.verdict == "identified"
+
+
+def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, truth) -> None:
+    samples = make_samples({"knee": make_joint(truth=truth | {"stribeck_gain": 0.0})})
+    found = identified(samples)["knee"]
+    weak = {name for name, parameter in found.parameters.items() if parameter.verdict == "weak"}
+    assert weak >= {"stribeck_gain", "stribeck_velocity"}
+    assert found.verdict == "identified"  # the curve is known, however its parameters share it out
+    assert "weak by itself: coulomb, stribeck_gain, stribeck_velocity" in found.reason
+    assert "weak" not in identified(samples, "coulomb-viscous")["knee"].reason
+
+
+def test_an_offset_of_zero_is_known_as_well_as_any(make_samples, make_joint, truth) -> None:
+    found = identified(make_samples({"knee": make_joint(truth=truth | {"offset": 0.0})}))["knee"]
+    low, high = found.parameters["offset"].interval_95
+    assert low < 0 < high
+    assert found.parameters["offset"].verdict == "identified"
+
+
+def test_power_is_judged_by_the_sign_convention(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint(noise=0.0)})
+    flipped = replace(samples, friction_torque=-samples.friction_torque)
+    assert identified(samples)["knee"].positive_power_fraction == 0.0
+    wrong = identified(flipped)["knee"]
+    assert wrong.positive_power_fraction > 0.9
+    assert wrong.verdict == "weak"
+    assert "friction adds power in 100% of the samples: a sign" in wrong.reason
+
+
+def test_a_law_that_fails_on_unseen_blocks_is_weak(make_samples, make_joint) -> None:
+    samples = make_samples({"knee": make_joint(noise=0.0)})
+    turned = np.isin(samples.block % 5, 2)[:, None]
+    spoilt = replace(samples, friction_torque=np.where(turned, -samples.friction_torque, samples.friction_torque))
+    found = identified(spoilt)["knee"]
+    assert found.verdict == "weak"
+    assert "on blocks that the fit did not see" in found.reason
+
+
+def test_units_follow_the_joint(make_samples, make_joint) -> None:
+    samples = replace(make_samples({"knee": make_joint(), "slide": make_joint()}), prismatic=(False, True))
+    found = identified(samples, "coulomb-viscous", fit_armature=True)
+    assert [p.unit for p in found["knee"].parameters.values()] == ["N m s/rad", "N m", "N m", "kg m^2"]
+    assert [p.unit for p in found["slide"].parameters.values()] == ["N s/m", "N", "N", "kg"]
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+@pytest.mark.parametrize("torque", ["zero", "constant", "random"])
+def test_torque_without_friction_is_told_so_and_never_crashes(make_samples, make_joint, law, torque) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=12)
+    signal = {"zero": 0.0, "constant": 3.0, "random": np.random.default_rng(2).normal(size=(2400, 1))}[torque]
+    found = identified(replace(samples, friction_torque=np.zeros((2400, 1)) + signal), law)["knee"]
+    if (law, torque) == ("asymmetric", "constant"):  # it has no offset: friction of one direction is all it can be
+        assert found.verdict == "weak"
+        return
+    assert found.verdict == "no friction"
+    assert found.reason.startswith("no friction detectable, below ")
+    assert found.parameters.keys() <= {"offset"}
+    offset = found.parameters["offset"].value if found.parameters else 0.0
+    assert np.all(found.friction([-1.0, 0.0, 1.0]) == offset)
+
+
+@pytest.mark.parametrize(("width", "weak"), [(0.49, []), (0.51, ["viscous", "coulomb", "stribeck_gain"])])
+def test_parameters_are_weak_from_one_width_on(make_samples, make_joint, width: float, weak: list[str]) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=60)
+    fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
+    intervals = fit.intervals.copy()
+    intervals[:3] = fit.values[:3, None] * np.array([1 - width / 2, 1 + width / 2])
+    wide = replace(fit, intervals=intervals)
+    for criteria in (USUAL, CRITERIA):  # of both methods
+        found = is_weak(wide, np.linspace(-2, 2, 100), criteria)
+        assert [name for name, called in zip(wide.names, found, strict=True) if called] == weak
+
+
+@pytest.mark.parametrize(
+    ("zero", "lent"),
+    [("coulomb", {"stribeck_gain", "stribeck_velocity", "slope"}), ("stribeck_gain", {"stribeck_velocity"})],
+)
+def test_the_whole_logs_bends_of_friction_that_may_be_none_are_weak(
+    make_samples, make_joint, zero: str, lent: set[str]
+) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=60)
+    fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
+    intervals = fit.values[:, None] + np.abs(fit.values)[:, None] * np.array([-0.05, 0.05])
+    assert not is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), CRITERIA).any()
+    intervals[fit.names.index(zero), 0] = 0.0
+    found = is_weak(replace(fit, intervals=intervals), np.linspace(-2, 2, 100), CRITERIA)
+    assert {name for name, called in zip(fit.names, found, strict=True) if called} == {zero} | lent

@@ -1,0 +1,18 @@
+"""The robot and the log of most tests of the whole log."""
+
+import pytest
+from tests.whole_log.logs import arm_log, read_arm
+
+from stribeck import Robot
+from stribeck.log import RobotLog
+
+
+@pytest.fixture(scope="session")
+def arm() -> Robot:
+    return read_arm()
+
+
+@pytest.fixture(scope="session")
+def exact_arm_log() -> RobotLog:
+    """20 s."""
+    return arm_log(20.0)

@@ -1,0 +1,122 @@
+"""Where nothing stands, the equations hold without any force, and friction shows in every joint."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.integrate import solve_ivp
+
+from stribeck import Robot, Settings
+from stribeck.base.typing import Array
+from stribeck.contact.phases import phases_of_segment
+from stribeck.log import RobotLog
+from stribeck.log.sampling import regularise
+from stribeck.whole_log.equations.build import WeakForm, weak_form
+from stribeck.whole_log.equations.constants import LONGEST_FLIGHT
+from stribeck_simulation.robots import MODELS
+
+COULOMB = 2.0
+
+
+def falling(robot: Robot, duration: float) -> tuple[RobotLog, Array]:
+    """Return a robot that falls freely while all joints swing, integrated from the whole equation of motion."""
+    model, generator = robot.tree.model, np.random.default_rng(3)
+    data, n, order = model.createData(), len(robot.joint_names), robot.tree.columns
+    size, pace, phase = generator.uniform(0.1, 0.4, n), generator.uniform(6, 12, n), generator.uniform(0, 6, n)
+
+    def joints(t: float) -> tuple[Array, Array, Array]:
+        q = size * np.sin(pace * t + phase)
+        return q, size * pace * np.cos(pace * t + phase), -(pace**2) * q
+
+    def dense(t: float, y: Array) -> tuple[Array, Array]:
+        """Return the base's acceleration and the joints' torques; y is its quaternion and velocity."""
+        q, v, a = (each[order] for each in joints(t))
+        configuration = np.concatenate([np.zeros(3), y[:4] / np.linalg.norm(y[:4]), q])
+        inertia = pin.crba(model, data, configuration).copy()
+        bias = pin.nonLinearEffects(model, data, configuration, np.concatenate([y[4:], v]))
+        base = np.linalg.solve(inertia[:6, :6], -(bias[:6] + inertia[:6, 6:] @ a))
+        torque = np.empty(n)
+        torque[order] = inertia[6:] @ np.concatenate([base, a]) + bias[6:]
+        return base, torque
+
+    def change(t: float, y: Array) -> Array:
+        x, z = y[:4], y[7:]
+        turned = 0.5 * np.concatenate([x[3] * z + np.cross(x[:3], z), [-x[:3] @ z]])
+        return np.concatenate([turned, dense(t, y)[0]])
+
+    time = np.arange(0.0, duration, 1e-3)
+    start = np.concatenate([[0.1, -0.2, 0.05, 0.97], np.zeros(3), [0.5, -1.0, 0.7]])
+    y = solve_ivp(change, (0, duration), start, t_eval=time, rtol=1e-9, atol=1e-10).y.T
+    torque = np.stack([dense(t, row)[1] for t, row in zip(time, y, strict=True)])
+    friction = COULOMB * np.tanh(np.stack([joints(t)[1] for t in time]))
+    log = RobotLog(
+        time=time,
+        joint_names=robot.joint_names,
+        position=np.stack([joints(t)[0] for t in time]),
+        torque=torque + friction,
+        base_orientation=y[:, :4] / np.linalg.norm(y[:, :4], axis=1, keepdims=True),
+        contact=np.zeros((len(time), len(robot.contacts)), dtype=bool),
+        foot_names=tuple(robot.contacts),
+    )
+    return log, friction
+
+
+def form_of(robot: Robot, log: RobotLog, corrections: str = "none") -> WeakForm:
+    log, sampling = regularise(log, robot.log_table)
+    settings = Settings.model_validate({"corrections": corrections})
+    assert log.contact is not None
+    whole, touching = sampling.segments[0], np.zeros_like(log.contact)
+    phases = tuple(phases_of_segment(log.contact, touching, tuple(robot.contacts), log.time, whole, settings.support))
+    joints = np.arange(len(robot.joint_names))
+    return weak_form(robot, log, joints, phases, sampling.segments, sampling.period, settings)
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return Robot.from_file(MODELS / "toro.toml")
+
+
+@pytest.fixture(scope="module")
+def fall(robot: Robot) -> tuple[RobotLog, Array]:
+    return falling(robot, 0.4)
+
+
+def test_what_is_left_of_a_flight_is_the_friction_of_every_joint(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
+    log, friction = fall
+    form = form_of(robot, log)
+    assert [segment.feet for segment in form.segments] == [()]
+    found = form.equations(form.segments[0], 0)
+    assert found.projection is not None
+    assert found.projection.shape[1:] == (len(robot.joint_names),) * 2
+    assert not found.standing.any()
+    segment = form.segments[0]
+    through = form.window.apply(friction[segment.first : segment.last])
+    expected = np.einsum("kij,kj->ki", found.projection, through)
+    np.testing.assert_allclose(found.residual, expected, atol=2e-3 * COULOMB)
+    assert np.abs(np.linalg.eigvalsh(found.projection @ found.projection.transpose(0, 2, 1))).min() > 0.01
+
+
+def test_columns_of_a_flight_are_those_of_wrong_inertias_and_zeros(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
+    form = form_of(robot, fall[0], "calibration")
+    found = form.equations(form.segments[0], 0)
+    assert found.regressors is not None
+    model = pin.Model(robot.tree.model)
+    body = model.getJointId(robot.joint_names[3])
+    wrong = model.inertias[body].toDynamicParameters() * 1.001
+    model.inertias[body] = pin.Inertia.FromDynamicParameters(wrong)
+    other = form_of(replace(robot, tree=replace(robot.tree, model=model)), fall[0], "calibration")
+    change = other.equations(other.segments[0], 0).residual - found.residual
+    at = form.corrections.bodies.index(str(robot.tree.model.names[body])) * 10
+    expected = -(found.regressors[:, :, at : at + 10] @ (0.001 / 1.001 * wrong))
+    np.testing.assert_allclose(change, expected, atol=0.02 * np.abs(expected).max())
+
+
+def test_nothing_flies_for_a_second(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
+    log = fall[0]
+    period = (1.2 * LONGEST_FLIGHT) / len(log.time)
+    assert form_of(robot, replace(log, time=period * np.arange(len(log.time)))).segments == ()
+
+
+def test_a_flight_without_a_base_orientation_is_not_used(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
+    assert form_of(robot, replace(fall[0], base_orientation=None)).segments == ()

@@ -1,0 +1,43 @@
+"""Noise is measured from the log itself."""
+
+import numpy as np
+import pytest
+
+from stribeck.whole_log.equations.noise import measure_noise
+from stribeck.whole_log.equations.window import smooth_window
+
+TIME = np.arange(20_000) / 1000.0
+MOTION = np.column_stack([np.sin(9 * TIME), 0.3 * np.cos(17 * TIME)])
+
+
+def test_white_noise_is_measured_within_five_percent() -> None:
+    generator = np.random.default_rng(0)
+    position = MOTION + [2e-5, 1e-4] * generator.standard_normal(MOTION.shape)
+    torque = 30 * MOTION + [0.1, 0.3] * generator.standard_normal(MOTION.shape)
+    found = measure_noise(position, torque, (slice(0, 9_000), slice(9_000, 20_000)))
+    np.testing.assert_allclose(found.position, [2e-5, 1e-4], rtol=0.05)
+    np.testing.assert_allclose(found.torque, [0.1, 0.3], rtol=0.05)
+
+
+def test_a_coarse_encoder_has_the_noise_of_its_steps() -> None:
+    step = 1e-3
+    slow = np.round(0.1 * MOTION / step) * step
+    found = measure_noise(slow, 30 * MOTION, (slice(0, len(TIME)),))
+    assert np.all(found.position > 0.9 * step / np.sqrt(12))
+    assert np.all(found.position < 2.0 * step / np.sqrt(12))
+
+
+@pytest.mark.parametrize("period", [1e-4, 1e-3, 2e-3, 5e-3, 1e-2, 5e-2])
+def test_windows_of_white_noise_have_the_autocovariance(period: float) -> None:
+    window = smooth_window(period)
+    kernel = np.array([1.0, -2.0, 1.0])
+    overlap, longer = window.overlaps(kernel, np.array([1.0, 0.0, 0.0]))
+    assert len(overlap) == len(longer) >= 2
+    noise = np.random.default_rng(1).standard_normal((300_000, 1))
+    windows = window.apply(np.convolve(noise[:, 0], kernel, mode="valid")[:, None])[:, 0]
+    for lag in range(len(overlap) + 2):
+        found = np.mean(windows[lag:] * windows[: len(windows) - lag])
+        assert found == pytest.approx(
+            overlap[lag] if lag < len(overlap) else 0.0, abs=6 * overlap[0] / np.sqrt(len(windows))
+        )
+    assert window.taps.sum() == pytest.approx(1.0)

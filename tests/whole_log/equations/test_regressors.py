@@ -1,0 +1,74 @@
+"""The corrections' columns are the derivatives that they say they are, whatever foot the tree is rooted at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from stribeck import Robot
+from stribeck.base.typing import Array
+from stribeck.dynamics.root_motion import standing_root
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.dynamics.state import Orientation, State
+from stribeck.robot.rooting import RootedModel
+from stribeck.whole_log.equations.regressors import inertia_regressors, zero_regressors
+from stribeck_simulation.robots import MODELS
+
+FEET = [("toro.toml", "left_foot"), ("toro.toml", "right_foot"), ("arm.toml", "")]
+
+
+def case(file: str, foot: str) -> tuple[Robot, RootedModel, State]:
+    robot = Robot.from_file(MODELS / file)
+    generator = np.random.default_rng(4)
+    joints = len(robot.joint_names)
+    turn = generator.standard_normal((5, 4))
+    orientation = Orientation(turn / np.linalg.norm(turn, axis=1, keepdims=True), np.zeros((5, 3)), np.zeros((5, 3)))
+    position, velocity, acceleration = 0.5 * generator.standard_normal((3, 5, joints))
+    state = State(position, velocity, acceleration, orientation if foot else None)
+    return robot, robot.rooted_at(foot) if foot else robot.tree, state
+
+
+def torque(robot: Robot, rooted: RootedModel, foot: str, state: State) -> Array:
+    root = standing_root(robot, foot, state) if foot else None
+    return rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)[1]
+
+
+@pytest.mark.parametrize(("file", "foot"), FEET)
+def test_inverse_dynamics_is_linear_in_the_bodies(file: str, foot: str) -> None:
+    robot, rooted, state = case(file, foot)
+    joints = np.arange(len(robot.joint_names))
+    root = standing_root(robot, foot, state) if foot else None
+    columns = inertia_regressors(robot, rooted, rooted.root_size + joints, state, root)
+    model = robot.tree.model
+    bodies = np.concatenate([model.inertias[body].toDynamicParameters() for body in range(1, model.njoints)])
+    rotors = robot.armature * state.acceleration if np.any(robot.armature) else 0.0
+    np.testing.assert_allclose(columns @ bodies + rotors, torque(robot, rooted, foot, state), atol=1e-9)
+
+
+@pytest.mark.parametrize(("file", "foot"), FEET)
+def test_encoder_zeros_have_the_effect_of_their_columns(file: str, foot: str) -> None:
+    robot, rooted, state = case(file, foot)
+    joints = np.arange(len(robot.joint_names))
+    zeros = 1e-4 * np.random.default_rng(5).standard_normal(len(joints))
+    columns = zero_regressors(
+        rooted, rooted.root_size + joints, state, lambda moved: standing_root(robot, foot, moved) if foot else None
+    )
+    true = replace(state, position=state.position - zeros)
+    change = torque(robot, rooted, foot, true) - torque(robot, rooted, foot, state)
+    np.testing.assert_allclose(columns[:, :, : len(joints)] @ zeros, change, atol=2e-3 * np.abs(change).max())
+
+
+def test_a_tilted_imu_has_the_effect_of_its_columns() -> None:
+    robot, rooted, state = case("toro.toml", "left_foot")
+    assert state.orientation is not None
+    joints = np.arange(len(robot.joint_names))
+    turn = 1e-4 * np.array([1.0, -2.0, 0.5])
+    columns = zero_regressors(
+        rooted, rooted.root_size + joints, state, lambda moved: standing_root(robot, "left_foot", moved)
+    )[:, :, len(joints) :]
+    quaternion = [pin.Quaternion(q) * pin.Quaternion(pin.exp3(-turn)) for q in state.orientation.quaternion]
+    true = replace(state.orientation, quaternion=np.stack([q.coeffs() for q in quaternion]))
+    change = torque(robot, rooted, "left_foot", replace(state, orientation=true))
+    change -= torque(robot, rooted, "left_foot", state)
+    np.testing.assert_allclose(columns @ turn, change, atol=2e-3 * np.abs(change).max())

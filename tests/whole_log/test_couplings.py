@@ -1,0 +1,96 @@
+"""Friction on a sum of joint speeds is told from that of the joints themselves."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.whole_log.logs import PLAIN
+
+from stribeck import Robot, identify, write_report
+from stribeck.exporters import TARGETS
+from stribeck.exporters.target import summary
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.result import Result, read_result
+from stribeck.settings import Settings
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots import MODELS
+from stribeck_simulation.sensors.measure import with_noise
+
+SHARED = {"viscous": 0.5, "coulomb": 2.0}
+ROTOR = 0.03
+LAW = get_law("coulomb-viscous")
+COEFFICIENTS = (1.0, -0.5)
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    arm = Robot.from_file(MODELS / "arm.toml")
+    return replace(arm, couplings={"motor": dict(zip(arm.joint_names[-2:], COEFFICIENTS, strict=True))})
+
+
+@pytest.fixture(scope="module")
+def log(arm: Robot) -> RobotLog:
+    """The last two joints share a motor, with a rotor."""
+    exact, _ = exact_log(arm, LAW, dict.fromkeys(arm.joint_names, PLAIN), duration=20.0, seed=1)
+    assert exact.velocity is not None
+    assert exact.acceleration is not None
+    coefficients = arm.coefficients(arm.joint_names, ["motor"])[:, 0]
+    shared = LAW.torque(exact.velocity @ coefficients, np.array([*SHARED.values(), 0.0]))
+    shared += ROTOR * (exact.acceleration @ coefficients)
+    return with_noise(
+        replace(exact, torque=exact.torque + np.outer(shared, coefficients)), position=1e-5, torque=0.05, seed=2
+    )
+
+
+def found(arm: Robot, log: RobotLog, law: str) -> Result:
+    settings = Settings(method="whole-log", corrections="none", law=law, fit_armature=["motor"])
+    return identify(log, arm, settings)
+
+
+@pytest.mark.parametrize("law", ["coulomb-viscous", "auto"])
+def test_the_friction_of_a_coupling_is_told_from_that_of_its_joints(arm: Robot, log: RobotLog, law: str) -> None:
+    result = found(arm, log, law)
+    for name in arm.joint_names:
+        for parameter, truth in PLAIN.items():
+            assert result.joints[name].parameters[parameter].value == pytest.approx(truth, abs=0.03)
+    motor = result.couplings["motor"]
+    assert motor.verdict == "identified"
+    assert "offset" not in motor.parameters
+    for parameter, truth in (SHARED | {"armature": ROTOR}).items():
+        low, high = motor.parameters[parameter].interval_95
+        assert low <= truth <= high
+        assert motor.parameters[parameter].value == pytest.approx(truth, rel=0.03)
+    np.testing.assert_allclose(motor.friction([-1.0, 2.0]), [-2.5, 3.0], rtol=0.03)
+    assert "load" not in (motor.terms or {}) or not (motor.terms or {})["load"].kept
+
+
+def test_couplings_are_kept_and_shown(arm: Robot, log: RobotLog, tmp_path: Path) -> None:
+    result = found(arm, log, "coulomb-viscous")
+    path = tmp_path / "result.json"
+    path.write_text(result.to_json(), encoding="utf-8")
+    assert read_result(path) == result
+    assert result.couplings["motor"].joints == arm.couplings["motor"]
+    assert "motor" not in result.joints
+    write_report(result, tmp_path / "report.html")
+    assert "motor: friction torque" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    evidence = result.evidence
+    assert evidence is not None
+    shown = evidence.samples  # the torque that is drawn over a velocity is what its own law has to explain
+    for name, each in result.all_friction.items():
+        column = shown.joint_names.index(name)
+        left = shown.friction_torque[:, column] - each.friction(shown.velocity[:, column])
+        moving = np.abs(shown.velocity[:, column]) > 0.05
+        assert np.sqrt(np.mean(left[moving] ** 2)) < 0.3
+    assert "The friction of couplings has no place here: motor." in summary(result, arm, TARGETS["urdf"], {}, [])
+
+
+def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log: RobotLog) -> None:
+    position = log.position.copy()
+    position[:, -1] = 0.1
+    still = replace(log, position=position, velocity=None, acceleration=None)
+    result = found(arm, still, "coulomb-viscous")
+    motor = result.couplings["motor"]
+    assert (motor.verdict, motor.parameters) == ("not excited", {})
+    assert motor.reason

@@ -1,0 +1,80 @@
+"""Errors of friction and bodies together: draws from what a result tells are those from the fit's own covariance."""
+
+import numpy as np
+import pytest
+from tests.arm import arm_log, write_arm
+
+from stribeck import Robot, Settings, identify
+from stribeck.exporters.samples import drawn
+from stribeck.judgement.curve_fit.problem import to_external
+from stribeck.methods import whole_log
+from stribeck.methods.whole_log import WholeLog
+from stribeck.result import Result
+from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia, shape_coordinates
+from stribeck.whole_log.uncertainty.intervals import joint_coordinates
+from stribeck_simulation.sensors.measure import with_noise
+
+DRAWS = 2000
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeLog, Result]:
+    """Return the fit to a short noisy log, and its result."""
+    robot = Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
+    log = with_noise(arm_log(robot, duration=8.0), position=5e-5, torque=0.2, seed=1)
+    own, fits = whole_log.identify_whole_log, []
+
+    def kept(*arguments: object) -> WholeLog:
+        fits.append(own(*arguments))  # type: ignore[arg-type]
+        return fits[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(whole_log, "identify_whole_log", kept)
+        result = identify(log, robot, Settings(law="coulomb-viscous", corrections="inertia"))
+    return fits[-1], result
+
+
+def of_fit(found: WholeLog, result: Result) -> tuple[np.ndarray, np.ndarray]:
+    """Return draws of friction and bodies from the covariance of the fit's coordinates, shape (DRAWS, k).
+
+    And by how much each is to be widened for what folds or residuals say, shape (k,).
+    """
+    fit = found.fit
+    drawn_x = np.random.default_rng(0).multivariate_normal(fit.solution.x, fit.budget.total, DRAWS, method="eigh")
+    columns, wider = [], []
+    for joint, name in enumerate(found.joints):
+        own = joint_coordinates(fit, joint)
+        logs = np.array([parameter.logarithmic for parameter in own.parameters])
+        values = to_external(drawn_x[:, own.places], np.tile(logs, (DRAWS, 1)))
+        kept = [parameter.name in result.joints[name].parameters for parameter in own.parameters]
+        columns.append(values[:, kept])
+        wider += np.sqrt(np.maximum(own.heterogeneity, fit.widening))[kept].tolist()
+    bodies = drawn_x[:, fit.solution.layout.part("bodies")].reshape(DRAWS, -1, SIZE)
+    columns.append(np.stack([fit.model.bodies.log_cholesky(each).ravel() for each in bodies]))
+    wider += [np.sqrt(fit.widening)] * columns[-1].shape[1]
+    return np.concatenate(columns, axis=1), np.array(wider)
+
+
+def of_result(result: Result) -> np.ndarray:
+    """Return the same from what the result tells."""
+    rows = []
+    for each in drawn(result, DRAWS):
+        row = [parameter.value for joint in each.joints.values() for parameter in joint.parameters.values()]
+        assert each.corrections is not None
+        for body in each.corrections.bodies.values():
+            mass, inertia = body.mass[1], body.inertia[1]
+            shape = shape_coordinates(pseudo_inertia(np.array([mass, 0.0, 0.0, 0.0, *inertia])))
+            row += [np.log(mass), *body.centre_of_mass[1], *shape]
+        rows.append(row)
+    return np.array(rows)
+
+
+def test_draws_of_a_result_are_those_of_the_fit(found: tuple[WholeLog, Result]) -> None:
+    fit, result = found
+    (one, wider), other = of_fit(fit, result), of_result(result)
+    assert np.isfinite(other).all()
+    freely = other.std(axis=0) > 0
+    np.testing.assert_allclose(other[:, freely].std(axis=0), (wider * one.std(axis=0))[freely], rtol=0.1)
+    off = np.corrcoef(other[:, freely].T) - np.corrcoef(one[:, freely].T)
+    assert np.sqrt(np.mean(off**2)) < 0.03
+    assert np.abs(off).max() < 0.15

@@ -1,0 +1,153 @@
+"""Terms are kept if they pay where they were not fitted, from the simplest up, and every other one is told why."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stribeck.friction.terms import BASE, LADDER
+from stribeck.result import JointResult, ParameterEstimate, TermVerdict
+from stribeck.whole_log.constants import LEAST_GAIN
+from stribeck.whole_log.terms.selection import (
+    Candidate,
+    Kept,
+    held_out_gain,
+    select_stepwise,
+    with_terms,
+)
+
+FOLDS = np.array([0.8, 1.1, 0.9, 1.2])
+"""How much of a gain is found on each fold, its sum 4."""
+
+
+def world(**gains: float):
+    """Scores of a joint whose terms gain this much a fold, independently of each other; others cost a little."""
+
+    def candidate(kept: Kept) -> Candidate:
+        total = sum((gains.get(term, -0.3) * FOLDS for term in kept), np.zeros(4))
+        return Candidate(1000.0 - total)
+
+    return candidate
+
+
+RIPPLE = TermVerdict(verdict="kept", reason="it pays")
+
+
+def kept(verdicts: dict[str, TermVerdict]) -> set[str]:
+    """The terms that were chosen, but for those that every joint has."""
+    return {name for name, verdict in verdicts.items() if verdict.kept} - BASE
+
+
+def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() -> None:
+    verdicts = select_stepwise(world(viscous=200.0, load=50.0), {})
+    assert list(verdicts) == [term.name for term in LADDER]
+    assert kept(verdicts) == {"load"}
+    assert verdicts["viscous"].verdict == "kept"
+    assert verdicts["load"].reason == "held-out chi^2 falls by 200 ± 18"
+    assert verdicts["asymmetry"].reason == "held-out chi^2 rises by 1.2 ± 0.1"
+    assert verdicts["load"].gain == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize(("gain", "has_it"), [(-0.3, True), (-5.0, False), (50.0, True)])
+def test_a_usual_term_stays_unless_the_log_speaks_against_it(gain: float, has_it: bool) -> None:
+    verdicts = select_stepwise(world(stribeck=gain), {}, BASE | {"stribeck"})
+    assert kept(verdicts) == ({"stribeck"} if has_it else set())
+    said = "most joints with friction have it, and held-out chi^2 rises by 1.2 ± 0.1 here"
+    assert (verdicts["stribeck"].reason == said) == (gain == -0.3)
+    assert kept(select_stepwise(world(stribeck=-0.3), {})) == set()
+
+
+def test_a_gain_that_one_fold_makes_is_not_enough() -> None:
+    def candidate(kept: Kept) -> Candidate:
+        return Candidate(np.array([1000.0, 1000.0, 1000.0, 1000.0 - 100 * ("load" in kept)]))
+
+    verdicts = select_stepwise(candidate, {})
+    assert verdicts["load"].gain == pytest.approx(100.0)
+    assert verdicts["load"].gain_error == pytest.approx(100.0)
+    assert not kept(verdicts)
+
+
+def test_terms_that_mean_nothing_or_are_out_of_the_question_are_not_tried() -> None:
+    tried: list[Kept] = []
+    inner = world(asymmetry=100.0, load=100.0)
+
+    def candidate(kept: Kept) -> Candidate:
+        tried.append(kept)
+        return inner(kept)
+
+    verdicts = select_stepwise(candidate, {"load": "its load hardly changes", "viscous": "it is none"})
+    assert not kept(verdicts)
+    assert verdicts["asymmetry"].reason == "it means nothing without the term viscous"
+    assert verdicts["load"] == TermVerdict(verdict="refused", reason="its load hardly changes")
+    assert not any(term in own for own in tried for term in ("asymmetry", "load"))
+
+
+def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
+    """And a Stribeck effect has to better a rise alone."""
+
+    def candidate(kept: Kept) -> Candidate:
+        gain = 100.0 * bool(kept & {"rounding", "stribeck"}) + 50.0 * ("stribeck" in kept)
+        return Candidate(1000.0 - gain * FOLDS)
+
+    verdicts = select_stepwise(candidate, {})
+    assert kept(verdicts) == {"stribeck"}
+    assert verdicts["stribeck"].gain == pytest.approx(4 * 50.0)
+    assert verdicts["rounding"].reason == "the term stribeck has it"
+
+
+def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_change_weak() -> None:
+    def candidate(kept: Kept) -> Candidate:
+        return Candidate(
+            1000.0 - 50.0 * ("stribeck" in kept) * FOLDS, ("open", "too slow") if "stribeck" in kept else None
+        )
+
+    verdicts = select_stepwise(candidate, {})
+    assert verdicts["stribeck"].verdict == "open"
+    assert verdicts["stribeck"].reason == "held-out chi^2 falls by 200 ± 18, but too slow"
+    coulomb = ParameterEstimate(value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m", verdict="identified")
+    joint = JointResult(
+        parameters={"coulomb": coulomb, "offset": coulomb},
+        verdict="identified",
+        reason="all is well",
+        samples=1000,
+        velocity_range=(-1.0, 1.0),
+        reversals=10,
+    )
+    found = with_terms(joint, verdicts | {"ripple": RIPPLE}, 3.0, 1.0, (0.1, 0.2), 4.0, 0.01)
+    assert found.parameters["coulomb"].verdict == "weak"
+    assert found.verdict == "identified"  # of the curve at the speeds of the log, which the term does not change
+    assert found.parameters["offset"].verdict == "identified"
+    assert "too slow" in found.reason
+    assert found.ripple_per_turn == 4.0
+    assert with_terms(joint, select_stepwise(world(), {}), 3.0, 1.0, None, np.nan, np.nan).verdict == "identified"
+
+
+def test_a_term_that_is_open_does_not_cost_the_one_whose_place_it_would_take() -> None:
+    """A rise that is slower than the top speed looks like viscous friction, and is none that the log shows whole."""
+
+    def candidate(kept: Kept) -> Candidate:
+        gain = 720.0 if "rounding" in kept else 700.0 * ("viscous" in kept)
+        return Candidate(5000.0 - gain * FOLDS, ("open", "too slow") if "rounding" in kept else None)
+
+    verdicts = select_stepwise(candidate, {})
+    assert verdicts["viscous"].verdict == "kept"
+    assert verdicts["rounding"].verdict == "open"
+    assert verdicts["rounding"].reason == "held-out chi^2 falls by 80 ± 7, but too slow"
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=50)
+def test_no_set_of_terms_that_was_tried_is_clearly_better_than_the_chosen(seed: int) -> None:
+    tried: dict[Kept, Candidate] = {}
+
+    def candidate(kept: Kept) -> Candidate:
+        own = np.random.default_rng([seed, *(term.name in kept for term in LADDER)])
+        scores = own.normal(1000.0, own.choice([3.0, 30.0]), 8) - 5.0 * own.exponential() * len(kept)
+        return tried.setdefault(kept, Candidate(scores, ("open", "no") if own.random() < 0.3 and kept > BASE else None))
+
+    verdicts = select_stepwise(candidate, {})
+    chosen = tried[frozenset(name for name, verdict in verdicts.items() if verdict.kept)]
+    assert chosen.objection is None
+    for other in tried.values():
+        gain, error = held_out_gain(chosen.scores, other.scores)
+        assert other.objection or gain <= max(error, LEAST_GAIN)

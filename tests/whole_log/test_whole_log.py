@@ -1,0 +1,311 @@
+"""The whole log gives friction back, of every leg in every support, and what is wrong with the model beside it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.signal import lfilter
+from tests.whole_log.logs import PLAIN, TRUTH, arm_log, walk, with_wrong_bodies
+
+from stribeck import Robot, identify
+from stribeck.errors import NothingIdentifiedError
+from stribeck.friction import get_law
+from stribeck.friction_torque.preparation import prepare
+from stribeck.log import RobotLog
+from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.settings import Settings
+from stribeck.whole_log.solver.pilot_fit import pilot_places
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots import MODELS
+from stribeck_simulation.run import POSTURES
+from stribeck_simulation.sensors.measure import with_noise
+
+WHOLE_LOG = Settings(law="stribeck", corrections="none")
+
+
+def whole_log(log: RobotLog, robot: Robot, settings: Settings) -> WholeLog:
+    return identify_whole_log([prepare(log, robot, settings)], robot, get_law(settings.law), settings)
+
+
+def test_an_exact_log_gives_the_truth(arm: Robot, exact_arm_log: RobotLog) -> None:
+    for joint in identify(exact_arm_log, arm, WHOLE_LOG).joints.values():
+        assert joint.verdict == "identified"
+        for name, truth in TRUTH.items():
+            assert joint.parameters[name].value == pytest.approx(truth, rel=2e-3)
+
+
+def test_a_noisy_log_gives_it_within_its_intervals(arm: Robot, exact_arm_log: RobotLog) -> None:
+    noisy = with_noise(exact_arm_log, position=5e-5, torque=0.2, seed=2)
+    result = identify(noisy, arm, WHOLE_LOG)
+    assert result.corrections is not None
+    assert result.corrections.chi_square == pytest.approx(1.0, abs=0.15)
+    found = [(joint.parameters[name], truth) for joint in result.joints.values() for name, truth in TRUTH.items()]
+    off = [abs(parameter.value - truth) / parameter.standard_error for parameter, truth in found]
+    assert np.mean(np.array(off) < 2) > 0.85
+    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.5
+    for joint in result.joints.values():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.03)
+
+
+def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
+    law = get_law("coulomb-viscous")
+    exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, PLAIN), duration=16.0, seed=3)
+    held = exact.velocity is not None and np.abs(exact.velocity) < 0.02
+    stiction = replace(
+        exact, torque=exact.torque - held * known.friction_torque
+    )  # as if nothing held the joint at rest
+    log = with_noise(stiction, position=1e-6, torque=0.02, seed=4)
+    settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
+    for name, joint in identify(log, arm, settings).joints.items():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
+
+
+@pytest.mark.parametrize(("name", "duration"), [("biped", 10.0), ("quadruped", 12.0)])
+def test_every_leg_counts_while_it_stands_and_while_it_swings(name: str, duration: float) -> None:
+    """On one foot and on two, on three point feet and on four."""
+    robot, log = walk(name, duration)
+    for joint, found in identify(log, robot, WHOLE_LOG).joints.items():
+        assert found.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), joint
+
+
+def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() -> None:
+    robot, log = walk("quadruped", 12.0)
+    with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
+        identify(log, robot, Settings(law="stribeck", corrections="calibration"))
+
+
+def test_segments_of_every_contact_mode_are_in_the_pilot_fit() -> None:
+    steps = [("left",), ("right",)] * 20
+    places = pilot_places([*steps, ("left", "right"), *steps])
+    pilot = [place % 2 for place in places if place != len(steps)]
+    assert len(steps) in places
+    assert len(places) == 9
+    assert sum(pilot) == 4
+    assert max(np.diff(places)) < len(steps)
+
+
+def test_corrections_are_determined_by_swinging_limbs() -> None:
+    robot, log = walk("biped", 8.0)
+    evidence = identify(log, robot, Settings(law="coulomb-viscous", corrections="inertia")).evidence
+    assert evidence is not None
+    assert evidence.correction is not None
+    before, after = evidence.correction
+    assert before.usable.any(axis=0).all()
+    np.testing.assert_array_equal(before.usable, after.usable)
+    np.testing.assert_array_equal(before.velocity, after.velocity)
+    legs = robot.standing(tuple(robot.contacts))[robot.torque_controlled]
+    for support, name in enumerate(after.support_names):
+        standing = robot.standing((name,))[robot.torque_controlled] if name in robot.contacts else legs
+        assert not after.usable[after.support == support][:, standing].any()
+
+
+def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
+    log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=4)
+    wrong = with_wrong_bodies(arm)
+    believed = identify(log, wrong, WHOLE_LOG)
+    corrected = identify(log, wrong, Settings(law="stribeck", corrections="inertia"))
+
+    def worst(result: object) -> float:
+        return max(abs(joint.parameters["coulomb"].value / 1.2 - 1) for joint in result.joints.values())  # type: ignore[attr-defined]
+
+    assert worst(believed) > 0.04
+    assert worst(corrected) < 0.02
+    for joint in corrected.joints.values():
+        assert joint.validation is not None
+        assert joint.validation.rms < 0.2 * joint.validation.rms_zero_friction
+    assert corrected.corrections is not None
+    for body in corrected.corrections.bodies.values():
+        xx, _, yy, _, _, zz = body.inertia[1]
+        assert body.mass[1] > 0
+        assert max(xx, yy, zz) < xx + yy + zz - max(xx, yy, zz)  # triangle inequality
+
+
+def test_a_motor_that_logs_no_torque_does_no_harm_to_the_others(arm: Robot, exact_arm_log: RobotLog) -> None:
+    torque = exact_arm_log.torque.copy()
+    torque[:, arm.joint_names.index("elbow")] = 0.0
+    result = identify(replace(exact_arm_log, torque=torque), arm, Settings(corrections="inertia"))
+    assert result.joints["elbow"].verdict == "weak"
+    others = [joint for name, joint in result.joints.items() if name != "elbow"]
+    for joint in others:
+        assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.02)
+    assert result.corrections is not None
+    for body in result.corrections.bodies.values():
+        assert body.mass[1] == pytest.approx(body.mass[0], rel=0.01)
+
+
+@pytest.mark.long
+def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
+    """They weigh the bodies, and so tell gravity from an offset, whatever their own zeros and gains are."""
+    robot = Robot.from_file(MODELS / "robot.toml")
+    names = [name for name in robot.joint_names if name not in robot.position_controlled]
+    law, posture = get_law("stribeck"), POSTURES["biped"]
+    exact, _ = exact_log(robot, law, dict.fromkeys(names, TRUTH), duration=8.0, posture=posture, seed=2)
+    assert exact.foot_wrench is not None
+    log = with_noise(exact, position=2e-5, torque=1.0, seed=3)
+    sensed = 1.03 * exact.foot_wrench + np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
+    settings = Settings(law="stribeck", corrections="inertia")
+    error, deviation, flagged = {}, {}, {}
+    for name, wrench in {"none": None, "right": sensed, "wrong sign": -sensed}.items():
+        found = whole_log(replace(log, foot_wrench=wrench), with_wrong_bodies(robot), settings)
+        column = [parameter.name for parameter in law.parameters].index("offset")
+        error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
+        deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
+        flagged[name] = any("wrench sensors" in text for text in map(str, found.findings))
+    assert np.mean(deviation["right"]) < 0.75 * np.mean(deviation["none"])
+    assert np.mean(np.abs(error["right"])) < 0.75 * np.mean(np.abs(error["none"]))
+    for name in error:
+        assert np.sqrt(np.mean((error[name] / deviation[name]) ** 2)) < 2, name
+    assert flagged == {"none": False, "right": False, "wrong sign": True}
+
+
+def test_a_body_far_from_the_model_is_named_and_friction_that_lags_is_no_body(
+    arm: Robot, exact_arm_log: RobotLog
+) -> None:
+    """Of a hand that has a third of its mass in the model; and with friction that builds up after a reversal."""
+    model = pin.Model(arm.tree.model)
+    hand = model.inertias[model.njoints - 1]
+    model.inertias[model.njoints - 1] = pin.Inertia(hand.mass / 3, hand.lever, hand.inertia / 3)
+    lighter = replace(arm, tree=replace(arm.tree, model=model))
+    log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5).take(slice(0, 10_000))
+    settings = Settings(law="stribeck", corrections="inertia")
+    said = {finding.check: finding for finding in whole_log(log, lighter, settings).findings}
+    assert arm.joint_names[-1] in said["bodies-differ"].joints
+    assert "kg heavier" in said["bodies-differ"].text
+    assert "corrections" not in said["bodies-differ"].cure
+    lagging = lfilter([0.05], [1.0, -0.95], np.sign(exact_arm_log.velocity), axis=0)
+    late = replace(log, torque=log.torque + (lagging - np.sign(exact_arm_log.velocity))[:10_000])
+    assert "bodies-differ" not in {finding.check for finding in whole_log(late, arm, settings).findings}
+
+
+def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
+    gains = np.array([0.012, -0.008, 0.004, -0.012, 0.009, -0.005])
+    zeros = 2e-3 * np.array([0.0, 1.0, -1.0, 0.5, -0.8, 0.0])
+    log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5)
+    log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
+    found = identify(log, arm, Settings(law="stribeck", corrections="calibration"))
+    assert found.corrections is not None
+    gain, error = np.array(list(found.corrections.torque_gain.values())).T
+    true = np.array([gains[arm.joint_names.index(name)] for name in found.corrections.torque_gain])
+    known = error < 0.3 * np.std(gains)  # the wrist carries next to nothing
+    assert 3 <= known.sum() < len(gains)
+    assert np.std((gain - true)[known]) < 0.25 * np.std(gains)  # up to the gain that they share, which nothing shows
+    assert abs(gain.mean()) < 1e-4
+    for column, name in enumerate(arm.joint_names):
+        value, error = found.corrections.encoder_zero[name]
+        assert value == pytest.approx(zeros[column], abs=4 * error)
+
+
+@pytest.mark.parametrize("late", [0, 5, pytest.param(-30, marks=pytest.mark.long)])
+def test_a_delay_of_the_torques_is_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog, late: int) -> None:
+    """By as many samples of 1 ms; without the correction 5 ms cost 7 % of the Coulomb friction."""
+    log = with_noise(exact_arm_log, position=2e-5, torque=0.1, seed=8)
+    log = replace(log, torque=np.roll(log.torque, late, axis=0)).take(slice(100, 10_100))
+    settings = Settings(law="stribeck", corrections="inertia")
+    found = whole_log(log, arm, settings)
+    assert found.corrections.torque_delay is not None
+    delay, error = found.corrections.torque_delay
+    assert error < 2e-5
+    assert delay == pytest.approx(1e-3 * late, abs=4 * error)
+    for fit in found.fits.values():
+        assert fit.values[1] == pytest.approx(TRUTH["coulomb"], rel=0.01)
+    true = np.roll(log.torque, -late, axis=0)[100:-100]
+    np.testing.assert_allclose(found.corrected(log, 0).torque[100:-100], true, atol=0.05)
+    said = [f"delay = {1e-3 * late:.4f} in the robot file" in finding.cure for finding in found.findings]
+    assert said == [True] * (late != 0)
+
+
+def test_a_late_base_orientation_is_found() -> None:
+    robot, log = walk("biped", 8.0)
+    log = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0))
+    found = whole_log(log.take(slice(50, None)), robot, Settings(law="stribeck", corrections="calibration"))
+    assert found.corrections.base_delay is not None
+    delay, error = found.corrections.base_delay
+    assert error < 2e-3
+    assert delay == pytest.approx(0.01, abs=3 * error)
+
+
+def test_rotor_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:
+    rotors = np.array([0.05, 0.1, 0.02, 0.03, 0.01, 0.02])
+    assert exact_arm_log.acceleration is not None
+    log = replace(exact_arm_log, torque=exact_arm_log.torque + rotors * exact_arm_log.acceleration)
+    log = with_noise(log, position=1e-5, torque=0.05, seed=6)
+    found = identify(log, arm, WHOLE_LOG.model_copy(update={"fit_armature": True}))
+    for name, rotor in zip(arm.joint_names, rotors, strict=True):
+        parameters = found.joints[name].parameters
+        assert parameters["armature"].value == pytest.approx(rotor, abs=4 * parameters["armature"].standard_error)
+        assert parameters["armature"].standard_error < 0.1 * rotor
+        assert parameters["coulomb"].value == pytest.approx(1.2, rel=0.02)
+
+
+def test_rotors_of_motor_side_torque_are_corrected_without_being_asked_for(arm: Robot, exact_arm_log: RobotLog) -> None:
+    """Those of the model are a prior of 20 %; where it has none, nothing is known of them."""
+    modelled = 0.05 * np.array([0.8, 1.2, 0.9, 1.1, 0.0, 0.0])
+    model = pin.Model(arm.tree.model)
+    model.armature = modelled
+    believed = replace(arm, tree=replace(arm.tree, model=model), torque_source="motor_current")
+    assert exact_arm_log.acceleration is not None
+    log = replace(exact_arm_log, torque=exact_arm_log.torque + 0.05 * exact_arm_log.acceleration)
+    log = with_noise(log, position=1e-5, torque=0.05, seed=6)
+    for joint in identify(log, believed, WHOLE_LOG).joints.values():
+        low, high = joint.parameters["armature"].interval_95
+        assert low < 0.05 < high
+        assert high - low < 0.02
+        assert joint.parameters["armature"].verdict == "identified"
+        assert joint.parameters["offset"].value == pytest.approx(0.2, abs=0.02)
+    sensed = identify(log, replace(believed, torque_source="link_side_sensor"), WHOLE_LOG)
+    assert all("armature" not in joint.parameters for joint in sensed.joints.values())
+
+
+@pytest.mark.parametrize("noise", [2e-4, 1e-3])
+def test_encoder_noise_does_not_make_rotors_light(arm: Robot, exact_arm_log: RobotLog, noise: float) -> None:
+    """Noise of the acceleration is motion that takes no torque: least squares on it would find next to no inertia."""
+    assert exact_arm_log.acceleration is not None
+    log = replace(exact_arm_log, torque=exact_arm_log.torque + 0.05 * exact_arm_log.acceleration)
+    log = with_noise(log, position=noise, torque=0.05, seed=7)
+    found = identify(log, arm, WHOLE_LOG.model_copy(update={"fit_armature": True}))
+    armature = [joint.parameters["armature"].value for joint in found.joints.values()]
+    np.testing.assert_allclose(armature, 0.05, rtol=0.15)
+    assert np.mean(armature) == pytest.approx(0.05, rel=0.05)
+
+
+def test_jitter_of_the_clock_is_not_taken_for_torque(arm: Robot, exact_arm_log: RobotLog) -> None:
+    """One reading in twenty is late: half of all sixth differences know nothing of it."""
+    late = np.random.default_rng(8).random(len(exact_arm_log.time)) < 0.05
+    assert exact_arm_log.velocity is not None
+    jittered = exact_arm_log.position - 5e-4 * late[:, None] * exact_arm_log.velocity
+    log = with_noise(replace(exact_arm_log, position=jittered), position=1e-5, torque=0.05, seed=8)
+    result = identify(log, arm, Settings(law="stribeck", corrections="inertia"))
+    assert result.corrections is not None
+    assert result.corrections.chi_square == pytest.approx(1.0, abs=0.3)
+    for joint in result.joints.values():
+        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.05)
+    for name, body in result.corrections.bodies.items():
+        assert body.mass[1] == pytest.approx(body.mass[0], abs=3 * body.mass_error), name
+
+
+def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Errors and standard errors of viscous friction, Coulomb friction and offset, shape (joints, 3) each."""
+    law, names = get_law("coulomb-viscous"), ("viscous", "coulomb", "offset")
+    settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
+    fits = whole_log(log, robot, settings).fits.values()
+    places = [fit.names.index(name) for fit in fits for name in names]
+    found = np.array([[fit.values, fit.standard_errors] for fit in fits])[:, :, places[:3]]
+    return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
+
+
+def test_intervals_are_wider_where_steps_differ(arm: Robot) -> None:
+    noisy = with_noise(arm_log(60.0, seed=5, law="coulomb-viscous"), position=1e-5, torque=0.1, seed=6)
+    error, even = deviations(noisy, arm)
+    assert 0.6 < np.sqrt(np.mean((error / even) ** 2)) < 1.6
+    prior_std = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
+    uneven = replace(noisy, torque=noisy.torque + prior_std[(noisy.time / 1.6).astype(int)])  # offsets come and go
+    error, wider = deviations(uneven, arm)  # parts of the log disagree, which its intervals know
+    assert np.mean(np.abs(error / wider) < 2) > 0.8
+    assert np.median((wider / even)[:, 2]) > 3
+
+
+def test_a_log_without_motion_is_refused(arm: Robot, exact_arm_log: RobotLog) -> None:
+    still = replace(exact_arm_log, position=0 * exact_arm_log.position, velocity=None, acceleration=None)
+    with pytest.raises(NothingIdentifiedError, match=r"no joint can be identified from this log: .*moves only"):
+        identify(still, arm, WHOLE_LOG)
