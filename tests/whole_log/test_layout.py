@@ -51,9 +51,9 @@ def test_no_other_file_computes_an_offset() -> None:
 
 
 def test_every_tuned_constant_has_its_unit() -> None:
-    source = Path(layout.__file__).parents[3]
-    for room in ("whole_log",):
-        lines = ast.parse((source / room / "constants.py").read_text(encoding="utf-8")).body
+    room = Path(layout.__file__).parents[1]
+    for constants in (room / "constants.py", room / "equations" / "constants.py"):
+        lines = ast.parse(constants.read_text(encoding="utf-8")).body
         for line, below in pairwise(lines):
             if isinstance(line, ast.Assign):
                 assert re.search(r"\[[\w /^]+\]", ast.unparse(below)), ast.unparse(line)
