@@ -311,6 +311,15 @@ class TestForces:
         ):
             find_support_phases(replace(log, foot_force=log.foot_force / 9.81), Walker(BIPED), whole(log), AUTO)
 
+    def test_left_and_right_are_alike(self):
+        gait = biped()
+        mirrored = Gait(gait.points[:, ::-1] * [1, -1, 1], gait.standing[:, ::-1])
+        ours, theirs = self.found(gait, gait.wrench(2.0)), self.found(mirrored, mirrored.wrench(2.0))
+        swap = {"left_foot": "right_foot", "right_foot": "left_foot"}
+        for one, other in zip(ours.phases, theirs.phases, strict=True):
+            assert (one.start, one.stop) == (other.start, other.stop)
+            assert set(one.feet) == {swap[foot] for foot in other.feet}
+
     @pytest.mark.parametrize(
         ("factor", "said"),
         [
@@ -403,6 +412,13 @@ class TestKinematics:
         gait = biped(step=0.0, lift=0.0)
         found, _ = self.found(gait, Walker(BIPED))
         assert [phase.feet for phase in found.phases] == [BIPED]
+
+    def test_left_and_right_are_alike(self):
+        gait = biped()
+        mirrored = Gait(gait.points[:, ::-1] * [1, -1, 1], gait.standing[:, ::-1])
+        _, ours = self.found(gait, Walker(BIPED), imu=False)
+        _, theirs = self.found(mirrored, Walker(BIPED), imu=False)
+        assert late(ours, theirs[:, ::-1]) <= 0.01
 
     @pytest.mark.parametrize(
         ("displaced", "bound"),

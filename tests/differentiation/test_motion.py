@@ -306,6 +306,18 @@ class TestChosenCutoff:
         assert average_spectra(there, places, self.rate).parts.min() >= 8
         assert 0.7 < choose_cutoff(there, self.rate, places).cutoff / whole.cutoff < 3.0
 
+    def test_segments_are_used_one_by_one(self):
+        """Steps of a walk, with jumps between them and joints that say nothing in some, are like one long segment."""
+        position, acceleration = self.motion([2.0, 7.0])
+        position = position + self.noise(1e-5)
+        cuts = [slice(k, k + 700) for k in range(0, 19_000, 1000)]
+        accelerations = [acceleration[cut] + 0.0 for cut in cuts]
+        for k, segment in enumerate(accelerations):
+            segment[:, k % 2] = np.nan
+        steps = choose_cutoff(accelerations, self.rate, [position[cut] + k for k, cut in enumerate(cuts)])
+        whole = choose_cutoff([acceleration], self.rate, [position])
+        assert steps.window == pytest.approx(whole.window, rel=0.35)
+
     def test_a_joint_at_rest_has_no_say(self):
         position, acceleration = self.motion([3.0])
         still, shaking = self.motion([150.0], joints=1)
