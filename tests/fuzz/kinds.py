@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 
 import h5py
 import numpy as np
@@ -20,6 +21,8 @@ from rosbags.typesys import Stores, get_typestore
 from tests.fuzz.damage import NUMBERS, VALUES, WORDS, bytes_damaged, document_damaged, nested, pick, text_damaged
 from tests.log.readers.formats import WRITERS, arrays_of, messages_of, synthetic_log, write_messages
 
+import stribeck
+import stribeck_simulation
 from stribeck.cli.app import FORMATS
 from stribeck.friction import get_law
 from stribeck.log.readers import read_log
@@ -86,11 +89,11 @@ def make_seeds(folder):
 
 
 def import_all():
-    """Import what commands import when they need it, once for all inputs, and keep its memory shared with children."""
-    commands = ("inspection", "report", "export", "replay.replay", "result.compare", "cli.console", "robot.mjcf")
-    for name in (*commands, *(f"log.readers.{each}" for each in ("arrays", "matlab", "tables", "bags"))):
-        import_module(f"stribeck.{name}")
-    import_module("stribeck_simulation.run")
+    """Import all modules once for all inputs, and keep their memory shared with children."""
+    for package in (stribeck, stribeck_simulation):
+        for module in walk_packages(package.__path__, f"{package.__name__}."):
+            if not module.name.endswith("__main__"):
+                import_module(module.name)
     gc.freeze()
 
 
