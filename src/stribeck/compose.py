@@ -124,7 +124,7 @@ def _joints(
             joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))
     for name, terms in fitted.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], *terms)
+            joints[name] = with_terms(joints[name], terms)
     return joints
 
 

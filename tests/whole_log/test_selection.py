@@ -10,6 +10,7 @@ from stribeck.result import JointResult, ParameterEstimate, TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
 from stribeck.whole_log.terms.selection import (
     Candidate,
+    JointTerms,
     Kept,
     held_out_gain,
     select_stepwise,
@@ -95,6 +96,13 @@ def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
     assert verdicts["rounding"].reason == "the term stribeck has it"
 
 
+def carried(verdicts):
+    """The terms of a joint that carries 3 N m."""
+    return JointTerms(
+        verdicts=verdicts, mean_load=3.0, load_deviation=1.0, mean_direction=(0.1, 0.2), per_turn=4.0, travel=0.01
+    )
+
+
 def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_change_weak() -> None:
     def candidate(kept: Kept) -> Candidate:
         return Candidate(
@@ -113,13 +121,13 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
         velocity_range=(-1.0, 1.0),
         reversals=10,
     )
-    found = with_terms(joint, verdicts | {"ripple": RIPPLE}, 3.0, 1.0, (0.1, 0.2), 4.0, 0.01)
+    found = with_terms(joint, carried(verdicts | {"ripple": RIPPLE}))
     assert found.parameters["coulomb"].verdict == "weak"
     assert found.verdict == "identified"  # of the curve at the speeds of the log, which the term does not change
     assert found.parameters["offset"].verdict == "identified"
     assert "too slow" in found.reason
     assert found.ripple_per_turn == 4.0
-    assert with_terms(joint, select_stepwise(world(), {}), 3.0, 1.0, None, np.nan, np.nan).verdict == "identified"
+    assert with_terms(joint, carried(select_stepwise(world(), {}))).verdict == "identified"
 
 
 def test_a_term_that_is_open_does_not_cost_the_one_whose_place_it_would_take() -> None:

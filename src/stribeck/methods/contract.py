@@ -32,9 +32,10 @@ from stribeck.friction_torque.thinning import join_logs
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import USUAL, Criteria
 from stribeck.log import RobotLog
-from stribeck.result import Corrections, TermVerdict, Validation
+from stribeck.result import Corrections, Validation
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings, SupportSettings
+from stribeck.whole_log.terms.selection import JointTerms
 
 SHARED = frozenset(
     {"law", "method", "tilt", "standing_legs", "filter_torque", "fit_armature", "rest", "block"}
@@ -121,9 +122,7 @@ class Fitted:
     corrections
         What was found of model and calibration, if that was looked for.
     terms
-        By joint, of the law "auto": which terms it has, the torque that it carries and its deviation [N m], the means
-        of cosine and sine of its position, None of a prismatic joint, the periods of its torque ripple a turn, the
-        travel of its presliding [rad], and its mean temperature [deg C], None where none is logged.
+        Terms of the law "auto", by joint.
     couplings
         Names of the robot's that were looked for.
     findings, notes
@@ -139,9 +138,7 @@ class Fitted:
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
-    terms: Mapping[
-        str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float, float | None]
-    ] = field(default_factory=dict)
+    terms: Mapping[str, JointTerms] = field(default_factory=dict)
     couplings: Sequence[str] = ()
     findings: Sequence[Finding] = ()
     notes: Sequence[str] = ()

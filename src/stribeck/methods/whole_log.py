@@ -22,7 +22,7 @@ from stribeck.log import RobotLog
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.result import BodyCorrection, Corrections, TermVerdict, Validation
+from stribeck.result import BodyCorrection, Corrections, Validation
 from stribeck.robot import Robot
 from stribeck.settings import ChannelTable, Priors, Settings
 from stribeck.whole_log.describe import describe_corrections
@@ -32,6 +32,7 @@ from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.spikes import without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.whole_log.fit_checks.findings import misfit_findings
+from stribeck.whole_log.terms.selection import JointTerms
 from stribeck.whole_log.uncertainty.intervals import joint_fits
 
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
@@ -92,26 +93,34 @@ class WholeLog:
         return dict(zip(self.joints, self.fit.validation, strict=True))
 
     @property
-    def terms(
-        self,
-    ) -> dict[str, tuple[dict[str, TermVerdict], float, float, tuple[float, ...] | None, float, float, float | None]]:
-        """Of the law "auto", by joint: what `Fitted.terms` holds."""
+    def terms(self) -> dict[str, JointTerms]:
+        """Terms of the law "auto", by joint; empty for other laws."""
         fit = self.fit
+        if not fit.terms:
+            return {}
         numbers = (
             fit.mean_load,
             fit.load_deviation,
-            fit.mean_direction,
             fit.per_turn,
             fit.travel,
+            fit.mean_direction,
             fit.mean_temperature,
         )
-        if any(own is None for own in numbers):
-            return {}
-        loads, deviations, means, per_turn, travels, warm = (own.tolist() for own in numbers if own is not None)
-        directions = [tuple(own) if np.isfinite(own).all() else None for own in means]
-        temperatures = [own if np.isfinite(own) else None for own in warm]
-        own = zip(fit.terms, loads, deviations, directions, per_turn, travels, temperatures, strict=True)
-        return dict(zip(self.joints, own, strict=True))
+        columns = [own.tolist() for own in numbers if own is not None]
+        return {
+            joint: JointTerms(
+                verdicts=verdicts,
+                mean_load=load,
+                load_deviation=deviation,
+                mean_direction=tuple(direction) if np.isfinite(direction).all() else None,
+                per_turn=per_turn,
+                travel=travel,
+                mean_temperature=temperature if np.isfinite(temperature) else None,
+            )
+            for joint, verdicts, load, deviation, per_turn, travel, direction, temperature in zip(
+                self.joints, fit.terms, *columns, strict=True
+            )
+        }
 
     @property
     def corrections(self) -> Corrections:

@@ -142,41 +142,62 @@ def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     return np.asarray(gain) > np.maximum(error, LEAST_GAIN)
 
 
-def with_terms(
-    joint: JointResult,
-    terms: dict[str, TermVerdict],
-    mean_load: float,
-    load_deviation: float,
-    mean_direction: tuple[float, ...] | None,
-    per_turn: float | None,
-    travel: float | None,
-    mean_temperature: float | None = None,
-) -> JointResult:
+@dataclass(frozen=True, kw_only=True)
+class JointTerms:
+    """Terms of one joint's law, and what they are proportional to.
+
+    Attributes
+    ----------
+    verdicts
+        Verdict of each term.
+    mean_load, load_deviation
+        Mean and standard deviation of the torque that the joint carries [N m].
+    mean_direction
+        Means of cosine and sine of its position [1]; None of a prismatic joint.
+    per_turn
+        Periods of its torque ripple per turn [1].
+    travel
+        Travel of its presliding [rad].
+    mean_temperature
+        Mean temperature [deg C]; None where none is logged.
+    """
+
+    verdicts: dict[str, TermVerdict]
+    mean_load: float
+    load_deviation: float
+    mean_direction: tuple[float, ...] | None
+    per_turn: float | None
+    travel: float | None
+    mean_temperature: float | None = None
+
+
+def with_terms(joint: JointResult, terms: JointTerms) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
 
     They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
     of the curve, which is the same. Nothing is said of friction in torques that the model does not explain.
     """
     parameters, found = joint.parameters, joint
-    open_terms = [verdict.reason for verdict in terms.values() if verdict.verdict == "open"]
+    open_terms = [verdict.reason for verdict in terms.verdicts.values() if verdict.verdict == "open"]
     shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters and open_terms}
     if shared:
         reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
-    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > MOST_UNEXPLAINED * mean_load:
-        sizes = f"what is left of its torque, {joint.residual_rms:.2g} N m, and what it carries, {mean_load:.2g} N m"
+    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > MOST_UNEXPLAINED * terms.mean_load:
+        sizes = (
+            f"what is left of its torque, {joint.residual_rms:.2g} N m, and what it carries, {terms.mean_load:.2g} N m"
+        )
         found = replace(
             found, verdict="weak", reason=f"{sizes}, are as large: noise, a dead sensor, a sign or the model"
         )
-    ripple = per_turn if terms["ripple"].kept else None
     return replace(
         found,
-        terms=terms,
-        mean_load=mean_load,
-        load_deviation=load_deviation,
-        mean_direction=mean_direction,
-        ripple_per_turn=ripple,
-        mean_temperature=mean_temperature,
-        presliding_travel=travel if terms["presliding"].kept else None,
+        terms=terms.verdicts,
+        mean_load=terms.mean_load,
+        load_deviation=terms.load_deviation,
+        mean_direction=terms.mean_direction,
+        ripple_per_turn=terms.per_turn if terms.verdicts["ripple"].kept else None,
+        mean_temperature=terms.mean_temperature,
+        presliding_travel=terms.travel if terms.verdicts["presliding"].kept else None,
     )
