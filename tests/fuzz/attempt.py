@@ -67,7 +67,8 @@ def _become(kind, generator, folder, seeds, errors):
     try:
         for name, stream in (("/dev/null", 1), (str(errors), 2)):
             os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), stream)
-        command = kind.make(generator, folder, seeds)
+        with np.errstate(all="ignore"):
+            command = kind.make(generator, folder, seeds)
         os.chdir(folder)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

@@ -137,6 +137,12 @@ def test_a_figure_has_every_joint_with_its_band() -> None:
     assert shown["hip"].texts[0].get_text() == "not excited"
 
 
+def test_a_correlation_of_another_shape_is_unknown() -> None:
+    assert joint(STRIBECK, correlation=tuple(map(tuple, np.eye(6)))).correlation_matrix().shape == (6, 6)
+    for wrong in (None, (), tuple(map(tuple, np.eye(5))), ((1.0,), *map(tuple, np.eye(6)[1:]))):
+        assert joint(STRIBECK, correlation=wrong).correlation_matrix() is None
+
+
 CURVE = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.1), point(1.0, 1.0, 0.1))
 KNOWN = joint({"coulomb": 1.0}, curve=CURVE)
 

@@ -45,10 +45,9 @@ def _root(result: Result) -> tuple[list[str], Array]:
     place = {label: k for k, label in enumerate(labels)}
     correlation = np.eye(len(labels))
     for name, joint in result.joints.items():
-        size = len(joint.parameters)
-        if joint.correlation is not None and np.shape(joint.correlation) == (size, size):
+        if (of_joint := joint.correlation_matrix()) is not None:
             own = [place[f"{name}.{parameter}"] for parameter in joint.parameters]
-            correlation[np.ix_(own, own)] = np.nan_to_num(np.array(joint.correlation))
+            correlation[np.ix_(own, own)] = np.nan_to_num(of_joint)
     for one, other, value in corrections.correlations:
         if one in place and other in place:
             correlation[place[one], place[other]] = correlation[place[other], place[one]] = value

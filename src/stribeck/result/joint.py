@@ -248,14 +248,19 @@ class JointResult:
             return None
         kept = np.array([offset or parameter.name != "offset" for parameter in law.parameters])
         torque = law.torque(velocity, values * kept)
-        correlation = np.array(self.correlation or ())
-        if correlation.shape != (len(found), len(found)):
+        correlation = self.correlation_matrix()
+        if correlation is None:
             return torque, None
         errors = np.array([parameter.standard_error for parameter in self.parameters.values()])
         J = (law.jacobian(velocity, values * kept) * kept) @ law_slopes(law, found, load) * errors
         variance = np.einsum("ni,ij,nj->n", J, correlation, J)
         half = self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0))
         return torque, np.stack([torque - half, torque + half])
+
+    def correlation_matrix(self) -> Array | None:
+        """Return the correlation of the p parameters, shape (p, p); None if unknown or of another shape."""
+        count, rows = len(self.parameters), self.correlation or ()
+        return np.array(rows) if [len(row) for row in rows] == [count] * count else None
 
     def _errors_95(self, law: FrictionLaw) -> float:
         """Return the number of standard errors in half of a 95 % interval: larger, the fewer blocks the fit saw.
