@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.exporters.found import FRICTION, joint, joint_result, of_joint, of_joints
 from tests.exporters.test_models import assert_same_dynamics, compiled, read_again
 
-from stribeck import exporters as export
+from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.exporters.forms import Form, nearest, plain, stribeck
 from stribeck.exporters.joints import joint_terms

@@ -17,7 +17,7 @@ import yaml
 from tests.exporters.found import joint, joint_result, module, of_joint
 from tests.exporters.test_models import STEP, compiled
 
-from stribeck import exporters as export
+from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.exporters import TARGETS
 from stribeck.exporters.code_files import FORMULAS, numbers_of

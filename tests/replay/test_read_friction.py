@@ -8,7 +8,7 @@ from tests.exporters.found import joint, of_joint
 from tests.exporters.test_sweep import EFFECT
 from tests.models import EXAMPLES, MODELS
 
-from stribeck import exporters as export
+from stribeck import export
 from stribeck.replay.model_friction import CREEP, JointFriction, ModelFriction
 from stribeck.replay.replay import read_friction
 
