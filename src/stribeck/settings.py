@@ -209,7 +209,7 @@ class Settings(Table):
     )
     rest: Annotated[float, Field(ge=0, le=0.99)] = 0.005  # share of top speed, slower is at rest: for laws with a jump
     block: Positive = 1.0  # [s], length of a block where no step limits it
-    holdout: int = Field(default=5, ge=2, le=1_000_000)  # every n-th block is for validation alone
+    holdout: int = Field(default=5, ge=2, le=1_000_000)  # every n-th block is used only for validation
 
 
 def flat(table: Table, prefix: str = "") -> dict[str, object]:

@@ -90,7 +90,7 @@ def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[Rooted
 
 
 def _root_foot(robot: Robot, mode: StandingFeet) -> str | None:
-    """Return the standing surface that has stood longest, None on points alone."""
+    """Return the standing surface that has stood longest, None if only points stand."""
     by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
     return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
 

@@ -118,7 +118,7 @@ class LogObserver:
         return passed, past
 
     def _higher_derivatives(self, velocity: Array, acceleration: Array, past: Array) -> Array:
-        """Return jerk and snap by which `Samples.velocity_around` goes through the velocities of the past."""
+        """Return jerk and snap by which `FrictionSamples.velocity_around` goes through the velocities of the past."""
         lag = self._nodes.lag
         s = -lag * np.array(PAST)
         matrix = np.column_stack([s * (s / 2 + lag), s * (s**2 / 6 - lag**2)])

@@ -120,7 +120,7 @@ def time_unit(stamps: Array) -> str:
 
 
 def orientation_order(log: RobotLog) -> str:
-    """Return "wxyz" if the base is upright with the quaternions' scalar first alone, else nothing."""
+    """Return "wxyz" if the base is upright only with the quaternions' scalar first, else an empty string."""
     if log.base_orientation is None:
         return ""
     x, y, z = log.base_orientation.T[:3]

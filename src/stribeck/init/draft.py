@@ -1,4 +1,4 @@
-"""A robot file while it is written: its tables, comments and questions, and what a model alone says."""
+"""A robot file while it is written: its tables, comments and questions, and the entries that a model gives."""
 
 import textwrap
 import tomllib

@@ -2,7 +2,7 @@
 
 To add a format:
 
-1. Write `readers/<format>.py` with a function `open_<format>(path, table) -> Source`.
+1. Write `readers/<format>.py` with a function `open_<format>(path, table) -> Recording`.
 2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` says where else to look for one.
    Units, signs, order, delays and joint selection are not the reader's business: `mapping` and `selection` do them.
 3. Call foreign libraries inside `foreign`, so that whatever they raise becomes a LogError naming the file.
