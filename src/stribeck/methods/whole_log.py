@@ -202,10 +202,11 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law)
     delay = 0.0
+    forms = weak_forms(prepared, robot, columns, couplings, settings)
+    undelayed = equation_sequence(forms)
+    corrections = undelayed.corrections
     for _ in range(6):  # fits to torques shifted by the delay found so far
-        forms = weak_forms(prepared, robot, columns, couplings, settings, delay)
-        equations = equation_sequence(forms)
-        corrections = equations.corrections
+        equations = undelayed.delayed(delay)
         if delay and not equations:
             break  # every segment of the log is shorter than the delay
         if not equations:
@@ -242,9 +243,8 @@ def weak_forms(
     columns: NDArray[np.int64],
     couplings: Sequence[str],
     settings: Settings,
-    delay: float,
 ) -> list[WeakForm]:
-    """Return the equations of motion of logs, whose torques have a delay [s]; with foot wrenches if every log has."""
+    """Return the equations of motion of logs, with foot wrenches if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
     return [
         weak_form(
@@ -257,7 +257,6 @@ def weak_forms(
             settings,
             wrenches=wrenches,
             couplings=couplings,
-            delay=delay,
         )
         for part in prepared
     ]

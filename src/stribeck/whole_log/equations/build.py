@@ -15,7 +15,7 @@ from stribeck.dynamics.state import Orientation, State
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.constants import BEFORE, FEWEST_WINDOWS
+from stribeck.whole_log.equations.constants import BEFORE, CLAMPED_DELAY, FEWEST_WINDOWS
 from stribeck.whole_log.equations.contact_mode import (
     ContactMode,
     at_every_row,
@@ -67,7 +67,23 @@ class WeakForm:
     corrections: CorrectionLayout
     couplings: Array
     period: float
-    delay: float
+    delay: float = 0.0
+
+    @property
+    def margin(self) -> int:
+        """Rows between a segment and the end of the unbroken part of the log, at least."""
+        return max(self.filter.margin, self.acceleration_kernels.margin)
+
+    def delayed(self, segment: Segment) -> Segment | None:
+        """Return the part of a segment whose torques are in the log; None if it is too short.
+
+        Up to `CLAMPED_DELAY` it is the whole segment: the margin is about as long.
+        """
+        if abs(self.delay) <= CLAMPED_DELAY:
+            return segment
+        late = round(self.delay / self.period)
+        cut = segment.within(slice(segment.unbroken.start - late, segment.unbroken.stop - late))
+        return cut if self.window.count(cut.last - cut.first) >= FEWEST_WINDOWS else None
 
     @property
     def velocity_noise(self) -> Array:
@@ -128,18 +144,22 @@ class WeakForm:
 
     def _before(self, segment: Segment) -> Array:
         """Return velocities of the rows before the segment, shape (any, n)."""
-        first = max(segment.known, segment.first - round(BEFORE / self.period))
+        first = max(segment.unbroken.start + self.margin, segment.first - round(BEFORE / self.period))
         if first >= segment.first:
             return np.zeros((0, len(self.joints)))
         return self.filter.velocity(self.log, first, segment.first)[:, self.joints]
 
     def _torque(self, segment: Segment) -> Array:
-        """Return the torques that come `delay` after the segment's rows, shape (T, all joints)."""
-        late = round(self.delay / self.period)
-        torque = self.log.torque[segment.first + late : segment.last + late]
+        """Return the torques that come `delay` after the segment's rows, shape (T, all joints).
+
+        Beyond the unbroken part they stay as they are at its end.
+        """
         if self.delay == 0:
-            return torque
-        return torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0)
+            return self.log.torque[segment.first : segment.last]
+        late = round(self.delay / self.period)
+        rows = np.arange(segment.first + late, segment.last + late)
+        torque = self.log.torque[rows.clip(segment.unbroken.start, segment.unbroken.stop - 1)]
+        return np.asarray(torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0))
 
     def _external(self, segment: Segment) -> Array | float:
         """Return the external torques at the segment's rows, shape (T, all joints), or zero."""
@@ -257,7 +277,6 @@ def weak_form(
     *,
     wrenches: bool = True,
     couplings: Sequence[str] = (),
-    delay: float = 0.0,
 ) -> WeakForm:
     """Return the weak form of a log.
 
@@ -279,8 +298,6 @@ def weak_form(
         Whether the wrenches on standing surfaces are used, where the log has them and inertias are corrected.
     couplings
         Names of those whose friction is asked for too.
-    delay
-        By which torques are taken to be late [s].
     """
     columns = np.asarray(joints, dtype=np.int64)
     names = [robot.joint_names[column] for column in columns]
@@ -289,7 +306,7 @@ def weak_form(
     window, corrections = smooth_window(period), find_corrections(robot, [*names, *couplings], settings)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
     acceleration_kernels = joint_acceleration(log.position, noise.position, unbroken, period, window, kernels.smooth[2])
-    margin = max(kernels.margin, acceleration_kernels.margin, round(abs(delay) / period))
+    margin = max(kernels.margin, acceleration_kernels.margin)
     segments = cut_segments(phases, unbroken, period, margin, window.rows(FEWEST_WINDOWS), surfaces)
     sensed = _sensed_feet(robot, log) if wrenches and corrections.bodies else []
     corrections = replace(corrections, wrenches=len(sensed))
@@ -316,7 +333,6 @@ def weak_form(
         corrections=corrections,
         couplings=robot.coefficients(names, couplings),
         period=period,
-        delay=delay,
     )
 
 

@@ -57,6 +57,9 @@ TRIM_LANDED = 0.07
 TRIM_END = 0.02
 """Time left out before a contact change [s], chosen by judgement."""
 
+CLAMPED_DELAY = 0.02
+"""Longest delay of the torques [s] with which segments stay as they are."""
+
 # Logs
 
 MOST_LOG_OFFSETS = 400

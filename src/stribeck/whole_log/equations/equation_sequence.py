@@ -32,6 +32,16 @@ class EquationSequence(Sequence[WeakEquations]):
         log, segment, gait = self.parts[k]
         return with_log_offsets(self.forms[log].equations(segment, gait), log, self.corrections.log_offsets)
 
+    def delayed(self, delay: float) -> "EquationSequence":
+        """Return the same equations with torques that come `delay` [s] after the motion.
+
+        Segments are the same for all delays up to 0.02 s; for longer ones they lose the rows whose torques the log
+        lacks.
+        """
+        forms = tuple(replace(form, delay=delay) for form in self.forms)
+        cut = ((log, forms[log].delayed(segment), gait) for log, segment, gait in self.parts)
+        return EquationSequence(forms, tuple((log, segment, gait) for log, segment, gait in cut if segment))
+
     @property
     def corrections(self) -> CorrectionLayout:
         """Those of every log, and contrasts of the offsets where there are several logs, but not many."""

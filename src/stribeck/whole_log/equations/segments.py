@@ -1,7 +1,7 @@
 """Which rows of a log the weak form uses, cut into segments of one contact mode."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from stribeck.contact import SupportPhase
@@ -20,7 +20,7 @@ from stribeck.whole_log.equations.constants import (
 class Segment:
     """Rows [first, last) of a log in the contact mode of `feet`, between contact changes, if there are any.
 
-    Motion is known from the row `known` on, without a gap.
+    They lie inside the rows `unbroken`, which have no gaps.
     """
 
     first: int
@@ -28,7 +28,11 @@ class Segment:
     feet: tuple[str, ...]
     begins: int | None
     ends: int | None
-    known: int
+    unbroken: slice
+
+    def within(self, rows: slice) -> "Segment":
+        """Return the part of the segment that lies inside some rows."""
+        return replace(self, first=max(self.first, rows.start), last=min(self.last, rows.stop))
 
 
 def cut_segments(
@@ -74,9 +78,7 @@ def cut_segments(
             continue
         parts = -(-(last - first) // max(shortest, round(longest / period)))
         edges = [first + (last - first) * part // parts for part in range(parts + 1)]
-        found += [
-            Segment(start, stop, feet, begins, ends, part_unbroken.start + margin) for start, stop in pairwise(edges)
-        ]
+        found += [Segment(start, stop, feet, begins, ends, part_unbroken) for start, stop in pairwise(edges)]
     return tuple(found)
 
 
