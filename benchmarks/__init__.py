@@ -1,1 +1,1 @@
-"""Speed, as ratios measured in one run: `make bench`, or `python -m benchmarks.identify`, `.whole_log`, ..."""
+"""Speed, as ratios measured in one run: `make bench`, or `python -m benchmarks.identify`, ..."""

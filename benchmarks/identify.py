@@ -1,84 +1,105 @@
-"""The whole main job on a 10-minute, 1 kHz log of a 30-joint humanoid: time, peak memory and size of the report.
+"""Processor time and peak memory of `stribeck identify` on five kinds of logs.
 
     python -m benchmarks.identify
 
-The log goes to a Parquet file first; the job runs in a process of its own, as a user would start it.
+Three walks of TALOS, 45 s each, are identified with exact sensors, with noise, and with torques 2 ms late; then 40 s of
+an arm and ten minutes of a 30-joint humanoid, all at 1 kHz. Each job runs in its own process, from the log to the
+report. Ratios are relative to a fixed amount of work in the same run: one `rneaInParallel` over 600,000 samples of the
+humanoid. Times are processor times of all threads, so that other programs on the machine matter little.
 """
 
 import multiprocessing
 import os
-import resource
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
+from statistics import median
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+from studies.accuracy_cases import CASES, exact_walks, measured
+from studies.compensation import arm, noisy_log
+from studies.kept_walks import FOLDER
 
-from benchmarks.friction_torque import best, floor_of
-from benchmarks.humanoid import FEET, stepping_log, talos
+from benchmarks.friction_torque import floor_of
+from benchmarks.humanoid import stepping_log, talos
 from benchmarks.report import arguments, report
+from stribeck.log.writers import write_log
+from stribeck_simulation.robots import MODELS
 
-
-def write_log(folder: Path, samples: int, seed: int = 0) -> None:
-    """Write the robot file and the Parquet log `log_<seed>` to a folder."""
-    log = stepping_log(talos(folder), samples, seed=seed)
-    assert log.contact is not None
-    columns: dict[str, object] = {"time": log.time}
-    for k, joint in enumerate(log.joint_names):
-        columns[f"position.{joint}"] = log.position[:, k]
-        columns[f"torque.{joint}"] = log.torque[:, k]
-    for k, foot in enumerate(FEET):
-        columns[f"contact.{foot}"] = log.contact[:, k]
-    pq.write_table(pa.table(columns), folder / f"log_{seed}.parquet")
+LATE = 2
+"""Delay of the torques [samples], [ms]."""
+BATCH, BATCHES = 50_000, 12
+"""Samples per call [1] and calls [1] in the unit of work; small batches keep this process small."""
 
 
 def main() -> None:
     """Print the figures."""
     options = arguments(__doc__ or "", samples=600_000)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder)
-        # In a process of its own too: a child's peak memory counts what its parent holds when it starts.
-        writer = multiprocessing.get_context("spawn").Process(target=write_log, args=(path, options.samples))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        # A process inherits the peak memory of its parent, so the logs are made in a process that ends here.
+        writer = multiprocessing.get_context("spawn").Process(target=write_logs, args=(folder, options.samples))
         writer.start()
         writer.join()
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        command = [sys.executable, "-m", "stribeck", "identify", "log_0.parquet", "-r", "robot.toml"]
-        command += ["-o", "out", "--force"]  # its feet step without touching the ground
-        begin = time.perf_counter()
-        with subprocess.Popen(command, cwd=path, stdout=subprocess.DEVNULL) as job:
-            peak = peak_memory(job)
-        wall = time.perf_counter() - begin
-        used = resource.getrusage(resource.RUSAGE_CHILDREN)
-        floor = best(floor_of(talos(path), options.samples), 3, 1) * 1e-6
-        figures = {
-            "identify, wall time [s]": wall,
-            "identify, processor time [s]": used.ru_utime + used.ru_stime - before.ru_utime - before.ru_stime,
-            "floor: one rneaInParallel over all samples [s]": floor,
-            "identify over the floor": wall / floor,
-            "peak memory [GB]": peak,
-            "report [MB]": (path / "out/report.html").stat().st_size / 1e6,
-            "friction_torque.parquet [MB]": (path / "out/friction_torque.parquet").stat().st_size / 1e6,
-            "processors": float(os.cpu_count() or 1),
+        walkers = FOLDER / "TALOS.toml"
+        jobs = {
+            "walks, exact sensors": ("exact", walkers),
+            "walks, noise": ("noisy", walkers),
+            f"walks, torques {LATE} ms late": ("late", walkers),
+            "arm": ("arm", MODELS / "arm.toml"),
+            "humanoid": ("humanoid", folder / "robot.toml"),
         }
+        units, used = [], {}
+        for kind, (logs, robot_file) in jobs.items():
+            units.append(unit_of_work(folder))
+            used[kind] = run(sorted(folder.glob(f"{logs}-*")), robot_file)
+    unit = median(units)
+    figures = {"unit of work: one rneaInParallel over 600,000 samples [s]": unit}
+    for kind, (seconds, peak) in used.items():
+        figures[f"{kind} [s]"] = seconds
+        figures[f"{kind}, over the unit of work"] = seconds / unit
+        figures[f"{kind}, peak memory [GB]"] = peak
     report(figures, options.save, options.compare)
 
 
-def peak_memory(job: subprocess.Popen[bytes], kind: str = "VmHWM") -> float:
-    """Wait for a process and return the most memory of a kind it had at any time [GB] (Linux; nan elsewhere)."""
-    peak = float("nan")
-    status = Path(f"/proc/{job.pid}/status")
-    while job.poll() is None:
-        if status.exists():
-            lines = [line for line in status.read_text().splitlines() if line.startswith(kind)]
-            peak = float(np.fmax(peak, float(lines[0].split()[1]) * 1024 / 1e9)) if lines else peak
-        time.sleep(0.02)
+def write_logs(folder: Path, samples: int) -> None:
+    """Write all logs and the humanoid's robot file to a folder."""
+    walks = [measured(walk.log, CASES["clean"], 0, k) for k, walk in enumerate(exact_walks("TALOS"))]
+    earlier = [np.maximum(np.arange(len(log.time)) - LATE, 0) for log in walks]
+    logs = {
+        "exact": walks,
+        "noisy": [measured(log, CASES["B"], 0, k) for k, log in enumerate(walks)],
+        "late": [replace(log, torque=log.torque[rows]) for log, rows in zip(walks, earlier, strict=True)],
+        "arm": [noisy_log(arm())],
+        "humanoid": [stepping_log(talos(folder), samples)],
+    }
+    for name, each in logs.items():
+        for k, log in enumerate(each):
+            write_log(log, folder / f"{name}-{k}.parquet")
+
+
+def unit_of_work(folder: Path) -> float:
+    """Time `rneaInParallel` over `BATCH * BATCHES` samples of the humanoid [s]."""
+    job = floor_of(talos(folder), BATCH)
+    begin = time.process_time()
+    for _ in range(BATCHES):
+        job()
+    return time.process_time() - begin
+
+
+def run(logs: list[Path], robot_file: Path) -> tuple[float, float]:
+    """Identify logs and measure processor time [s] and peak memory [GB] (Linux)."""
+    command = [sys.executable, "-m", "stribeck", "identify", *map(str, logs), "-r", str(robot_file)]
+    command += ["-o", str(logs[0].parent / "out"), "--overwrite", "--force"]  # the humanoid's feet touch no ground
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as job:
+        _, status, used = os.wait4(job.pid, 0)
+        job.returncode = os.waitstatus_to_exitcode(status)
     if job.returncode:
         raise SystemExit(f"identify ended with exit code {job.returncode}")
-    return peak
+    return used.ru_utime + used.ru_stime, used.ru_maxrss * 1024 / 1e9
 
 
 if __name__ == "__main__":
