@@ -1,6 +1,7 @@
 """Delay of the torques relative to the motion, as several joints agree on it."""
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from stribeck.audit.evidence import Evidence, Run
 from stribeck.base.finding import Finding
@@ -49,45 +50,48 @@ def _delay(evidence: Evidence, k: int) -> float | None:
     period = evidence.prepared.sampling.period
     reach = max(5, round(0.03 / period))  # 30 ms to either side
     shortest = 2 * reach + max(16, 0.3 / period)  # shorter runs give little information on a delay
-    runs = [run for run in _known(evidence, k) if len(run.model) > shortest]
+    runs = _known(evidence, k, shortest)
     if not runs:
         return None
+    stride = evidence.stride
+    edge = -(-reach // stride)  # shifts stay within a run
     every = -(-sum(len(run.model) for run in runs) // MOST_SAMPLES)
-    speed = np.concatenate([run.velocity[reach:-reach:every] for run in runs])
-    model = np.concatenate([run.model[reach:-reach:every] for run in runs])
+    rows = [np.arange(edge, len(run.model) - edge, every) for run in runs]
+    both = list(zip(runs, rows, strict=True))
+    speed = np.concatenate([run.velocity[own] for run, own in both])
+    model = np.concatenate([run.model[own] for run, own in both])
+    torque = np.concatenate([sliding_window_view(run.torque, 2 * reach + 1)[stride * own - reach] for run, own in both])
     top = max(float(np.abs(speed).max()), 1e-9)
     signs = [np.tanh(speed / (share * top)) for share in (0.01, 0.03, 0.1, 0.3)]
     without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
     with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
-
-    def shifted(shift: int) -> Array:
-        return np.concatenate([run.torque[reach + shift : len(run.torque) - reach + shift : every] for run in runs])
-
-    shifts = np.arange(-reach, reach + 1)
-    left = [_unexplained(with_model, shifted(int(shift))) for shift in shifts]
+    left = _unexplained(with_model, torque)
     best = int(np.argmin(left))
-    torque = shifted(int(shifts[best]))
-    gained = _unexplained(without_model, torque) - left[best]
-    if best in (0, len(shifts) - 1) or gained < 0.5 * _unexplained(without_model[:, :1], torque):
+    gained = _unexplained(without_model, torque[:, best]) - left[best]
+    if best in (0, 2 * reach) or gained < 0.5 * _unexplained(without_model[:, :1], torque[:, best]):
         return None
     low, middle, high = left[best - 1 : best + 2]
-    delay = float(shifts[best] + 0.5 * (low - high) / (low - 2 * middle + high))
+    delay = float(best - reach + 0.5 * (low - high) / (low - 2 * middle + high))
     if abs(delay) > LEAST and left[reach] < 1.1 * left[best]:
         return None
     return delay * period
 
 
-def _known(evidence: Evidence, k: int) -> list[Run]:
-    """Cut the runs of one joint into parts in which its model torque is known, shape (t,) each."""
-    found = []
+def _known(evidence: Evidence, k: int, shortest: float) -> list[Run]:
+    """Cut the runs of one joint into parts of more rows than `shortest` in which its model torque is known."""
+    found, stride = [], evidence.stride
     for run in evidence.runs:
-        known = np.isfinite(run.model[:, k]).astype(int)
-        edges = np.flatnonzero(np.diff(known, prepend=0, append=0))
-        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            found.append(Run(run.torque[start:stop, k], run.model[start:stop, k], run.velocity[start:stop, k]))
+        if len(run.torque) <= shortest:
+            continue
+        known = np.flatnonzero(np.isfinite(run.model[:, k]))
+        for part in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+            if stride * len(part) > shortest:
+                start, stop = int(part[0]), int(part[-1]) + 1
+                torque = run.torque[stride * start : stride * stop, k]
+                found.append(Run(torque, run.model[start:stop, k], run.velocity[start:stop, k]))
     return found
 
 
-def _unexplained(orthonormal: Array, torque: Array) -> float:
-    """Compute the sum of squares of a torque outside the span of a basis."""
-    return float(torque @ torque - np.sum((orthonormal.T @ torque) ** 2))
+def _unexplained(orthonormal: Array, torque: Array) -> Array:
+    """Compute the sum of squares of torques, shape (N, ...), outside the span of a basis, shape (N, f)."""
+    return np.asarray(np.sum(torque**2, axis=0) - np.sum((orthonormal.T @ torque) ** 2, axis=0))

@@ -20,7 +20,10 @@ PARTS = 8
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Uninterrupted samples in one contact mode: measured torque, model's torque and velocity, each (t, k)."""
+    """Uninterrupted samples in one contact mode: model's torque and velocity, shape (t, k), and the measured torque.
+
+    The measured torque has all rows of the log, shape (t stride, k); the others one of `Evidence.stride` rows.
+    """
 
     torque: Array
     model: Array
@@ -35,8 +38,8 @@ class Evidence:
     ----------
     prepared, robot
         The log and its robot.
-    runs
-        Samples at the log's rate.
+    runs, stride
+        Samples, and the number of rows of the log between two samples of the model's torque [1].
     rows
         Row of the log in the middle of each of the B bins, shape (B,).
     run
@@ -53,6 +56,7 @@ class Evidence:
     prepared: PreparedLog
     robot: Robot
     runs: list[Run]
+    stride: int
     rows: NDArray[np.int64]
     run: NDArray[np.int64]
     support: NDArray[np.int64]
@@ -89,7 +93,8 @@ class Evidence:
 def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     """Compute the evidence for all checks from at most `MOST_SAMPLES` samples.
 
-    The checks compare means over bins of 40 ms: encoder noise, which large inertias multiply, averages out.
+    The checks compare means over bins of 40 ms: encoder noise, which large inertias multiply, averages out. After a
+    filter over 50 ms, the model's torque needs only 8 samples per bin.
 
     Raises
     ------
@@ -104,32 +109,37 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
         window = 2 * max(3, round(0.05 / period / 2)) + 1
         settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
     size = max(1, round(0.04 / period))
+    stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
+    known, points = robot.torque_controlled, size // stride
     runs: list[Run] = []
     parts: list[dict[str, Array]] = []
     bins: list[dict[str, NDArray[np.int64]]] = []
     names: tuple[str, ...] = ()
-    for chunk in torque_chunks(_parts(prepared, make_filter(settings.filter, period).half_width), robot, settings):
+    examined = _parts(prepared, make_filter(settings.filter, period).half_width)
+    for chunk in torque_chunks(examined, robot, settings, stride=stride):
         samples, names = chunk.samples, chunk.samples.support_names
         for part in chunk.runs():
-            rows = chunk.rows[part]
-            used = rows[:, None], robot.torque_controlled
-            torque, velocity = log.torque[used], samples.velocity[part]
-            whole = len(rows) // size * size
-            if whole == 0:
+            rows, velocity = chunk.rows[part], samples.velocity[part]
+            count = len(rows) // points
+            if count == 0:
                 continue
-            model = np.where(samples.usable[part], torque - samples.friction_torque[part], np.nan)
-            external = np.zeros_like(torque) if log.external_torque is None else log.external_torque[used]
-            channels = {"torque": torque, "model": model, "velocity": velocity}
-            channels |= {"acceleration": samples.acceleration[part], "external": external}
-            parts.append({name: _means(values[:whole], size) for name, values in channels.items()})
-            here = {"rows": rows[size // 2 : whole : size], "support": samples.support[part][:whole:size]}
-            bins.append(here | {"run": np.full(whole // size, len(runs))})
+            torque = log.torque[rows[0] : rows[-1] + stride, known]
+            measured = torque[::stride]
+            model = np.where(samples.usable[part], measured - samples.friction_torque[part], np.nan)
+            external = np.zeros_like(measured) if log.external_torque is None else log.external_torque[rows][:, known]
+            channels = {"model": model, "velocity": velocity, "acceleration": samples.acceleration[part]}
+            channels["external"] = external
+            means = {name: _means(values, count, points) for name, values in channels.items()}
+            parts.append(means | {"torque": _means(torque, count, size)})
+            middles = rows[0] + size // 2 + size * np.arange(count)
+            bins.append({"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))})
             runs.append(Run(torque, model, velocity))
     none, empty = np.empty((0, len(robot.torque_controlled))), np.empty(0, dtype=np.int64)
     return Evidence(
         prepared=prepared,
         robot=robot,
         runs=runs,
+        stride=stride,
         support_names=names,
         **{name: np.concatenate([empty, *(each[name] for each in bins)]) for name in ("rows", "run", "support")},
         **{
@@ -139,8 +149,8 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     )
 
 
-def _means(values: Array, size: int) -> Array:
-    return np.asarray(values.reshape(len(values) // size, size, -1).mean(axis=1))
+def _means(values: Array, count: int, size: int) -> Array:
+    return np.asarray(values[: count * size].reshape(count, size, -1).mean(axis=1))
 
 
 def _parts(prepared: PreparedLog, margin: int) -> PreparedLog:

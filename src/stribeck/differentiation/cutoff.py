@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy  # its signal is slow to import: loaded at its first use
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
@@ -260,16 +260,11 @@ def _part_length(samples: NDArray[np.int64], rate: float) -> int:
 
 
 def _transform(signal: Array, length: int, rate: float) -> NDArray[np.complex128]:
-    """Return the Fourier transforms of a segment's parts, shape (F, n, parts), NaN where a part has a NaN."""
-    _, _, parts = scipy.signal.stft(
-        signal,
-        rate,
-        nperseg=length,
-        noverlap=length - length // 2,
-        detrend="constant",
-        boundary=None,
-        padded=False,
-        axis=0,
-        scaling="psd",
-    )
-    return np.asarray(parts)
+    """Compute the Fourier transforms of a segment's half-overlapping parts under a Hann window, shape (F, n, parts).
+
+    NaN where a part has a NaN. The mean square is the two-sided power spectral density.
+    """
+    parts = sliding_window_view(signal, length, axis=0)[:: length // 2]
+    window = np.sin(np.pi * np.arange(length) / length) ** 2
+    centered = (parts - parts.mean(axis=2, keepdims=True)) * (window / np.sqrt(rate * np.sum(window**2)))
+    return np.fft.rfft(centered, axis=2).transpose(2, 1, 0)

@@ -41,7 +41,7 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
         for whole in chunk.runs():
             run = slice(whole.start, min(whole.stop, whole.start + MOST_SAMPLES - used))
             position = prepared.log.position[chunk.rows[run]]
-            accelerations.append(_model_acceleration(robot, chunk, run, position))
+            accelerations.append(_model_acceleration(robot, chunk, run, position, max(1, round(0.004 * rate))))
             positions.append(position[:, robot.torque_controlled])
             used += run.stop - run.start
             if used >= MOST_SAMPLES:
@@ -54,22 +54,28 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     return choose_cutoff(accelerations, rate, positions)
 
 
-def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array) -> Array:
-    """Return the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, k)."""
+def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array, held: int) -> Array:
+    """Return the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, k).
+
+    The inertia of a posture serves `held` samples, in which no limb turns far.
+    """
     samples = chunk.samples
     feet = samples.support_names[samples.support[run.start]].split("+")
     surface = next((foot for foot in feet if foot in robot.contacts and robot.contacts[foot].kind == "surface"), None)
     rooted = robot.rooted_at(surface) if surface else robot.tree
     columns = np.flatnonzero(samples.usable[run].any(axis=0))
-    inertia = loop_inertia(robot, rooted, position)
+    middles = np.arange(0, len(position), held) + held // 2
+    inertia = loop_inertia(robot, rooted, position[np.minimum(middles, len(position) - 1)])
     diagonal = np.einsum("tii->ti", inertia)
     columns = columns[diagonal[0, robot.torque_controlled[columns]] > MASSLESS * diagonal[0].max()]
     columns = columns[_independent(inertia[0][np.ix_(*[robot.torque_controlled[columns]] * 2)])]
     joints = robot.torque_controlled[columns]
-    acceleration = np.full((run.stop - run.start, len(samples.joint_names)), np.nan)
-    friction = samples.friction_torque[run][:, columns, None]
-    change = np.linalg.solve(inertia[:, joints[:, None], joints], friction)[:, :, 0]
-    acceleration[:, columns] = samples.acceleration[run][:, columns] + change
+    friction = np.zeros((held * len(middles), len(columns)))
+    friction[: len(position)] = samples.friction_torque[run][:, columns]
+    of_postures = friction.reshape(len(middles), held, -1).transpose(0, 2, 1)
+    change = np.linalg.solve(inertia[:, joints[:, None], joints], of_postures).transpose(0, 2, 1)
+    acceleration = np.full((len(position), len(samples.joint_names)), np.nan)
+    acceleration[:, columns] = samples.acceleration[run][:, columns] + change.reshape(friction.shape)[: len(position)]
     return acceleration
 
 

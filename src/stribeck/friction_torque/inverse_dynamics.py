@@ -53,7 +53,7 @@ class Chunk:
 
     def runs(self) -> Iterator[slice]:
         """Yield the samples that follow one another without a break in one contact mode."""
-        breaks = np.flatnonzero((np.diff(self.rows) > 1) | (np.diff(self.samples.support) != 0)) + 1
+        breaks = np.flatnonzero((np.diff(self.rows) > self.samples.stride) | (np.diff(self.samples.support) != 0)) + 1
         for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
             yield slice(start, stop)
 
@@ -112,11 +112,12 @@ def torque_chunks(
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
     sharper = sharper_filter(settings.filter, period) if nodes else None
+    stride = 1 if observer else stride
     for span in spans(prepared.sampling.segments, max(motion_filter.half_width, turn_filter.half_width) + reach):
-        worked = np.arange(span.start, span.stop) % (1 if observer else stride) == 0
-        kept = np.flatnonzero((mode_of_row[span] >= 0) & worked)
+        kept = np.flatnonzero((mode_of_row[span] >= 0) & (np.arange(span.start, span.stop) % stride == 0))
         if len(kept) == 0:
             continue
+        span, kept = slice(span.start + kept[0], span.start + kept[-1] + 1), kept - kept[0]
         wide = slice(span.start - reach, span.stop + reach)
         state, torque = differentiate(robot, log, wide, motion_filter, turn_filter, settings)
         jerk, snap = _higher_derivatives(state, kept + reach, reach, period, known)
@@ -144,6 +145,7 @@ def torque_chunks(
                 block=block_of_row[rows],
                 support=name_of[mode],
                 support_names=names,
+                stride=stride,
                 prismatic=tuple(robot.prismatic[c] for c in known),
                 nodes=found.nodes or nodes,
                 jerk=jerk if found.jerk is None else found.jerk[:, known],

@@ -1,12 +1,15 @@
 """friction_torque.parquet: every sample at the full rate, written as it is worked out."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from stribeck.friction_torque.foot_wrenches import AXES
 from stribeck.friction_torque.inverse_dynamics import Chunk
@@ -48,19 +51,33 @@ def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
 
 def _table(log: int, chunk: Chunk) -> pa.Table:
     samples = chunk.samples
-    names = pa.array(samples.support_names, pa.string())
-    single = pa.float32()  # seven digits, half the bytes
+    support = pa.DictionaryArray.from_arrays(_column(samples.support), _texts(samples.support_names))
     columns = {
-        "log": pa.array([log] * len(samples.time), pa.int32()),
-        "time": pa.array(samples.time),
-        "support": pa.DictionaryArray.from_arrays(pa.array(samples.support, pa.int32()), names).cast(pa.string()),
-        "block": pa.array(samples.block),
+        "log": _column(np.full(len(samples.time), log, dtype=np.int32)),
+        "time": _column(samples.time),
+        "support": support.cast(pa.string()),
+        "block": _column(samples.block),
     }
-    for k, joint in enumerate(samples.joint_names):
-        columns[f"friction_torque.{joint}"] = pa.array(samples.friction_torque[:, k]).cast(single)
-        columns[f"velocity.{joint}"] = pa.array(samples.velocity[:, k]).cast(single)
-        columns[f"usable.{joint}"] = pa.array(samples.usable[:, k])
+    torque, velocity = (values.T.astype(np.float32) for values in (samples.friction_torque, samples.velocity))
+    for k, joint in enumerate(samples.joint_names):  # single precision: seven digits, half the bytes
+        columns[f"friction_torque.{joint}"] = _column(torque[k])
+        columns[f"velocity.{joint}"] = _column(velocity[k])
+        columns[f"usable.{joint}"] = _column(samples.usable[:, k])
     if chunk.wrench.size:
-        for k, axis in enumerate(AXES):
-            columns[f"ground_reaction.{axis}"] = pa.array(chunk.wrench[:, k]).cast(single)
+        for axis, values in zip(AXES, chunk.wrench.T.astype(np.float32), strict=True):
+            columns[f"ground_reaction.{axis}"] = _column(values)
     return pa.table(columns)
+
+
+def _column(values: NDArray[Any]) -> pa.Array:
+    """Wrap an array of shape (N,); `pa.array` does the same, but imports pandas, which takes longer than the table."""
+    kind = pa.from_numpy_dtype(values.dtype)
+    stored = np.packbits(values, bitorder="little") if values.dtype == bool else np.ascontiguousarray(values)
+    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(stored)])
+
+
+def _texts(texts: Sequence[str]) -> pa.Array:
+    """Make a column of texts, for the same reason."""
+    encoded = [text.encode() for text in texts]
+    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+    return pa.StringArray.from_buffers(len(texts), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
