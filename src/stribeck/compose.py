@@ -13,7 +13,7 @@ from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import LogsFriction, thinned_samples
-from stribeck.friction_torque.thinning import join_logs
+from stribeck.friction_torque.thinning import join_logs, take
 from stribeck.judgement.joint_fit import JointFit, with_gain_error
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
@@ -25,6 +25,9 @@ from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.terms.selection import with_terms
+
+MOST_COMPARED = 10_000
+"""Samples [1] of the robot as given, whose means over bins of velocity the report compares with the corrected ones."""
 
 
 def compose(
@@ -198,8 +201,8 @@ def _before_and_after(
     These limbs show best what a model does to friction.
     """
     settings, samples = friction.settings.model_copy(update={"standing_legs": False}), friction.samples
-    before = join_logs([thinned_samples(log, len(prepared), robot, settings) for log in prepared])
-    return before, _swinging(samples, robot)
+    before = join_logs([thinned_samples(log, len(prepared), robot, settings, MOST_COMPARED) for log in prepared])
+    return before, _swinging(take(samples, np.isin(samples.time, before.time)), robot)
 
 
 def _swinging(samples: FrictionSamples, robot: Robot) -> FrictionSamples:

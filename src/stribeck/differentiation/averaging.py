@@ -12,7 +12,7 @@ over its window. A torque that goes through the same w is smeared alike, and wha
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy  # its interpolate is slow to import: loaded at its first use
 
 from stribeck.base.typing import Array
 
@@ -59,7 +59,7 @@ def average_nodes(weights: Array, period: float) -> Nodes:
     places = np.linspace(-reach, reach, min(len(taps), MOST_NODES))
     if len(taps) > MOST_NODES:
         # By interpolation between the nodes: the means of t, t^2 and t^3 stay what they are.
-        taps = taps @ CubicSpline(places, np.eye(MOST_NODES))(np.arange(-reach, reach + 1))
+        taps = taps @ scipy.interpolate.CubicSpline(places, np.eye(MOST_NODES))(np.arange(-reach, reach + 1))
     return Nodes(period * places, np.asarray(taps / taps.sum(), dtype=np.float64), reach)
 
 

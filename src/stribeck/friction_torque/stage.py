@@ -150,9 +150,11 @@ def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tupl
     return settings.model_copy(update={"filter": resolve_auto(settings.filter, choice)}), [note]
 
 
-def thinned_samples(prepared: PreparedLog, count: int, robot: Robot, settings: Settings) -> FrictionSamples:
+def thinned_samples(
+    prepared: PreparedLog, count: int, robot: Robot, settings: Settings, most: int = MOST_KEPT
+) -> FrictionSamples:
     """Return the samples that `log_friction` keeps of one of `count` logs, and work no others out."""
-    stride = _stride(prepared, count)
+    stride = _stride(prepared, count, most)
     return join([thin(chunk, stride) for chunk in torque_chunks(prepared, robot, settings, stride=stride)])
 
 
@@ -173,7 +175,7 @@ def log_friction(
         If the log cannot be used.
     """
     log, phases = prepared.log, prepared.support.phases
-    stride = _stride(prepared, count)
+    stride = _stride(prepared, count, MOST_KEPT)
     kept, used, moments = [], 0, np.zeros((3, 6))
     with errors_about(log.path):
         for chunk in torque_chunks(prepared, robot, settings):
@@ -239,10 +241,10 @@ def _filter_name(settings: Settings, period: float) -> str:
     return f"{name}; momentum observer, -3 dB at {bandwidth:.3g} Hz" if bandwidth else name
 
 
-def _stride(prepared: PreparedLog, count: int) -> int:
+def _stride(prepared: PreparedLog, count: int, most: int) -> int:
     """Return one of how many rows is kept if there are `count` logs like this one."""
     rows = sum(phase.last - phase.first for phase in prepared.support.phases)
-    return max(1, -(-rows * count // MOST_KEPT))
+    return max(1, -(-rows * count // most))
 
 
 def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: FrictionSamples) -> FrictionSamples:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.friction_torque.inverse_dynamics import Chunk
@@ -21,10 +22,13 @@ PER_SAMPLE = (
 
 def thin(chunk: Chunk, stride: int) -> FrictionSamples:
     """Return one of `stride` samples of a chunk, counted in rows of the log so that chunks fit together."""
-    kept = chunk.rows % stride == 0
-    samples = chunk.samples
-    thinned = {name: value[kept] for name in PER_SAMPLE if (value := getattr(samples, name)) is not None}
-    return replace(samples, stride=stride, **thinned)
+    return replace(take(chunk.samples, chunk.rows % stride == 0), stride=stride)
+
+
+def take(samples: FrictionSamples, rows: NDArray[np.bool_]) -> FrictionSamples:
+    """Select samples."""
+    taken = {name: value[rows] for name in PER_SAMPLE if (value := getattr(samples, name)) is not None}
+    return replace(samples, **taken)
 
 
 def join_logs(logs: Sequence[FrictionSamples]) -> FrictionSamples:

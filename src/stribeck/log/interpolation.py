@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy  # its interpolate is slow to import: loaded at its first use
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from stribeck.base.typing import Array
@@ -39,7 +39,7 @@ def cubic(query: Array, time: Array, values: Array) -> Array:
         block = inside[start : start + BLOCK_ROWS]
         first, last = np.searchsorted(time, block[[0, -1]])
         near = slice(max(0, int(first) - MARGIN), int(last) + MARGIN)
-        result[start : start + BLOCK_ROWS] = CubicSpline(time[near], values[near])(block)
+        result[start : start + BLOCK_ROWS] = scipy.interpolate.CubicSpline(time[near], values[near])(block)
     return result
 
 

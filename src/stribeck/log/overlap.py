@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
-from stribeck.log.storage import BLOCK_ROWS
 
 Prints = NDArray[np.uint64]
 
@@ -36,8 +35,8 @@ def prints(log: RobotLog) -> Prints:
 def _row_hashes(log: RobotLog) -> Prints:
     rows = np.zeros(len(log.time), dtype=np.uint64)
     factors = np.random.default_rng(0).integers(1 << 63, size=2 * len(log.joint_names), dtype=np.uint64) | np.uint64(1)
-    for start in range(0, len(rows), BLOCK_ROWS):
-        block = slice(start, start + BLOCK_ROWS)
+    for start in range(0, len(rows), 4096):  # blocks of a few megabytes, which memory is found for once
+        block = slice(start, start + 4096)
         both = np.concatenate((log.position[block], log.torque[block]), axis=1).view(np.uint64)
         mixed = (both ^ (both >> np.uint64(32))) * factors  # the last bits of a float are often zero
         rows[block] = mixed.sum(axis=1) >> np.uint64(16)

@@ -6,7 +6,7 @@ from stribeck.base.typing import Array, TorqueSource
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, line, robust_limits, velocity_axes
-from stribeck.report.joints import running_mean
+from stribeck.report.joints import joint_samples, running_mean
 from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
 from stribeck.report.text import parameter_names, symbols
@@ -155,7 +155,7 @@ def branch_charts(result: Result) -> list[tuple[Chart, str]]:
         return []
     figures = []
     for name, joint in result.joints.items():
-        if not joint.parameters or not _usable(evidence.correction[0], name).any():
+        if not joint.parameters or not len(joint_samples(evidence.correction[0], name).time):
             continue
         both = [branches(samples, name) for samples in evidence.correction]
         lines = [
@@ -177,20 +177,11 @@ def branch_charts(result: Result) -> list[tuple[Chart, str]]:
 
 def branches(samples: FrictionSamples, joint: str) -> tuple[Array, Array, Array]:
     """Return velocities and the mean friction torques there while a joint's velocity rises and falls, (K,) each."""
-    column, keep = samples.joint_names.index(joint), _usable(samples, joint)
-    velocity, torque = samples.velocity[keep, column], samples.friction_torque[keep, column]
-    rises = samples.acceleration[keep, column] > 0
-    limits = robust_limits(velocity, share=0.0, margin=0.03)
-    centre, up = running_mean(velocity[rises], torque[rises], limits, bins=24)
-    _, down = running_mean(velocity[~rises], torque[~rises], limits, bins=24)
+    shown = joint_samples(samples, joint)
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    centre, up = running_mean(shown.velocity[shown.rises], shown.torque[shown.rises], limits, bins=24)
+    _, down = running_mean(shown.velocity[~shown.rises], shown.torque[~shown.rises], limits, bins=24)
     return centre, up, down
-
-
-def _usable(samples: FrictionSamples, joint: str) -> Array:
-    if joint not in samples.joint_names:
-        return np.zeros(len(samples.time), dtype=bool)
-    column = samples.joint_names.index(joint)
-    return np.asarray(samples.usable[:, column] & np.isfinite(samples.friction_torque[:, column]))
 
 
 def _split(up: Array, down: Array) -> float:

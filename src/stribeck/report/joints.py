@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw
@@ -15,7 +16,7 @@ from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result, velocity_grid
 from stribeck.result.tables import friction_text
 
-MOST_DRAWN = 100_000
+MOST_DRAWN = 30_000
 """Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
 
 MOST_POINTS = 700
@@ -26,26 +27,32 @@ MOST_POINTS = 700
 class JointSamples:
     """Samples of a joint that a fit may use, evenly thinned.
 
-    `time` [s], `velocity` [rad/s] and friction `torque` [N m] (for prismatic joints m/s and N) have the shape (N,);
-    each sample stands for `period` seconds of the log.
+    `time` [s], `velocity` [rad/s], friction `torque` [N m] (for prismatic joints m/s and N) and whether the velocity
+    `rises` have the shape (N,); each sample stands for `period` seconds of the log.
     """
 
     time: Array
     velocity: Array
     torque: Array
+    rises: NDArray[np.bool_]
     period: float
 
 
 def joint_samples(samples: FrictionSamples, name: str) -> JointSamples:
     """Select the samples of a joint; none if it has no torque."""
     every = max(1, -(-len(samples.time) // MOST_DRAWN))
-    time, velocity, torque = (np.empty(0) for _ in range(3))
+    rows, column = np.empty(0, dtype=np.int64), 0
     if name in samples.joint_names:
         column = samples.joint_names.index(name)
-        velocity, torque = samples.velocity[::every, column], samples.friction_torque[::every, column]
-        keep = samples.usable[::every, column] & np.isfinite(velocity) & np.isfinite(torque)
-        time, velocity, torque = samples.time[::every][keep], velocity[keep], torque[keep]
-    return JointSamples(time=time, velocity=velocity, torque=torque, period=samples.period * samples.stride * every)
+        values = samples.velocity[::every, column] + samples.friction_torque[::every, column]
+        rows = every * np.flatnonzero(samples.usable[::every, column] & np.isfinite(values))
+    return JointSamples(
+        time=samples.time[rows],
+        velocity=samples.velocity[rows, column],
+        torque=samples.friction_torque[rows, column],
+        rises=samples.acceleration[rows, column] > 0,
+        period=samples.period * samples.stride * every,
+    )
 
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
@@ -78,8 +85,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     if not len(shown.velocity):
         return []
     over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), prismatic=prismatic)
-    fitted = joint.band(shown.velocity)
-    if fitted is None:
+    if joint.band(shown.velocity[:1]) is None:
         why = "no friction is detectable" if joint.verdict == "no friction" else "no law is fitted"
         return [(over_velocity, f"Friction torque over velocity: samples only, {why}.")]
     figures = [(over_velocity, "Friction torque over velocity")]
@@ -93,7 +99,10 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {unit}" if stribeck else ""
     return [
         *figures,
-        (residual_over_velocity(shown, fitted[0], over_velocity), "Residual of the law, and its mean"),
+        (
+            residual_over_velocity(shown, joint.friction(shown.velocity), over_velocity),
+            "Residual of the law, and its mean",
+        ),
         (coverage, f"Velocity coverage{dashed}"),
     ]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri  # of scipy.stats, which is slow to import
 
 from stribeck.errors import SettingsError
 from stribeck.result import JointResult, ParameterEstimate, Result, read_result
@@ -168,7 +168,7 @@ def p_value(difference: Difference) -> float:
     half = difference.difference - low if difference.difference > 0 else high - difference.difference
     if not half:
         return float(difference.difference == 0)
-    return 2 * float(norm.sf(norm.ppf(0.975) * abs(difference.difference) / half))
+    return 2 * float(ndtr(-ndtri(0.975) * abs(difference.difference) / half))
 
 
 def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstimate) -> Difference:

@@ -9,7 +9,7 @@ from typing import Any
 
 import h5py
 import numpy as np
-import scipy.io
+import scipy  # its io is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError

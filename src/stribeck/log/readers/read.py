@@ -15,7 +15,6 @@ from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
 from stribeck.log.readers.arrays import open_hdf5, open_npz
-from stribeck.log.readers.bags import open_bag
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.lerobot import INFO, open_lerobot
@@ -30,6 +29,14 @@ from stribeck.settings import LogTable
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot
+
+
+def open_bag(path: Path, table: LogTable) -> Recording:
+    """Open a bag; what reads bags is slow to import, and loaded at its first use."""
+    from stribeck.log.readers import bags
+
+    return bags.open_bag(path, table)
+
 
 FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {
     ".npz": open_npz,
