@@ -26,8 +26,8 @@ import numpy as np
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.base.typing import Array
 from stribeck.whole_log import estimate
-from stribeck.whole_log.equations import build
-from stribeck.whole_log.equations.joint_acceleration import JointAcceleration
+from stribeck.whole_log.equations import filters
+from stribeck.whole_log.equations.filters import JointAcceleration
 from stribeck.whole_log.noise import update, variance_components, whitening
 from stribeck.whole_log.noise.variance_components import AWAY, VarianceComponents
 from stribeck.whole_log.solver import empirical_bayes, pilot_fit
@@ -107,7 +107,7 @@ COMPONENTS: dict[str, tuple[Substitute, ...]] = {
             lambda curves, found: replace(curves, group_prior=np.full((2, found.internal.shape[1]), np.nan)),
         ),
     ),
-    "joint acceleration windows": ((build, "joint_acceleration", plain_acceleration),),
+    "joint acceleration windows": ((filters, "joint_acceleration", plain_acceleration),),
     "overdispersion": ((estimate, "heterogeneity", lambda *given: (1.0, heterogeneity(*given)[1])),),
     "heterogeneity of a joint": (
         (estimate, "heterogeneity", lambda *given: (heterogeneity(*given)[0], np.ones_like(heterogeneity(*given)[1]))),

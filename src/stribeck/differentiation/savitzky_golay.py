@@ -3,7 +3,6 @@
 from math import factorial
 
 import numpy as np
-from scipy.linalg import convolution_matrix
 from scipy.optimize import brentq
 
 from stribeck.base.typing import Array
@@ -124,8 +123,10 @@ def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> t
     samples = max(len(signal) - length + 1, 0)
     outputs = tuple(np.empty((samples, signal.shape[1])) for _ in range(count))
     block = max(64, length // 3)  # shorter blocks pay more for the call than for the arithmetic
-    inputs = min(block, samples) + length - 1
-    band = np.stack([convolution_matrix(kernel[::-1], inputs, "valid") for kernel in kernels]) if samples else kernels
+    shifts = min(block, samples)
+    inputs = shifts + length - 1
+    padded = np.pad(kernels, ((0, 0), (0, shifts)))  # one entry longer than a row: repeated, each row starts one later
+    band = np.tile(padded, shifts)[:, : shifts * inputs].reshape(count, shifts, inputs)
     for start in range(0, samples, block):
         rows = min(block, samples - start)
         window = signal[start : start + rows + length - 1]

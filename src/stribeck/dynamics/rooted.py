@@ -38,12 +38,34 @@ class RootMotion:
 
 
 @cache
-def _pool(rooted: RootedModel) -> pin.ModelPool:
-    """Return the pool of working memories for a tree; in it a floating tree feels no gravity of its own."""
+def without_gravity(rooted: RootedModel) -> pin.Model:
+    """Return the model of a tree; a floating tree has no gravity, which enters as the root's acceleration."""
     model = pin.Model(rooted.model)
     if rooted.floating:
         model.gravity.linear = np.zeros(3)
-    return pin.ModelPool(model, THREADS)
+    return model
+
+
+@cache
+def _pool(rooted: RootedModel) -> pin.ModelPool:
+    return pin.ModelPool(without_gravity(rooted), THREADS)
+
+
+def model_motion(
+    rooted: RootedModel, position: Array, velocity: Array, acceleration: Array, root: RootMotion | None
+) -> tuple[Array, Array, Array]:
+    """Return configurations, velocities and accelerations in Pinocchio's order, gravity in the root's acceleration."""
+    samples, size, model = len(position), rooted.root_size, rooted.model
+    configuration, rates = np.tile(pin.neutral(model), (samples, 1)), np.zeros((2, samples, model.nv))
+    configuration[:, model.nq - len(rooted.columns) :] = position[:, rooted.columns]
+    rates[:, :, size:] = velocity[:, rooted.columns], acceleration[:, rooted.columns]
+    if size and root is not None:
+        rates[1, :, :3] = -root.gravity
+        if root.velocity is not None:
+            rates[0, :, :size] = root.velocity
+        if root.acceleration is not None:
+            rates[1, :, :size] += root.acceleration
+    return configuration, rates[0], rates[1]
 
 
 def rooted_inverse_dynamics(
@@ -68,31 +90,14 @@ def rooted_inverse_dynamics(
     torque
         [N m], shape (T, n), in the robot's order.
     """
-    samples, joints = position.shape
-    size = rooted.root_size
-    columns = rooted.columns
-    model = rooted.model
-    configuration = np.empty((samples, model.nq))
-    rates = np.empty((2, samples, model.nv))
-    if size:
-        configuration[:, :7] = (0, 0, 0, 0, 0, 0, 1)
-        rates[:, :, :size] = 0
-        if root is not None:
-            rates[1, :, :3] = -root.gravity
-            if root.velocity is not None:
-                rates[0, :, :size] = root.velocity
-            if root.acceleration is not None:
-                rates[1, :, :size] += root.acceleration
-    configuration[:, model.nq - joints :] = position[:, columns]
-    rates[0, :, size:] = velocity[:, columns]
-    rates[1, :, size:] = acceleration[:, columns]
-    effort = np.empty((samples, model.nv))
-    if samples:
-        threads = THREADS if samples >= 4096 else 1  # fewer take as long as threads wait for one another
-        pin.rneaInParallel(threads, _pool(rooted), configuration.T, rates[0].T, rates[1].T, effort.T)
-    torque = np.empty((samples, joints))
-    torque[:, columns] = effort[:, size:]
-    return effort[:, :size], torque
+    motion = model_motion(rooted, position, velocity, acceleration, root)
+    effort = np.empty((len(position), rooted.model.nv))
+    if len(position):
+        threads = THREADS if len(position) >= 4096 else 1  # fewer take as long as threads wait for one another
+        pin.rneaInParallel(threads, _pool(rooted), *(each.T for each in motion), effort.T)
+    torque = np.empty(position.shape)
+    torque[:, rooted.columns] = effort[:, rooted.root_size :]
+    return effort[:, : rooted.root_size], torque
 
 
 def joint_inertia(rooted: RootedModel, position: Array) -> Array:
@@ -110,12 +115,11 @@ def inertia_matrix(rooted: RootedModel, position: Array) -> Array:
     Shape (T, r + n, r + n) with r = 6 for a floating root, in its own coordinates, and 0 for a fixed one. Pinocchio has
     no batched call for it.
     """
-    model, size, columns = rooted.model, rooted.root_size, rooted.columns
+    model, columns = rooted.model, rooted.columns
     data = model.createData()
     configuration = np.tile(pin.neutral(model), (len(position), 1))
     configuration[:, model.nq - len(columns) :] = position[:, columns]
     matrix = np.empty((len(position), model.nv, model.nv))
     for k, row in enumerate(configuration):
         matrix[k] = pin.crba(model, data, row)
-    order = np.concatenate([np.arange(size), size + np.argsort(columns)])  # of the model's joints by the robot's
-    return np.asarray(matrix[:, order[:, None], order])
+    return np.asarray(matrix[:, rooted.order[:, None], rooted.order])

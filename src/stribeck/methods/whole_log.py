@@ -27,9 +27,8 @@ from stribeck.robot import Robot
 from stribeck.settings import ChannelTable, Priors, Settings
 from stribeck.whole_log.describe import describe_corrections
 from stribeck.whole_log.equations.build import WeakForm, weak_form
-from stribeck.whole_log.equations.constants import POSITION_FLOOR, TORQUE_FLOOR
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
-from stribeck.whole_log.equations.spikes import without_spikes
+from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.whole_log.fit_checks.findings import misfit_findings
 from stribeck.whole_log.terms.selection import JointTerms

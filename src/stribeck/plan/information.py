@@ -29,8 +29,9 @@ from stribeck.plan.joint import PlannedJoint, PresentMotion, averaged
 from stribeck.result import CurvePoint
 from stribeck.robot import Robot
 from stribeck.settings import Priors
-from stribeck.whole_log.equations.constants import LONGEST_SEGMENT, WINDOW_LENGTH
+from stribeck.whole_log.equations.filters import WINDOW_LENGTH
 from stribeck.whole_log.equations.regressors import inertia_regressors
+from stribeck.whole_log.equations.segments import LONGEST_SEGMENT
 from stribeck.whole_log.model.bodies import bodies_of
 
 

@@ -17,7 +17,7 @@ from stribeck.judgement.curve import SPEEDS
 from stribeck.judgement.speed import top_speed
 from stribeck.result import JointResult, ParameterEstimate, law_slopes, law_values
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.constants import BOXES, WINDOW_LENGTH
+from stribeck.whole_log.equations.filters import BOXES, WINDOW_LENGTH
 
 SHRINKING = ("noise", "overdispersion", "heterogeneity over folds", "group mean")
 """Parts of a variance that fall as a log gets longer."""

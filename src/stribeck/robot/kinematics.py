@@ -36,8 +36,12 @@ def direction_in_root(rooted: RootedModel, frame: int, position: Array, directio
     direction
         Vectors in the frame, shape (T, 3).
     """
-    rotation, _ = frame_pose(rooted, frame, position)
-    return np.asarray(np.einsum("tij,tj->ti", rotation, direction))
+    direction = direction @ rooted.model.frames[frame].placement.rotation.T
+    for axis, column, placement in _path(rooted, frame):
+        if not axis.prismatic:
+            direction = _turns(axis.direction, position[:, column]).apply(direction)
+        direction = direction @ placement.rotation.T
+    return direction
 
 
 def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array, Array]:

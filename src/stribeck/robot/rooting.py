@@ -56,6 +56,11 @@ class RootedModel:
         """Number of velocity entries of the root, 6 or 0."""
         return 6 if self.floating else 0
 
+    @property
+    def order(self) -> NDArray[np.int64]:
+        """Places of the root and of the robot's joints, in the robot's order, in the model's velocity, (r + n,)."""
+        return np.concatenate([np.arange(self.root_size), self.root_size + np.argsort(self.columns)])
+
     def path_to_root(self, joint: int) -> list[int]:
         """Return the one-degree-of-freedom joints from `joint` up to the root, nearest first."""
         path = []

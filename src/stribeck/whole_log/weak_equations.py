@@ -1,6 +1,5 @@
 """The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,7 +61,7 @@ class CorrectionLayout:
     def size(self) -> int:
         """Number of columns."""
         sensors = self.gains + self.zeros + self.tilts + self.delays + WRENCH_SIZE * self.wrenches
-        return self.inertial_parameters.size + sensors + len(self.rotors) + math.prod(self.log_offsets)
+        return self.inertial_parameters.size + sensors + len(self.rotors) + self.log_offsets[0] * self.log_offsets[1]
 
 
 def contrasts_of_logs(logs: int) -> Array:

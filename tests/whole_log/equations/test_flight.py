@@ -13,7 +13,6 @@ from stribeck.contact.phases import phases_of_segment
 from stribeck.log import RobotLog
 from stribeck.log.sampling import regularise
 from stribeck.whole_log.equations.build import WeakForm, weak_form
-from stribeck.whole_log.equations.constants import LONGEST_FLIGHT
 from stribeck_simulation.robots import MODELS
 
 COULOMB = 2.0
@@ -114,7 +113,7 @@ def test_columns_of_a_flight_are_those_of_wrong_inertias_and_zeros(robot: Robot,
 
 def test_nothing_flies_for_a_second(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
     log = fall[0]
-    period = (1.2 * LONGEST_FLIGHT) / len(log.time)
+    period = 1.2 / len(log.time)  # [s]
     assert form_of(robot, replace(log, time=period * np.arange(len(log.time)))).segments == ()
 
 

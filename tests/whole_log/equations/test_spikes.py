@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stribeck.whole_log.equations.spikes import without_spikes
+from stribeck.whole_log.equations.noise import without_spikes
 
 NOISE = 2e-3
 TIME = np.arange(6000) / 1000

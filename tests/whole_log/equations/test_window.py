@@ -4,14 +4,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.whole_log.equations.motion import differentiator
-from stribeck.whole_log.equations.window import smooth_window
+from stribeck.whole_log.equations.filters import derivative_kernels, smooth_window
 from stribeck.whole_log.noise.autocorrelation import innovation_weights
 
 
 @settings(deadline=None)
 @given(period=st.floats(5e-5, 0.1))
 def test_overlaps_are_of_a_covariance_at_every_rate(period: float) -> None:
-    window, kernels = smooth_window(period), differentiator(2e-5, period)
-    for overlap in window.overlaps(kernels.sharp[2], np.ones(1)):
+    window, (_, sharp) = smooth_window(period), derivative_kernels(2e-5, period)
+    for overlap in window.overlaps(sharp[2], np.ones(1)):
         assert np.isfinite(innovation_weights(overlap)).all()  # has a Cholesky factor

@@ -24,8 +24,8 @@ from stribeck.methods.moving import joints_that_move
 from stribeck.result import Validation
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.build import find_corrections
-from stribeck.whole_log.equations.couplings import acting
+from stribeck.whole_log.equations.build import acting
+from stribeck.whole_log.equations.regressors import find_corrections
 from stribeck.whole_log.model.bodies import bodies_of
 
 

@@ -3,16 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from stribeck.whole_log.equations.build import WeakForm
-from stribeck.whole_log.equations.constants import MOST_LOG_OFFSETS
-from stribeck.whole_log.equations.log_offsets import with_log_offsets
 from stribeck.whole_log.equations.segments import Segment
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
+from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations, contrasts_of_logs
+
+MOST_LOG_OFFSETS = 400
+"""Largest number of logs but one, times joints, with which logs have their own offsets [1], to save time."""
 
 
 @dataclass(frozen=True, eq=False)
 class EquationSequence(Sequence[WeakEquations]):
-    """The equations of several logs' segments with their gait phases, computed when they are asked for.
+    """The equations of several logs' segments with their gait phases, computed when they are requested.
 
     Attributes
     ----------
@@ -30,7 +33,14 @@ class EquationSequence(Sequence[WeakEquations]):
 
     def __getitem__(self, k: int) -> WeakEquations:  # type: ignore[override]
         log, segment, gait = self.parts[k]
-        return with_log_offsets(self.forms[log].equations(segment, gait), log, self.corrections.log_offsets)
+        equations = self.forms[log].equations(segment, gait)
+        contrasts, joints = self.corrections.log_offsets
+        if not contrasts:
+            return equations
+        own = contrasts_of_logs(contrasts + 1)[:, log, None]  # offsets act like constant friction
+        columns = (own * equations.weights[:, :, None, :joints]).reshape(*equations.residual.shape, -1)
+        others = [] if equations.regressors is None else [equations.regressors]
+        return replace(equations, regressors=np.concatenate([*others, columns], axis=2))
 
     def delayed(self, delay: float) -> "EquationSequence":
         """Return the same equations with torques that come `delay` [s] after the motion.
@@ -44,24 +54,24 @@ class EquationSequence(Sequence[WeakEquations]):
 
     @property
     def corrections(self) -> CorrectionLayout:
-        """Those of every log, and contrasts of the offsets where there are several logs, but not many."""
+        """Corrections of every log, and contrasts of the offsets if there are several logs, but not many."""
         contrasts, joints = len(self.forms) - 1, len(self.forms[0].joints)
         few = 0 < contrasts * joints <= MOST_LOG_OFFSETS
         return replace(self.forms[0].corrections, log_offsets=(contrasts, joints) if few else (0, 0))
 
     @property
     def feet(self) -> tuple[tuple[str, ...], ...]:
-        """The feet that each segment stands on."""
+        """Feet that each segment stands on."""
         return tuple(segment.feet for _, segment, _ in self.parts)
 
     @property
     def gaits(self) -> int:
-        """How many gait phases there are."""
+        """Number of gait phases."""
         return 1 + max((gait for _, _, gait in self.parts), default=-1)
 
 
 def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
-    """Return the equations of all segments of some logs; every log's contact modes are gait phases of their own."""
+    """Collect the equations of all segments of some logs; every log's contact modes are gait phases of their own."""
     gaits: dict[tuple[int, tuple[str, ...]], int] = {}
     parts = []
     for number, form in enumerate(forms):

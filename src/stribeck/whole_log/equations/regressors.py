@@ -1,9 +1,9 @@
 """Regressors Y of the corrections (docs/estimator.md, "Regressors"; Atkeson, An and Hollerbach 1986).
 
-All are taken at the windows' centres, of the smoothed motion: corrections are small, so that this costs no accuracy.
+All are taken at the windows' centers, from the smoothed motion: corrections are small, so this costs no accuracy.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -11,51 +11,117 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.dynamics.rooted import RootMotion
-from stribeck.dynamics.state import Orientation, State
+from stribeck.dynamics.rooted import RootMotion, model_motion, without_gravity
+from stribeck.dynamics.state import State
 from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import SIZE, carried
-from stribeck.robot.rooting import RootedModel
+from stribeck.robot.rooting import BASE_FRAME, RootedModel
+from stribeck.settings import Settings
+from stribeck.whole_log.equations.contact_mode import ContactMode
+from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
 
-TURN = 1e-5
-"""Step of the differences [rad] or [m]: rounding and curvature both stay below a part in ten thousand."""
+
+def find_corrections(robot: Robot, names: Sequence[str], settings: Settings, wrenches: int = 0) -> CorrectionLayout:
+    """List what is corrected: nothing, inertias and the torques' delay, all sensors' calibration, rotor inertias.
+
+    `names` are joints, then couplings; `wrenches` is the number of wrench sensors.
+    """
+    asked = settings.fit_armature
+    everywhere = asked is True or (asked == "auto" and robot.torque_source != "link_side_sensor")
+    rotors = tuple(k for k, name in enumerate(names) if everywhere or (isinstance(asked, list) and name in asked))
+    modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
+    armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
+    if settings.corrections == "none":
+        return CorrectionLayout(rotors=rotors, armature=armature)
+    bodies, parameters = list(robot.tree.model.names)[1:], list(robot.tree.model.inertias)[1:]
+    calibration = settings.corrections == "calibration"
+    return CorrectionLayout(
+        bodies=tuple(map(str, bodies)),
+        inertial_parameters=np.stack([each.toDynamicParameters() for each in parameters]),
+        gains=sum(name in robot.joint_names for name in names) if calibration else 0,
+        zeros=len(robot.joint_names) if calibration else 0,
+        tilts=3 if calibration else 0,
+        delays=1 + (calibration and robot.base == "floating"),
+        wrenches=wrenches,
+        rotors=rotors,
+        armature=armature,
+    )
 
 
-@cache
-def _workspace(rooted: RootedModel) -> tuple[pin.Model, pin.Data]:
-    model = pin.Model(rooted.model)
-    if rooted.floating:
-        model.gravity.linear = np.zeros(3)  # it enters as the root's acceleration
-    return model, model.createData()
+def correction_regressors(
+    layout: CorrectionLayout, mode: ContactMode, state: State, acting: Array, torques: Array, wrench: Array | None
+) -> Array:
+    """Compute the derivatives of the rows by all corrections, shape (K, rows, c), from smoothed signals.
+
+    Parameters
+    ----------
+    layout
+        The corrections.
+    mode, state
+        Contact mode, and motion at the windows' centers.
+    acting
+        How friction of joints and couplings acts on the rows, shape (rows, n + couplings).
+    torques
+        Measured torques [N m] and their time derivatives [N m/s], shape (2, K, n).
+    wrench
+        Measured wrench on the standing foot [N], [N m], shape (K, 6); None if it is not used.
+    """
+    robot, turn = mode.robot, state.orientation
+    own = acting[:, : len(mode.joints)]
+    found, root = [], mode.root(state)
+    if layout.bodies and robot.loops:
+        rows = np.arange(len(mode.rooted.order))
+        found.append(mode.used(state.position, inertia_regressors(robot, mode.rooted, rows, state, root)))
+    elif layout.bodies:
+        found.append(inertia_regressors(robot, mode.rooted, mode.rows, state, root))
+    if layout.gains:
+        found += [torques[0, :, None] * own, zero_regressors(mode.rooted, mode.rows, state, root)]
+    if layout.delays:
+        found.append(-(own @ torques[1, :, :, None]))
+    if layout.delays > 1:
+        turning = np.zeros((len(state.position), 3)) if turn is None else turn.angular_velocity
+        found.append(-(found[-2][:, :, -3:] @ turning[:, :, None]))
+    if layout.wrenches:
+        sensors = np.zeros((len(state.position), len(acting), layout.wrenches, WRENCH_SIZE))
+        if wrench is not None:
+            sensors[:, :6, mode.sensor, :6], sensors[:, :6, mode.sensor, 6] = np.eye(6), wrench
+        found.append(sensors.reshape(*sensors.shape[:2], -1))
+    if rotors := list(layout.rotors):
+        turned = acting[len(acting) - len(mode.joints) :, rotors]
+        found.append((state.acceleration[:, mode.joints] @ turned)[:, None] * acting[:, rotors])
+    return np.concatenate(found, axis=2)
 
 
 def inertia_regressors(
     robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], state: State, root: RootMotion | None
 ) -> Array:
-    """Return the derivatives of inverse dynamics by the bodies' inertial parameters, shape (K, rows, 10 bodies).
+    """Compute the derivatives of inverse dynamics by the bodies' inertial parameters, shape (K, rows, 10 bodies).
 
     Rows are counted as `inertia_matrix` orders them: those of a floating root first, then the robot's joints.
 
-    The bodies are those of `robot.tree`, each with its parameters in its own joint's frame, whatever foot stands: a
+    The bodies are those of `robot.tree`, each with its parameters in its own joint's frame, whatever foot stands. A
     body that is passed the other way has moved into another frame, which its parameters follow linearly.
     """
-    model, data = _workspace(rooted)
+    model, motion = without_gravity(rooted), (state.position, state.velocity, state.acceleration)
+    data = model.createData()
     places, moves = _bodies_in(rooted, robot.tree)
-    order, motion = _order(rooted)[rows], _motion(rooted, model, state, root)
-    found = np.empty((len(state.position), len(rows), len(places), SIZE))
-    for k, each in enumerate(zip(*motion, strict=True)):  # Pinocchio has no batched call for it
+    blocks = (rooted.order[rows][:, None] * (model.njoints - 1) + places).ravel()
+    found = np.empty((len(state.position), len(blocks), SIZE))
+    for own, *each in zip(found, *model_motion(rooted, *motion, root), strict=True):  # Pinocchio has no batched call
         regressor = pin.computeJointTorqueRegressor(model, data, *each)
-        found[k] = regressor.reshape(model.nv, -1, SIZE)[order[:, None], places]
+        regressor.reshape(-1, SIZE).take(blocks, axis=0, out=own, mode="clip")  # unlike "raise", without a copy
+    found = found.reshape(len(found), len(rows), -1)
     for body, move in moves.items():
-        found[:, :, body] = found[:, :, body] @ move
-    return found.reshape(*found.shape[:2], -1)
+        block = found[:, :, SIZE * body : SIZE * (body + 1)]
+        block[:] = block @ move
+    return found
 
 
 @cache
 def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64], dict[int, Array]]:
-    """Return where the bodies of the robot's own tree are in another, and what their parameters become there.
+    """Find where the bodies of the robot's own tree are in another, and what their parameters become there.
 
-    Only those that are passed the other way, between the roots of both, have moved into another frame.
+    Only bodies between the roots of both trees, which are passed the other way, have moved into another frame.
     """
     if rooted is tree:
         return np.arange(tree.model.njoints - 1), {}
@@ -64,82 +130,32 @@ def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64
     return np.array([joint - 1 for joint, _ in homes]), moves
 
 
-def zero_regressors(
-    rooted: RootedModel, rows: NDArray[np.int64], state: State, root_of: Callable[[State], RootMotion | None]
-) -> Array:
-    """Return minus the rows' derivatives by joint positions, then by the tilt, shape (K, rows, all joints + 3).
+def zero_regressors(rooted: RootedModel, rows: NDArray[np.int64], state: State, root: RootMotion | None) -> Array:
+    """Compute minus the rows' derivatives by joint positions, then by the tilt, shape (K, rows, all joints + 3).
 
-    Rows are counted as `inertia_matrix` orders them.
+    These are the effects of encoder zeros and of the tilt of an IMU. Rows are counted as `inertia_matrix` orders them.
 
-    They are the effect of encoder zeros, and of the tilt of an IMU (none on a fixed base, or where the foot is taken to
-    be level).
+    The joints between a standing foot and the base turn gravity in the foot's frame, as the tilt does: with w the axis
+    that a joint turns the base about and e the base's axes, both in the foot's frame, by w x g and -e x g. Contact
+    forces, or a root in free fall, take up any other motion of the root.
     """
-    model, data = _workspace(rooted)
-    count, windows, size = state.position.shape[1], len(state.position), rooted.root_size
-    order, motion = _order(rooted)[rows], _motion(rooted, model, state, root_of(state))
-    columns = np.zeros((windows, len(rows), count + 3))
-    by_root = np.empty((windows, len(rows), 2 * size))
-    for k, each in enumerate(zip(*motion, strict=True)):  # Pinocchio has no batched call for it
-        by_position, by_velocity, inertia = pin.computeRNEADerivatives(model, data, *each)
-        columns[k, :, :count] = -by_position[order][:, _order(rooted)[size:]]
-        by_root[k] = np.hstack([by_velocity[order, :size], inertia[order, :size]])
-    if size:  # which moves and is tilted as the joints and the base have it
-        moved = _moved(state)
-        roots = np.hstack(_root_rates(root_of(moved), len(moved.position))).reshape(-1, windows, 2 * size)
-        change = (roots[1:] - roots[:1]).transpose(1, 2, 0) / TURN
-        columns[:, :, : change.shape[2]] -= by_root @ change
+    model, motion = without_gravity(rooted), (state.position, state.velocity, state.acceleration)
+    data = model.createData()
+    size, order, count = rooted.root_size, rooted.order, state.position.shape[1]
+    base = model.frames[model.getFrameId(BASE_FRAME)]
+    slopes = np.empty((len(state.position), model.nv, model.nv))
+    lift = np.zeros((len(slopes), model.nv, 3))
+    axes = np.zeros((len(slopes), 3, model.nv + 3))
+    for k, each in enumerate(zip(*model_motion(rooted, *motion, root), strict=True)):  # Pinocchio has no batched call
+        slopes[k], _, inertia = pin.computeRNEADerivatives(model, data, *each)
+        if size:
+            lift[k], axes[k, :, :-3] = inertia[:, :3], data.J[3:]
+            axes[k, :, -3:] = -data.oMi[base.parentJoint].rotation @ base.placement.rotation
+    columns = np.zeros((len(slopes), len(rows), count + 3))
+    columns[:, :, :count] = -slopes[:, order[rows, None], order[size:]]
+    if size and state.orientation is not None and root is not None:
+        turned = [int(model.idx_vs[joint]) for joint in rooted.path_to_root(int(base.parentJoint))]
+        axes[:, :, np.setdiff1d(np.arange(model.nv), turned)] = 0.0
+        used = axes[:, :, [*order[size:], -3, -2, -1]]
+        columns += lift[:, order[rows]] @ np.cross(used, root.gravity[:, :, None], axis=1)
     return columns
-
-
-def _order(rooted: RootedModel) -> NDArray[np.int64]:
-    """Return the place in Pinocchio's vectors of a floating root and of the robot's joints, as rows are counted."""
-    size = rooted.root_size
-    return np.concatenate([np.arange(size), size + np.argsort(rooted.columns)])
-
-
-def _motion(rooted: RootedModel, model: pin.Model, state: State, root: RootMotion | None) -> tuple[Array, Array, Array]:
-    """Return configurations, velocities and accelerations in Pinocchio's order, gravity in the root's acceleration."""
-    columns, samples = rooted.columns, len(state.position)
-    configuration = np.tile(pin.neutral(model), (samples, 1))
-    configuration[:, model.nq - len(columns) :] = state.position[:, columns]
-    of_root = _root_rates(root, samples)
-    of_joints = state.velocity[:, columns], state.acceleration[:, columns]
-    velocity, acceleration = (np.hstack(parts) for parts in zip(of_root, of_joints, strict=True))
-    return configuration, velocity, acceleration
-
-
-def _root_rates(root: RootMotion | None, samples: int) -> tuple[Array, Array]:
-    """Return velocity and acceleration of a root, gravity in it, shape (samples, 6) each; (samples, 0) of none."""
-    if root is None:
-        return np.zeros((samples, 0)), np.zeros((samples, 0))
-    velocity, acceleration = np.zeros((2, samples, 6))
-    if root.velocity is not None:
-        velocity += root.velocity
-    if root.acceleration is not None:
-        acceleration += root.acceleration
-    acceleration[:, :3] -= root.gravity
-    return velocity, acceleration
-
-
-def _moved(state: State) -> State:
-    """Return the state as it is, then with each joint moved, then with the root link turned about each of its axes."""
-    windows, count = state.position.shape
-    copies = 1 + count + (0 if state.orientation is None else 3)
-    position = np.tile(state.position, (copies, 1)).reshape(copies, windows, count)
-    position[1 + np.arange(count), :, np.arange(count)] += TURN
-    turn = state.orientation
-    if turn is not None:
-        quaternion = np.tile(turn.quaternion, (copies, 1)).reshape(copies, windows, 4)
-        for axis in range(3):
-            half = 0.5 * TURN * np.eye(3)[axis]  # quaternion of a small turn, its scalar one
-            vector, scalar = turn.quaternion[:, :3], turn.quaternion[:, 3:]
-            quaternion[1 + count + axis, :, :3] += scalar * half + np.cross(vector, half)
-            quaternion[1 + count + axis, :, 3] -= vector @ half
-        still = np.zeros((copies * windows, 3))
-        turn = Orientation(quaternion.reshape(-1, 4), still, still)
-    return State(
-        position.reshape(-1, count),
-        np.tile(state.velocity, (copies, 1)),
-        np.tile(state.acceleration, (copies, 1)),
-        turn,
-    )

@@ -1,19 +1,13 @@
-"""Which rows of a log the weak form uses, cut into segments of one contact mode."""
+"""Segments of a log in one contact mode, which the weak form uses."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 from stribeck.contact import SupportPhase
-from stribeck.whole_log.equations.constants import (
-    LEAST_LONGEST_SEGMENT,
-    LONGEST_FLIGHT,
-    LONGEST_SEGMENT,
-    SEGMENTS_OF_A_LOG,
-    TRIM_END,
-    TRIM_LANDED,
-    TRIM_LIFTED,
-)
+
+LONGEST_SEGMENT = 1.6
+"""Longest segment [s]: errors of different segments count as independent."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +24,6 @@ class Segment:
     ends: int | None
     unbroken: slice
 
-    def within(self, rows: slice) -> "Segment":
-        """Return the part of the segment that lies inside some rows."""
-        return replace(self, first=max(self.first, rows.start), last=min(self.last, rows.stop))
-
 
 def cut_segments(
     phases: tuple[SupportPhase, ...],
@@ -43,45 +33,42 @@ def cut_segments(
     shortest: int,
     surfaces: Collection[str] = (),
 ) -> tuple[Segment, ...]:
-    """Return the segments of all phases in which feet stand or all swing.
+    """Cut all phases in which feet stand or all swing into segments.
 
     Parameters
     ----------
     phases, unbroken
-        Of the log.
+        Support phases of the log, and its rows between gaps.
     period
-        [s].
+        Sampling period [s].
     margin
-        Rows that filters need on either side within a segment.
+        Rows on either side of a segment that filters need.
     shortest
-        Rows that a segment must have.
+        Smallest number of rows of a segment.
     surfaces
-        Feet that a tree may be rooted at; those that have just landed come last, as they still settle.
+        Feet that a tree may be rooted at. The order of a segment's feet ends with those that have just landed, because
+        they still settle.
     """
-    longest = _longest_segment(sum(phase.stop - phase.start for phase in phases) * period)
+    duration = sum(phase.stop - phase.start for phase in phases) * period
+    longest = min(LONGEST_SEGMENT, max(0.4, duration / 12))  # [s]; more segments than folds, windows still overlap
     found: list[Segment] = []
     before: tuple[str, ...] = ()
     for phase in (phase for phase in phases if phase.kind != "touching"):
-        part_unbroken = next(s for s in unbroken if s.start <= phase.start < s.stop)
-        begins = phase.start if phase.start > part_unbroken.start and phase.kind != "fixed" else None
-        ends = phase.stop if phase.stop < part_unbroken.stop and phase.kind != "fixed" else None
-        first, last = max(phase.start, part_unbroken.start + margin), min(phase.stop, part_unbroken.stop - margin)
+        part = next(each for each in unbroken if each.start <= phase.start < each.stop)
+        first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
+        begins = phase.start if phase.start > part.start and phase.kind != "fixed" else None
+        ends = phase.stop if phase.stop < part.stop and phase.kind != "fixed" else None
         if begins is not None:
-            landed = not set(phase.feet) <= set(before)
-            first = max(first, begins + round((TRIM_LANDED if landed else TRIM_LIFTED) / period))
+            settling = 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; a foot that has landed chatters
+            first = max(first, begins + round(settling / period))
         if ends is not None:
-            last = min(last, ends - round(TRIM_END / period))
+            last = min(last, ends - round(0.02 / period))  # [s]
         feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
         before = phase.feet
-        flies_too_long = phase.kind == "flight" and (phase.stop - phase.start) * period > LONGEST_FLIGHT
-        if flies_too_long or last - first < shortest:
+        falls = phase.kind == "flight" and (phase.stop - phase.start) * period > 1.0  # [s]: the contacts must be wrong
+        if falls or last - first < shortest:
             continue
         parts = -(-(last - first) // max(shortest, round(longest / period)))
-        edges = [first + (last - first) * part // parts for part in range(parts + 1)]
-        found += [Segment(start, stop, feet, begins, ends, part_unbroken) for start, stop in pairwise(edges)]
+        edges = [first + (last - first) * k // parts for k in range(parts + 1)]
+        found += [Segment(start, stop, feet, begins, ends, part) for start, stop in pairwise(edges)]
     return tuple(found)
-
-
-def _longest_segment(duration: float) -> float:
-    """Return the length that a segment of a log may have [s]: shorter in a short log, so that there are folds of it."""
-    return min(LONGEST_SEGMENT, max(LEAST_LONGEST_SEGMENT, duration / SEGMENTS_OF_A_LOG))

@@ -1,0 +1,141 @@
+"""Filters of the weak form: smooth windows, derivatives, and joint accelerations for the regressors.
+
+Equations 2, 5 and 7 of docs/estimator.md; derivatives: Savitzky and Golay 1964.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from stribeck.base.typing import Array
+from stribeck.differentiation.savitzky_golay import correlate_valid, savgol_kernels
+from stribeck.whole_log.equations.noise import leading_rows
+from stribeck.whole_log.weak_equations import through_windows
+
+WINDOW_LENGTH = 0.041
+"""Length of a window [s]: long enough to average encoder noise, short compared with the motion."""
+
+BOXES = 4
+"""Number of boxes whose convolution is a window [1]: the spectrum falls with the fourth power of frequency."""
+
+ACCELERATION_LENGTHS = (0.03, 0.2)
+"""Shortest and longest window of the regressors' accelerations [s]; longer ones lose motion."""
+
+NOISE_SHARE = 5e-4
+"""Power of noise relative to motion in the regressors' accelerations [1], chosen on exact models in strong noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Weights of a window, shape (L,), summing to one, and rows from one window to the next."""
+
+    taps: Array
+    step: int
+
+    def apply(self, signal: Array) -> Array:
+        """Return the windows of a signal, shape (T, n) -> (K, n)."""
+        return through_windows(signal, self.taps, self.step)
+
+    def overlaps(self, *kernels: Array) -> Array:
+        """Compute the autocovariance of windows of white noise of unit variance for some filters, equation (7).
+
+        The result has shape (filters, lags + 1). It ends with the last lag that is not negligible for a filter, and
+        has one lag or more.
+        """
+        longest = max(len(kernel) for kernel in kernels) + len(self.taps) - 1
+        found = np.zeros((len(kernels), longest // self.step + 2))
+        for own, kernel in zip(found, kernels, strict=True):
+            response = np.convolve(self.taps, kernel)
+            lags = np.correlate(response, response, mode="full")[len(response) - 1 :: self.step]
+            own[: len(lags)] = lags
+        reached = np.abs(found) > 1e-4 * found[:, :1]  # smaller correlations are negligible
+        return found[:, : max(1, int(np.flatnonzero(reached.any(axis=0))[-1])) + 1]
+
+
+def smooth_window(period: float) -> Window:
+    """Build the window for a sampling period [s]: a single sample if the period is longer than the window."""
+    box = np.ones(max(1, round((WINDOW_LENGTH / period + BOXES - 1) / BOXES)))
+    taps = np.ones(1)
+    for _ in range(BOXES):
+        taps = np.convolve(taps, box / len(box))
+    return Window(taps, max(1, round(0.012 / period)))  # [s]; closer windows reduce no errors of walks
+
+
+def derivative_kernels(encoder_noise: float, period: float) -> tuple[Array, Array]:
+    """Build Savitzky-Golay kernels for positions and velocities, and for accelerations, shape (3, L) each.
+
+    The first window grows with the encoder noise [rad]: its bias with the fourth power of its length, while noise falls
+    with the power 1.5. The second is as short as possible, because the window of the weak form averages its noise.
+    """
+    noisier = encoder_noise / 2e-5 * np.sqrt(period / 1e-3)  # [rad], [s] for which 31 ms are good
+    return savgol(float(np.clip(0.031 * noisier ** (2 / 11), 0.015, 0.061)), period), savgol(0.011, period)
+
+
+def savgol(length: float, period: float) -> Array:
+    """Build the kernels of position, velocity and acceleration of a window [s], shape (3, L)."""
+    order = 4
+    half = max(order // 2 + 1, round((length / period - 1) / 2))
+    return savgol_kernels(2 * half + 1, order, period)
+
+
+def derivatives(signal: Array, first: int, last: int, kernels: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
+    """Compute derivatives of a signal at rows [first, last) by kernels, shape (3, L), which reach beyond these rows."""
+    half = kernels.shape[1] // 2
+    return correlate_valid(signal[first - half : last + half], kernels[list(orders)], orders)
+
+
+@dataclass(frozen=True, eq=False)
+class JointAcceleration:
+    """Acceleration kernel per joint, shape (n, L), convolved with the weak form's `window`.
+
+    Noise would be taken for motion without torque, and inertias would come out too small (errors in variables, Fuller
+    1987); a window that is longer than necessary loses motion, and they come out too large.
+    """
+
+    kernels: Array
+    window: Window
+
+    @property
+    def margin(self) -> int:
+        """Rows that are needed on either side of a segment."""
+        return int(self.kernels.shape[1] - len(self.window.taps)) // 2
+
+    def windows(self, position: Array, first: int, last: int) -> Array:
+        """Compute the accelerations at the windows of rows [first, last), which have the margin, shape (K, n)."""
+        rows = np.ascontiguousarray(position[first - self.margin : last + self.margin].T)
+        own = sliding_window_view(rows, self.kernels.shape[1], axis=1)[:, :: self.window.step]  # (n, K, L)
+        middle = own[:, :, self.kernels.shape[1] // 2, None]  # a derivative of nearly equal numbers loses digits
+        return np.ascontiguousarray(((own - middle) @ self.kernels[:, :, None])[:, :, 0].T)
+
+
+def joint_acceleration(
+    position: Array, noise: Array, unbroken: tuple[slice, ...], period: float, window: Window, kernel: Array
+) -> JointAcceleration:
+    """Build the kernel of each joint, whose length brings noise down to a share of the motion, equation (5).
+
+        L_i = L_0 (sigma_a^2 / (share (p_i - sigma_a^2)))^(1/5)
+
+    Parameters
+    ----------
+    position, noise
+        Joint positions [rad], shape (T, n), and the standard deviations of their noise, shape (n,).
+    unbroken
+        Rows between which no filter may reach.
+    period
+        Sampling period [s].
+    window
+        Window of the weak form.
+    kernel
+        Savitzky-Golay kernel of an acceleration, shape (L,), which measures the power of noise and motion.
+    """
+    plain = JointAcceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
+    parts = [part for part in leading_rows(position, unbroken) if len(part) > 2 * plain.margin]
+    noise_power = noise**2 * float(np.sum(kernel**2))
+    found = [plain.windows(part, plain.margin, len(part) - plain.margin) for part in parts]
+    power = np.mean(np.concatenate(found) ** 2, axis=0) if found else noise_power
+    share = NOISE_SHARE * np.maximum(power - noise_power, 1e-9 * noise_power)
+    lengths = np.clip(len(kernel) * period * (noise_power / share) ** (1 / 5), *ACCELERATION_LENGTHS)
+    own = [np.convolve(window.taps, savgol(length, period)[2]) for length in lengths.tolist()]
+    longest = max(len(each) for each in own)
+    return JointAcceleration(np.stack([np.pad(each, (longest - len(each)) // 2) for each in own]), window)
