@@ -26,9 +26,6 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.terms.selection import with_terms
 
-MOST_COMPARED = 10_000
-"""Samples [1] of the robot as given, whose means over bins of velocity the report compares with the corrected ones."""
-
 
 def compose(
     fitted: Fitted,
@@ -201,7 +198,7 @@ def _before_and_after(
     These limbs show best what a model does to friction.
     """
     settings, samples = friction.settings.model_copy(update={"standing_legs": False}), friction.samples
-    before = join_logs([thinned_samples(log, len(prepared), robot, settings, MOST_COMPARED) for log in prepared])
+    before = join_logs([thinned_samples(log, len(prepared), robot, settings, most=10_000) for log in prepared])
     return before, _swinging(take(samples, np.isin(samples.time, before.time)), robot)
 
 

@@ -180,13 +180,14 @@ def _end_of_motion(frequency: Array, density: Array, rate: float) -> Array:
 
 
 def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
-    """Return the gain of the acceleration kernel against the true second derivative, shape (F,)."""
-    kernel = savgol_kernels(window, ORDER, 1 / rate)[2]
-    half_width = window // 2
-    phase = 2 * np.pi * frequency[:, None] / rate * np.arange(1, half_width + 1)
-    # The taps sum to zero, so cos - 1 gives the same sum without cancellation at low frequencies.
-    response = 2 * (np.cos(phase) - 1) @ kernel[half_width + 1 :]
-    return np.asarray(-response / (2 * np.pi * frequency) ** 2)
+    """Return the gain of the acceleration kernel against the true second derivative, shape (F,).
+
+    The frequencies are those of a transform without 0, onto whose length a longer kernel folds.
+    """
+    length = round(rate / frequency[0])
+    places = (np.arange(window) - window // 2) % length
+    response = np.fft.rfft(np.bincount(places, savgol_kernels(window, ORDER, 1 / rate)[2], length))
+    return np.asarray(-response.real[1:] / (2 * np.pi * frequency) ** 2)
 
 
 def _candidate_windows(rate: float, samples: int) -> list[int]:

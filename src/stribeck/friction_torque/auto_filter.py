@@ -1,5 +1,7 @@
 """The filter that the log itself asks for: the spectrum of the model's own acceleration (7.1.2, Fig. 7.1)."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,18 +36,16 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     raw = {"filter": shortest, "filter_torque": False, "averaged_law": False, "observer_bandwidth": None}
     settings = settings.model_copy(update=raw | {"standing_legs": settings.standing_legs is True})
     rate = 1 / prepared.sampling.period
-    accelerations: list[Array] = []
-    positions: list[Array] = []
-    used = 0
-    for chunk in torque_chunks(prepared, robot, settings):
-        for whole in chunk.runs():
-            run = slice(whole.start, min(whole.stop, whole.start + MOST_SAMPLES - used))
+    phases = [phase for phase in prepared.support.phases if phase.kind != "flight"]
+    rows = np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(phase.first, phase.last) for phase in phases)])
+    end = int(rows[:MOST_SAMPLES].max(initial=-1)) + 1
+    examined = tuple(replace(phase, last=min(phase.last, end)) for phase in phases)
+    accelerations, positions = [], []
+    for chunk in torque_chunks(prepared, robot, settings, examined):
+        for run in chunk.runs():
             position = prepared.log.position[chunk.rows[run]]
             accelerations.append(_model_acceleration(robot, chunk, run, position, max(1, round(0.004 * rate))))
             positions.append(position[:, robot.torque_controlled])
-            used += run.stop - run.start
-            if used >= MOST_SAMPLES:
-                return choose_cutoff(accelerations, rate, positions)
     if not accelerations:
         raise LogError(
             "log: no support phase has rows to choose a filter from, as feet always stand together or contacts change "

@@ -1,7 +1,6 @@
 """friction_torque.parquet: every sample at the full rate, written as it is worked out."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -23,43 +22,32 @@ def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
     `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the sample. A floating base has
     `ground_reaction.fx` to `.tz`: the wrench that the model predicts on the only standing foot, in its frame [N, N m].
     """
-    with ThreadPoolExecutor(1) as background:
-        writers: list[pq.ParquetWriter] = []
-        pending: list[Future[None]] = []
+    writers: list[pq.ParquetWriter] = []
 
-        def write(log: int, chunk: Chunk) -> None:
-            table = _table(log, chunk)
-            if not writers:
-                writers.append(pq.ParquetWriter(path, table.schema, compression="lz4", use_dictionary=["support"]))
-            writers[0].write_table(table)
+    def write(log: int, chunk: Chunk) -> None:
+        table = _table(log, chunk)
+        if not writers:
+            writers.append(pq.ParquetWriter(path, table.schema, compression="lz4", use_dictionary=["support"]))
+        writers[0].write_table(table)
 
-        def append(log: int, chunk: Chunk) -> None:
-            """Write while the next chunk is worked out; one chunk waits at most."""
-            for earlier in pending:
-                earlier.result()
-            pending[:] = [background.submit(write, log, chunk)]
-
-        try:
-            yield append
-            for last in pending:
-                last.result()
-        finally:
-            background.shutdown()
-            for writer in writers:
-                writer.close()
+    try:
+        yield write
+    finally:
+        for writer in writers:
+            writer.close()
 
 
 def _table(log: int, chunk: Chunk) -> pa.Table:
     samples = chunk.samples
-    support = pa.DictionaryArray.from_arrays(_column(samples.support), _texts(samples.support_names))
     columns = {
         "log": _column(np.full(len(samples.time), log, dtype=np.int32)),
         "time": _column(samples.time),
-        "support": support.cast(pa.string()),
+        "support": _texts(samples.support_names).take(_column(samples.support)),
         "block": _column(samples.block),
     }
-    torque, velocity = (values.T.astype(np.float32) for values in (samples.friction_torque, samples.velocity))
-    for k, joint in enumerate(samples.joint_names):  # single precision: seven digits, half the bytes
+    # single precision: seven digits, half the bytes
+    torque, velocity = (values.T.astype(np.float32, "C") for values in (samples.friction_torque, samples.velocity))
+    for k, joint in enumerate(samples.joint_names):
         columns[f"friction_torque.{joint}"] = _column(torque[k])
         columns[f"velocity.{joint}"] = _column(velocity[k])
         columns[f"usable.{joint}"] = _column(samples.usable[:, k])

@@ -22,7 +22,7 @@ PER_SAMPLE = (
 
 def thin(chunk: Chunk, stride: int) -> FrictionSamples:
     """Return one of `stride` samples of a chunk, counted in rows of the log so that chunks fit together."""
-    return replace(take(chunk.samples, chunk.rows % stride == 0), stride=stride)
+    return chunk.samples if stride == 1 else replace(take(chunk.samples, chunk.rows % stride == 0), stride=stride)
 
 
 def take(samples: FrictionSamples, rows: NDArray[np.bool_]) -> FrictionSamples:

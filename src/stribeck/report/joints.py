@@ -131,16 +131,15 @@ def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: boo
     rows = rows.clip(max=len(near.time) - 1)
     here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
     velocity, torque = near.velocity[rows], np.where(here, near.torque[rows], np.nan)
-    fitted = joint.band(velocity)
-    lines = [line([0.0], torque, "data", "measured", width=1.1, step=step)]
-    if fitted is not None:
-        law = np.where(here, fitted[0], np.nan)
-        lines.append(line([0.0], law, "law", "law", width=1.2, step=step))
+    law = np.where(here, joint.friction(velocity), np.nan)
     limits = robust_limits(near.torque, share=0.0)
     return {
         "x": axis("time [s]", (0.0, step * len(rows))),
         "y": axis(f"friction [{'N' if prismatic else 'N m'}]", limits),
-        "lines": lines,
+        "lines": [
+            line([0.0], torque, "data", "measured", width=1.1, step=step),
+            line([0.0], law, "law", "law", width=1.2, step=step),
+        ],
         "sync": None,
     }
 
