@@ -38,17 +38,17 @@ class RootMotion:
 
 
 @cache
-def without_gravity(rooted: RootedModel) -> pin.Model:
-    """Return the model of a tree; a floating tree has no gravity, which enters as the root's acceleration."""
+def workspace(rooted: RootedModel) -> tuple[pin.Model, pin.Data]:
+    """Return the model of a tree and its working memory; gravity enters a floating tree as the root's acceleration."""
     model = pin.Model(rooted.model)
     if rooted.floating:
         model.gravity.linear = np.zeros(3)
-    return model
+    return model, model.createData()
 
 
 @cache
 def _pool(rooted: RootedModel) -> pin.ModelPool:
-    return pin.ModelPool(without_gravity(rooted), THREADS)
+    return pin.ModelPool(workspace(rooted)[0], THREADS)
 
 
 def model_motion(
@@ -115,8 +115,7 @@ def inertia_matrix(rooted: RootedModel, position: Array) -> Array:
     Shape (T, r + n, r + n) with r = 6 for a floating root, in its own coordinates, and 0 for a fixed one. Pinocchio has
     no batched call for it.
     """
-    model, columns = rooted.model, rooted.columns
-    data = model.createData()
+    (model, data), columns = workspace(rooted), rooted.columns
     configuration = np.tile(pin.neutral(model), (len(position), 1))
     configuration[:, model.nq - len(columns) :] = position[:, columns]
     matrix = np.empty((len(position), model.nv, model.nv))

@@ -16,6 +16,12 @@ def _turns(axis: Array, angle: Array) -> Rotation:
     return Rotation.from_rotvec(angle[:, None] * axis)
 
 
+def _turned(axis: Array, angle: Array, vectors: Array) -> Array:
+    """Return vectors, shape (T, 3), turned about a unit axis by angles [rad], shape (T, 1): Rodrigues' formula."""
+    along = (vectors @ axis)[:, None] * axis
+    return np.asarray(along + np.cos(angle) * (vectors - along) + np.sin(angle) * (vectors @ pin.skew(axis).T))
+
+
 def _path(rooted: RootedModel, frame: int) -> Iterator[tuple[Axis, int, pin.SE3]]:
     """Yield axis, column and placement of the joints from a frame to the root."""
     for joint in rooted.path_to_root(int(rooted.model.frames[frame].parentJoint)):
@@ -39,7 +45,7 @@ def direction_in_root(rooted: RootedModel, frame: int, position: Array, directio
     direction = direction @ rooted.model.frames[frame].placement.rotation.T
     for axis, column, placement in _path(rooted, frame):
         if not axis.prismatic:
-            direction = _turns(axis.direction, position[:, column]).apply(direction)
+            direction = _turned(axis.direction, position[:, column, None], direction)
         direction = direction @ placement.rotation.T
     return direction
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, standing_root
-from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
+from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics, workspace
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
@@ -97,8 +97,8 @@ class ContactMode:
 
     def jacobian(self, position: Array) -> Array:
         """Compute the Jacobian of the feet, foot by foot in its own frame, shape (T, c, 6 + all joints)."""
-        model, contacts = self.rooted.model, [self.robot.contacts[foot] for foot in self.feet]
-        frames, data = [(model.getFrameId(each.frame), each.size) for each in contacts], model.createData()
+        (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.feet]
+        frames = [(model.getFrameId(each.frame), each.size) for each in contacts]
         configuration = np.tile(pin.neutral(model), (len(position), 1))
         configuration[:, 7:] = position[:, self.rooted.columns]
         found = np.empty((len(position), self.forces, model.nv))

@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.dynamics.rooted import RootMotion, model_motion, without_gravity
+from stribeck.dynamics.rooted import RootMotion, model_motion, workspace
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import SIZE, carried
@@ -102,8 +102,7 @@ def inertia_regressors(
     The bodies are those of `robot.tree`, each with its parameters in its own joint's frame, whatever foot stands. A
     body that is passed the other way has moved into another frame, which its parameters follow linearly.
     """
-    model, motion = without_gravity(rooted), (state.position, state.velocity, state.acceleration)
-    data = model.createData()
+    (model, data), motion = workspace(rooted), (state.position, state.velocity, state.acceleration)
     places, moves = _bodies_in(rooted, robot.tree)
     blocks = (rooted.order[rows][:, None] * (model.njoints - 1) + places).ravel()
     found = np.empty((len(state.position), len(blocks), SIZE))
@@ -139,10 +138,10 @@ def zero_regressors(rooted: RootedModel, rows: NDArray[np.int64], state: State, 
     that a joint turns the base about and e the base's axes, both in the foot's frame, by w x g and -e x g. Contact
     forces, or a root in free fall, take up any other motion of the root.
     """
-    model, motion = without_gravity(rooted), (state.position, state.velocity, state.acceleration)
-    data = model.createData()
+    (model, data), motion = workspace(rooted), (state.position, state.velocity, state.acceleration)
     size, order, count = rooted.root_size, rooted.order, state.position.shape[1]
     base = model.frames[model.getFrameId(BASE_FRAME)]
+    joint, placement = int(base.parentJoint), base.placement.rotation
     slopes = np.empty((len(state.position), model.nv, model.nv))
     lift = np.zeros((len(slopes), model.nv, 3))
     axes = np.zeros((len(slopes), 3, model.nv + 3))
@@ -150,11 +149,11 @@ def zero_regressors(rooted: RootedModel, rows: NDArray[np.int64], state: State, 
         slopes[k], _, inertia = pin.computeRNEADerivatives(model, data, *each)
         if size:
             lift[k], axes[k, :, :-3] = inertia[:, :3], data.J[3:]
-            axes[k, :, -3:] = -data.oMi[base.parentJoint].rotation @ base.placement.rotation
+            axes[k, :, -3:] = -data.oMi[joint].rotation @ placement
     columns = np.zeros((len(slopes), len(rows), count + 3))
     columns[:, :, :count] = -slopes[:, order[rows, None], order[size:]]
     if size and state.orientation is not None and root is not None:
-        turned = [int(model.idx_vs[joint]) for joint in rooted.path_to_root(int(base.parentJoint))]
+        turned = [int(model.idx_vs[each]) for each in rooted.path_to_root(joint)]
         axes[:, :, np.setdiff1d(np.arange(model.nv), turned)] = 0.0
         used = axes[:, :, [*order[size:], -3, -2, -1]]
         columns += lift[:, order[rows]] @ np.cross(used, root.gravity[:, :, None], axis=1)
