@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import scipy  # its interpolate is slow to import: loaded at its first use
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from stribeck.base.typing import Array
 from stribeck.log import RobotLog
@@ -55,13 +54,15 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
     if len(time) == 1:
         result[:] = quaternions
         return result
-    known = np.where(quaternions.any(axis=1, keepdims=True), quaternions, np.nan)
+    size = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    known = quaternions / np.where(size > 0, size, np.nan)
     for start in range(0, len(query), BLOCK_ROWS):
         rows = slice(start, start + BLOCK_ROWS)
         left, share = _bracket(query[rows], time)
-        before, after = Rotation.from_quat(known[left]), Rotation.from_quat(known[left + 1])
-        part = Rotation.from_rotvec(share[:, None] * (before.inv() * after).as_rotvec())
-        result[rows] = (before * part).as_quat()
+        cosine = np.einsum("qi,qi->q", known[left], known[left + 1])
+        angle = np.arccos(np.minimum(np.abs(cosine), 1.0)) / np.pi
+        before, after = (part * np.sinc(part * angle) / np.sinc(angle) for part in (1 - share, share))
+        result[rows] = before[:, None] * known[left] + np.copysign(after, cosine)[:, None] * known[left + 1]
     return result
 
 
