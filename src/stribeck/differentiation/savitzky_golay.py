@@ -125,7 +125,9 @@ def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> t
     block = max(64, length // 3)  # shorter blocks pay more for the call than for the arithmetic
     shifts = min(block, samples)
     inputs = shifts + length - 1
-    padded = np.pad(kernels, ((0, 0), (0, shifts)))  # one entry longer than a row: repeated, each row starts one later
+    padded = np.hstack(
+        [kernels, np.zeros((count, shifts))]
+    )  # one entry longer than a row: repeated, each row starts one later
     band = np.tile(padded, shifts)[:, : shifts * inputs].reshape(count, shifts, inputs)
     for start in range(0, samples, block):
         rows = min(block, samples - start)

@@ -120,10 +120,10 @@ def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Arr
         if about.prismatic:
             point, rate, change = point + q * axis, rate + dq * axis, change + ddq * axis
         else:
-            swept = np.cross(axis, point)
-            change = change + 2 * dq * np.cross(axis, rate) + ddq * swept + dq**2 * np.cross(axis, swept)
-            turn = _turns(axis, position[:, column])
-            point, rate, change = (turn.apply(vectors) for vectors in (point, rate + dq * swept, change))
+            cross = pin.skew(axis).T  # u x p = p @ cross, for all samples at once
+            swept = point @ cross
+            change = change + 2 * dq * (rate @ cross) + ddq * swept + dq**2 * (swept @ cross)
+            point, rate, change = (_turned(axis, q, vectors) for vectors in (point, rate + dq * swept, change))
         point = point @ placement.rotation.T + placement.translation
         rate, change = (vectors @ placement.rotation.T for vectors in (rate, change))
     return PointMotion(point, rate, change)
