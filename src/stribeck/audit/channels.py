@@ -160,8 +160,6 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
 
     It must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
     """
-    steps = np.abs(np.gradient(position))
-    moving = steps > 0.01 * np.percentile(steps, 99)
     share = 0.0
     for sign, top in ((1.0, most), (-1.0, -least)):
         if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < CLIPPED / 2:
@@ -170,7 +168,8 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
         count = int(np.count_nonzero(there))
         if count < max(10, CLIPPED * len(torque)):
             continue
-        values = sign * torque
+        steps, values = np.abs(np.gradient(position)), sign * torque
+        moving = steps > 0.01 * np.percentile(steps, 99)
         levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
         edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))

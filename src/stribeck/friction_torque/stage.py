@@ -251,7 +251,7 @@ def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: 
     """Return a few seconds at the full rate, around where most joints move fast."""
     log = prepared.log
     speed = np.abs(samples.velocity)
-    busy = np.where(samples.usable, speed / np.maximum(speed.max(axis=0), 1e-9), 0.0).sum(axis=1)
+    busy = np.where(samples.usable, speed, 0.0) @ (1 / np.maximum(speed.max(axis=0), 1e-9))
     bins = ((samples.time - samples.time[0]) / CLOSE_UP).astype(int)
     begin = samples.time[0] + CLOSE_UP * int(np.argmax(np.bincount(bins, busy)))
     low, high = np.searchsorted(log.time, [begin, begin + CLOSE_UP])
