@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,8 +113,9 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
     known, points = robot.torque_controlled, size // stride
     runs: list[Run] = []
-    parts: list[dict[str, Array]] = []
-    bins: list[dict[str, NDArray[np.int64]]] = []
+    channels = ("torque", "model", "velocity", "acceleration", "external")
+    empty = dict.fromkeys(channels, np.empty((0, len(known))))
+    parts: list[dict[str, Any]] = [empty | dict.fromkeys(("rows", "support", "run"), np.empty(0, dtype=np.int64))]
     names: tuple[str, ...] = ()
     examined = _parts(prepared, make_filter(settings.filter, period).half_width)
     for chunk in torque_chunks(examined, robot, settings, stride=stride):
@@ -127,25 +129,19 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
             measured = torque[::stride]
             model = np.where(samples.usable[part], measured - samples.friction_torque[part], np.nan)
             external = np.zeros_like(measured) if log.external_torque is None else log.external_torque[rows][:, known]
-            channels = {"model": model, "velocity": velocity, "acceleration": samples.acceleration[part]}
-            channels["external"] = external
-            means = {name: _means(values, count, points) for name, values in channels.items()}
-            parts.append(means | {"torque": _means(torque, count, size)})
+            thinned = model, velocity, samples.acceleration[part], external
+            means = _means(torque, count, size), *(_means(values, count, points) for values in thinned)
             middles = rows[0] + size // 2 + size * np.arange(count)
-            bins.append({"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))})
+            here = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))}
+            parts.append(here | dict(zip(channels, means, strict=True)))
             runs.append(Run(torque, model, velocity))
-    none, empty = np.empty((0, len(robot.torque_controlled))), np.empty(0, dtype=np.int64)
     return Evidence(
         prepared=prepared,
         robot=robot,
         runs=runs,
         stride=stride,
         support_names=names,
-        **{name: np.concatenate([empty, *(each[name] for each in bins)]) for name in ("rows", "run", "support")},
-        **{
-            name: np.concatenate([none, *(each[name] for each in parts)])
-            for name in ("torque", "model", "velocity", "acceleration", "external")
-        },
+        **{name: np.concatenate([part[name] for part in parts]) for name in parts[0]},
     )
 
 
