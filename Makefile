@@ -9,7 +9,7 @@ BENCHMARKS := startup friction_torque identify walking balance controller
 # Modules are compiled when one is first imported, and kept: else each of many processes would compile them anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test pytest lint coverage bench benchmark fuzz paper docs accuracy tuning real clean
+.PHONY: demo test pytest lint coverage bench benchmark fuzz paper docs accuracy real clean
 
 .venv/bin/pip:
 	$(PYTHON) -m venv .venv
@@ -63,9 +63,6 @@ docs: .venv/.dev
 
 accuracy: .venv/.dev
 	$(BIN)/python -m studies.accuracy --save studies/accuracy.json
-
-tuning: .venv/.dev
-	$(BIN)/python -m studies.tuning --save studies/tuning.json
 
 real: .venv/.dev
 	$(BIN)/python -m studies.real

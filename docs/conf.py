@@ -54,7 +54,7 @@ NAVIGATION = {
             "estimator",
             "glossary",
         ],
-        "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "fault-detection", "tuning"],
+        "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "fault-detection"],
         "For developers": ["extending", "api/index"],
     },
     "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},

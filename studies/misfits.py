@@ -18,7 +18,7 @@ from stribeck import Robot, identify
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.whole_log.fit_checks.findings import UNCLEAR
+from stribeck.whole_log.fit_checks.misfits import UNCLEAR
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise

@@ -34,7 +34,7 @@ from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
 from stribeck.result.joint import Verdict, verdict_place
 from stribeck.robot import from_robot_file
-from stribeck.whole_log.fit_checks.findings import WORDS
+from stribeck.whole_log.fit_checks.misfits import WORDS
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import Scenario
 

@@ -2,8 +2,11 @@
 
 import ast
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -187,18 +190,28 @@ def test_every_setting_is_of_some_method_and_no_method_uses_what_is_none() -> No
 ON_FEET = "ground-reaction"
 
 
+@pytest.fixture(scope="module")
+def found_with(arm: Robot, log: RobotLog, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., tuple[str, Any]]:
+    """Result and table of a method, with a setting changed or without."""
+    filtered = FilterSettings(kind="savitzky-golay", window=31)
+    measured = replace(log, velocity=None, acceleration=None)
+
+    @cache
+    def found(method: str, key: str = "") -> tuple[str, Any]:
+        table = tmp_path_factory.mktemp("table") / "friction.parquet"
+        settings = Settings(method=method, filter=filtered, law="coulomb-viscous")
+        settings = settings.model_copy(update={key: OTHER[key]} if key else {})
+        return identify(measured, arm, settings, table=table).to_json(), pq.read_table(table)
+
+    return found
+
+
 @pytest.mark.parametrize(
     ("method", "key"),
     [(name, key) for name, method in METHODS.items() for key in ON_AN_ARM if key in method.uses and name != ON_FEET],
 )
 def test_a_setting_that_is_used_changes_something(
-    arm: Robot, log: RobotLog, method: str, key: str, tmp_path: Path
+    found_with: Callable[..., tuple[str, Any]], method: str, key: str
 ) -> None:
-    filtered = FilterSettings(kind="savitzky-golay", window=31)
-    settings = Settings(method=method, filter=filtered, law="coulomb-viscous")
-    log = replace(log, velocity=None, acceleration=None)
-    found = []
-    for number, each in enumerate((settings, settings.model_copy(update={key: OTHER[key]}))):
-        table = tmp_path / f"{number}.parquet"
-        found.append((identify(log, arm, each, table=table).to_json(), pq.read_table(table)))
-    assert found[0][0] != found[1][0] or not found[0][1].equals(found[1][1])
+    (before, table), (after, other) = found_with(method), found_with(method, key)
+    assert before != after or not table.equals(other)

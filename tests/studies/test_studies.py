@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import accuracy, compensation, coverage, fault_cases, misfits, plan, tuning, verdicts, walking
+from studies import accuracy, compensation, coverage, fault_cases, misfits, plan, verdicts, walking
 from studies.accuracy_cases import CASES, NAMES, ROBOTS, as_walked, measured, walk_scenario, wrong_model
 from studies.command import ROOT, Row, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
@@ -220,19 +220,6 @@ def test_each_condition_is_as_large_as_it_says(walk: Simulated) -> None:
     assert 0 < np.max(np.abs(seen(walk, rotors=0.2)[1].armature / ROTOR - 1)) <= 0.2
     spread = [each["coulomb"] for each in seen(walk, decades=1.0)[0].truth.parameters.values()]
     assert max(spread) / min(spread) == pytest.approx(10.0)
-
-
-@pytest.mark.parametrize("component", [name for name, substitutes in tuning.COMPONENTS.items() if substitutes])
-def test_the_estimator_runs_without_a_component_which_comes_back(walk: Simulated, component: str) -> None:
-    short = replace(walk.log, base_orientation=None, contact=None, foot_names=()).take(slice(10_000))
-    log, substitutes = measured(short, CASES["B"], 0, 0), tuning.COMPONENTS[component]
-    before = [getattr(place, name) for place, name, _ in substitutes]
-    with tuning.without(component):
-        assert [getattr(place, name) for place, name, _ in substitutes] == [each for *_, each in substitutes]
-        result = identify(log, walk.robot, Settings(law="stribeck"))
-    assert [getattr(place, name) for place, name, _ in substitutes] == before
-    for joint, known in walk.truth.parameters.items():
-        assert result.joints[joint].parameters["coulomb"].value == pytest.approx(known["coulomb"], rel=0.3)
 
 
 def test_causes_of_misfit_are_put_into_some_joints() -> None:

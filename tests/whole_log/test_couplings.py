@@ -44,14 +44,21 @@ def log(arm: Robot) -> RobotLog:
     )
 
 
-def found(arm: Robot, log: RobotLog, law: str) -> Result:
+def identified(arm: Robot, log: RobotLog, law: str) -> Result:
     settings = Settings(method="whole-log", corrections="none", law=law, fit_armature=["motor"])
     return identify(log, arm, settings)
 
 
+@pytest.fixture(scope="module")
+def found(arm: Robot, log: RobotLog) -> dict[str, Result]:
+    return {law: identified(arm, log, law) for law in ("coulomb-viscous", "auto")}
+
+
 @pytest.mark.parametrize("law", ["coulomb-viscous", "auto"])
-def test_the_friction_of_a_coupling_is_told_from_that_of_its_joints(arm: Robot, log: RobotLog, law: str) -> None:
-    result = found(arm, log, law)
+def test_the_friction_of_a_coupling_is_told_from_that_of_its_joints(
+    arm: Robot, found: dict[str, Result], law: str
+) -> None:
+    result = found[law]
     for name in arm.joint_names:
         for parameter, truth in PLAIN.items():
             assert result.joints[name].parameters[parameter].value == pytest.approx(truth, abs=0.03)
@@ -66,8 +73,8 @@ def test_the_friction_of_a_coupling_is_told_from_that_of_its_joints(arm: Robot, 
     assert "load" not in (motor.terms or {}) or not (motor.terms or {})["load"].kept
 
 
-def test_couplings_are_kept_and_shown(arm: Robot, log: RobotLog, tmp_path: Path) -> None:
-    result = found(arm, log, "coulomb-viscous")
+def test_couplings_are_kept_and_shown(arm: Robot, found: dict[str, Result], tmp_path: Path) -> None:
+    result = found["coulomb-viscous"]
     path = tmp_path / "result.json"
     path.write_text(result.to_json(), encoding="utf-8")
     assert read_result(path) == result
@@ -90,7 +97,7 @@ def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log:
     position = log.position.copy()
     position[:, -1] = 0.1
     still = replace(log, position=position, velocity=None, acceleration=None)
-    result = found(arm, still, "coulomb-viscous")
+    result = identified(arm, still, "coulomb-viscous")
     motor = result.couplings["motor"]
     assert (motor.verdict, motor.parameters) == ("not excited", {})
     assert motor.reason

@@ -1,48 +1,48 @@
 """What is believed beforehand is what the log shows: of the model's errors, and of what joints have in common."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from tests.whole_log.synthetic import make_laws, make_model, no_fit, statistics
 
 from stribeck.base.typing import Array
-from stribeck.friction import get_law
 from stribeck.settings import Priors
-from stribeck.whole_log.model.basis import make_basis
-from stribeck.whole_log.model.friction_curves import Curves
-from stribeck.whole_log.model.layout import ModelLayout
-from stribeck.whole_log.model.model_corrections import ModelCorrections, model_corrections
-from stribeck.whole_log.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
-from stribeck.whole_log.solver.normal_equations import NormalEquations
-from stribeck.whole_log.solver.solve import Solution, solve
-from stribeck.whole_log.weak_equations import CorrectionLayout
+from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.empirical_bayes import (
+    best_starts,
+    blocks,
+    cost_of,
+    group_mean_covariance,
+    solve_with_empirical_bayes,
+    with_other_starts,
+)
+from stribeck.whole_log.solver.statistics import Statistics
 
 JOINTS, SAMPLES, NOISE = 12, 2000, 0.1
 ZERO = Priors().encoder_zero
 SLOPE, GAIN, SPEED = 40.0, 0.3, 0.15
+LAWS = make_laws("stribeck", JOINTS)
+OFFSET = 4
 
 
-def friction(
-    velocity: Array, values: Array, noise: float, seed: int = 0, **corrections: int
-) -> tuple[NormalEquations, Curves]:
-    """Return what measurements of the friction of all joints say, with nothing on the corrections."""
-    law = get_law("stribeck")
-    ones = np.ones(JOINTS)
-    curves = Curves(law, make_basis(law, ones), ones, ones, Priors())
-    size = curves.basis.functions.shape[1]
-    normal_equations = NormalEquations(curves.basis, ModelLayout(joints=JOINTS, per_joint=size, **corrections))
-    design = curves.basis.windows(velocity, np.ones(1), 1, len(velocity))
-    generator = np.random.default_rng(seed)
+def measured(velocity: Array, values: Array, noise: float, seed: int = 0, corrections: int = 0) -> Statistics:
+    """Measurements of the friction of all joints, with nothing on the corrections."""
+    q = LAWS.basis.functions.shape[1]
+    information, right = np.zeros((JOINTS * q + corrections,) * 2), np.zeros(JOINTS * q + corrections)
+    design = LAWS.basis.windows(velocity, np.ones(1), 1, len(velocity))
+    generator, square = np.random.default_rng(seed), 0.0
     for k in range(JOINTS):
-        own, block = design[:, k] / noise, slice(k * size, (k + 1) * size)
-        torque = law.torque(velocity[:, k], values[k]) / noise + generator.standard_normal(len(velocity))
-        normal_equations.information[block, block] = own.T @ own
-        normal_equations.right_hand_side[block] = own.T @ torque
-        normal_equations.square += float(torque @ torque)
-    normal_equations.count = velocity.size
-    return normal_equations, curves
+        own, block = design[:, k] / noise, slice(k * q, (k + 1) * q)
+        torque = LAWS.law.torque(velocity[:, k], values[k]) / noise + generator.standard_normal(len(velocity))
+        information[block, block] = own.T @ own
+        right[block] = own.T @ torque
+        square += float(torque @ torque)
+    return statistics(JOINTS * q, information, right, square, velocity.size)
 
 
 def moving() -> tuple[Array, Array]:
-    """Return velocities and the law's parameters: bends that are nearly alike, the rest that is not."""
+    """Velocities and the law's parameters: bends that are nearly alike, the rest that is not."""
     generator = np.random.default_rng(2)
     velocity = np.sin(np.linspace(0, 40, SAMPLES)[:, None] * generator.uniform(0.8, 1.2, JOINTS))
     values = np.column_stack(
@@ -58,77 +58,93 @@ def moving() -> tuple[Array, Array]:
     return velocity, values
 
 
-def with_zeros(wrong: float, seed: int) -> tuple[Array, Array, tuple[Curves, ModelCorrections, Solution]]:
-    """Return 60 zeros of encoders, what the log shows of them within 0.05 ZERO, and what is believed with it."""
-    normal_equations, curves = friction(*moving(), noise=NOISE, zeros=60, tilts=3)
+def with_zeros(wrong: float, seed: int) -> tuple[Array, Array, Fit]:
+    """60 zeros of encoders, what the log shows of them within 0.05 ZERO, and the fit with it."""
+    known = measured(*moving(), noise=NOISE, corrections=63)
     generator = np.random.default_rng(seed)
     zeros, error = wrong * ZERO * generator.standard_normal(60), 0.05 * ZERO
-    known = np.arange(normal_equations.layout.size)[normal_equations.layout.part("zeros")]
-    normal_equations.information[known, known] = error**-2
-    measured = zeros + error * generator.standard_normal(60)
-    normal_equations.right_hand_side[known] = normal_equations.information[known, known] * measured
-    model = model_corrections(CorrectionLayout(zeros=60, tilts=3), np.zeros(0), Priors())
-    start = solve(normal_equations, curves, model)
-    return zeros, measured, solve_with_empirical_bayes(normal_equations, curves, model, start)
+    places = known.friction + np.arange(60)
+    known.information[places, places] = error**-2
+    shown = zeros + error * generator.standard_normal(60)
+    known.right[places] = shown / error**2
+    return zeros, shown, solve_with_empirical_bayes(known, no_fit(LAWS, make_model(zeros=60, tilts=3)))
 
 
 @pytest.mark.parametrize("wrong", [0.1, 0.4, 1.0])
 def test_the_prior_of_the_model_is_as_wide_as_its_errors(wrong: float) -> None:
-    zeros, measured, (_, believed, solution) = with_zeros(wrong, seed=1)
-    assert believed.prior_std[:60] == pytest.approx(wrong, rel=0.25)
-    assert believed.prior_std[60:] == pytest.approx(1.0)  # what nothing shows is believed as before
-    found = believed.values(solution.corrections)[:60]
-    assert found == pytest.approx(measured, abs=0.1 * ZERO)
-    assert np.linalg.norm(found - zeros) < 1.01 * np.linalg.norm(measured - zeros)  # a belief that fits does no harm
+    zeros, shown, fit = with_zeros(wrong, seed=1)
+    assert fit.model.prior_std[:60] == pytest.approx(wrong, rel=0.25)
+    assert fit.model.prior_std[60:] == pytest.approx(1.0)  # what nothing shows is believed as before
+    found = fit.model.values(fit.corrections)[:60]
+    assert found == pytest.approx(shown, abs=0.1 * ZERO)
+    assert np.linalg.norm(found - zeros) < 1.01 * np.linalg.norm(shown - zeros)  # a belief that fits does no harm
+
+
+def test_the_prior_of_the_model_grows_no_larger_than_at_first() -> None:
+    """Else bodies would explain what the law does not."""
+    assert with_zeros(3.0, seed=1)[2].model.prior_std == pytest.approx(1.0)
 
 
 def test_the_prior_of_an_exact_model_is_narrow() -> None:
     shares = []
     for seed in range(3):
-        _, measured, (_, believed, solution) = with_zeros(0.0, seed)
-        shares.append(np.linalg.norm(believed.values(solution.corrections)[:60]) / np.linalg.norm(measured))
+        _, shown, fit = with_zeros(0.0, seed)
+        shares.append(np.linalg.norm(fit.model.values(fit.corrections)[:60]) / np.linalg.norm(shown))
     assert np.mean(shares) < 0.2  # noise is not taken for errors of the model
 
 
 def test_scales_that_joints_share_are_found_better_with_a_group_prior() -> None:
     velocity, values = moving()
-    model = model_corrections(CorrectionLayout(), np.zeros(0), Priors())
     errors = []
     for seed in range(4):
-        normal_equations, curves = friction(velocity, values, noise=3 * NOISE, seed=seed)
-        alone = solve(normal_equations, curves, model)
-        together, _, solution = solve_with_empirical_bayes(normal_equations, curves, model, alone)
-        assert together.group_prior is not None
-        assert np.exp(together.group_prior[0, 3]) == pytest.approx(SPEED, rel=0.2)
-        assert np.all(np.isnan(together.group_prior[:, [0, 1, 4]]))  # sizes of friction are each joint's own
-        errors.append([(curves.external(each.internal) / values - 1) ** 2 for each in (alone, solution)])
+        known = measured(velocity, values, noise=3 * NOISE, seed=seed)
+        alone = solve(known, best_of(known))
+        together = solve_with_empirical_bayes(known, alone)
+        assert together.laws.group_prior is not None
+        assert np.exp(together.laws.group_prior[0, 3]) == pytest.approx(SPEED, rel=0.2)
+        assert np.all(np.isnan(together.laws.group_prior[:, [0, 1, OFFSET]]))  # sizes are each joint's own
+        errors.append([(LAWS.external(each.internal) / values - 1) ** 2 for each in (alone, together)])
     before, after = np.sqrt(np.mean(errors, axis=(0, 2)))
     assert after[3] < 0.6 * before[3]
     assert after[1] < 0.95 * before[1]
 
 
+def best_of(known: Statistics) -> Fit:
+    """The best of all starts of each joint, where nothing connects the joints."""
+    internal, _ = best_starts(LAWS, blocks(known.information, JOINTS), known.right.reshape(JOINTS, -1))
+    return no_fit(LAWS, make_model(), internal)
+
+
 def test_the_group_prior_of_joints_that_differ_is_wide() -> None:
     velocity, values = moving()
     values[:, 3] = np.geomspace(0.05, 0.4, JOINTS)
-    normal_equations, curves = friction(velocity, values, noise=0.02 * NOISE)
-    model = model_corrections(CorrectionLayout(), np.zeros(0), Priors())
-    _, _, solution = solve_with_empirical_bayes(normal_equations, curves, model, solve(normal_equations, curves, model))
-    assert curves.external(solution.internal)[:, 3] == pytest.approx(values[:, 3], rel=0.03)
+    known = measured(velocity, values, noise=0.02 * NOISE)
+    fit = solve_with_empirical_bayes(known, best_of(known))
+    assert LAWS.external(fit.internal)[:, 3] == pytest.approx(values[:, 3], rel=0.03)
 
 
 def test_a_joint_without_information_has_the_uncertainty_of_the_group() -> None:
-    velocity, values = moving()
-    normal_equations, curves = friction(velocity, values, noise=0.02 * NOISE)
-    own = slice(0, normal_equations.basis.size // JOINTS)
-    normal_equations.information[own] *= 1e-9
-    normal_equations.right_hand_side[own] *= 1e-9
-    model = model_corrections(CorrectionLayout(), np.zeros(0), Priors())
-    curves, _, solution = solve_with_empirical_bayes(
-        normal_equations, curves, model, solve(normal_equations, curves, model)
-    )
-    added = np.diag(group_mean_covariance(curves, solution)).reshape(JOINTS, -1)
-    assert curves.group_prior is not None
-    prior_std = curves.group_prior[1, 3]
-    assert solution.covariance[3, 3] == pytest.approx(prior_std**2, rel=0.01)
+    known = measured(*moving(), noise=0.02 * NOISE)
+    own = slice(0, known.friction // JOINTS)
+    known.information[own] *= 1e-9
+    known.right[own] *= 1e-9
+    fit = solve_with_empirical_bayes(known, no_fit(LAWS, make_model()))
+    added = np.diag(group_mean_covariance(fit)).reshape(JOINTS, -1)
+    assert fit.laws.group_prior is not None
+    prior_std = fit.laws.group_prior[1, 3]
+    assert fit.covariance[3, 3] == pytest.approx(prior_std**2, rel=0.01)
     assert added[0, 3] == pytest.approx(prior_std**2 / (JOINTS - 1), rel=0.05)  # that of the others' mean
     assert added[1:, 3].max() < 0.01 * added[0, 3]  # which know their own
+
+
+def test_a_curve_that_lost_its_stribeck_effect_gets_it_back() -> None:
+    known = measured(*moving(), noise=0.3 * NOISE)
+    best = solve(known, best_of(known))
+    internal = best.internal.copy()
+    internal[4, 2:4] = 0.0, np.log(3.0)
+    values = np.concatenate([LAWS.coefficients(internal).ravel(), best.corrections])
+    lost = replace(best, internal=internal, chi_square=known.chi_square(values))
+    found = with_other_starts(known, lost)
+    assert cost_of(found) == pytest.approx(cost_of(best), abs=0.01)
+    assert LAWS.external(found.internal)[4] == pytest.approx(moving()[1][4], rel=0.2, abs=0.01)
+    assert found.internal == pytest.approx(best.internal, abs=5e-3)

@@ -14,7 +14,7 @@ from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia, shape_coord
 from stribeck.whole_log.uncertainty.intervals import joint_coordinates
 from stribeck_simulation.sensors.measure import with_noise
 
-DRAWS = 2000
+DRAWS = 3000
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def of_fit(found: WholeLog, result: Result) -> tuple[np.ndarray, np.ndarray]:
     And by how much each is to be widened for what folds or residuals say, shape (k,).
     """
     fit = found.fit
-    drawn_x = np.random.default_rng(0).multivariate_normal(fit.solution.x, fit.budget.total, DRAWS, method="eigh")
+    drawn_x = np.random.default_rng(0).multivariate_normal(fit.fit.x, fit.budget.total, DRAWS, method="eigh")
     columns, wider = [], []
     for joint, name in enumerate(found.joints):
         own = joint_coordinates(fit, joint)
@@ -49,8 +49,8 @@ def of_fit(found: WholeLog, result: Result) -> tuple[np.ndarray, np.ndarray]:
         kept = [parameter.name in result.joints[name].parameters for parameter in own.parameters]
         columns.append(values[:, kept])
         wider += np.sqrt(np.maximum(own.heterogeneity, fit.widening))[kept].tolist()
-    bodies = drawn_x[:, fit.solution.layout.part("bodies")].reshape(DRAWS, -1, SIZE)
-    columns.append(np.stack([fit.model.bodies.log_cholesky(each).ravel() for each in bodies]))
+    bodies = drawn_x[:, fit.fit.layout.part("bodies")].reshape(DRAWS, -1, SIZE)
+    columns.append(np.stack([fit.fit.model.bodies.log_cholesky(each).ravel() for each in bodies]))
     wider += [np.sqrt(fit.widening)] * columns[-1].shape[1]
     return np.concatenate(columns, axis=1), np.array(wider)
 

@@ -7,10 +7,8 @@ import pytest
 from tests.whole_log.logs import PLAIN, arm_log
 
 from stribeck import Robot, identify
-from stribeck.log import RobotLog
 from stribeck.result import Result
 from stribeck.settings import Settings
-from stribeck.whole_log.equations import equation_sequence
 from stribeck_simulation.sensors.measure import with_noise
 
 LOGS = 3
@@ -24,20 +22,11 @@ def zeros(arm: Robot) -> np.ndarray:
     return zeros - zeros.mean(axis=0)
 
 
-def measured(zeros: np.ndarray) -> list[RobotLog]:
-    exact = [arm_log(8.0, 10 + k, "coulomb-viscous") for k in range(len(zeros))]
-    off = [replace(log, torque=log.torque + own) for log, own in zip(exact, zeros, strict=True)]
-    return [with_noise(log, position=5e-5, torque=0.1, seed=k) for k, log in enumerate(off)]
-
-
 @pytest.fixture(scope="module")
 def found(arm: Robot, zeros: np.ndarray) -> Result:
-    return identify(measured(zeros), arm, SETTINGS)
-
-
-def errors(result: Result, name: str) -> np.ndarray:
-    """Return standard errors of all joints."""
-    return np.array([joint.parameters[name].standard_error for joint in result.joints.values()])
+    exact = [arm_log(8.0, 10 + k, "coulomb-viscous") for k in range(LOGS)]
+    off = [replace(log, torque=log.torque + own) for log, own in zip(exact, zeros, strict=True)]
+    return identify([with_noise(log, position=5e-5, torque=0.1, seed=k) for k, log in enumerate(off)], arm, SETTINGS)
 
 
 def test_friction_is_covered_and_the_reported_offset_is_the_mean_one(found: Result) -> None:
@@ -56,14 +45,3 @@ def test_each_logs_offsets_are_found_and_shown_without(found: Result, zeros: np.
     laws = np.column_stack([found.joints[name].friction(samples.velocity[:, k]) for k, name in enumerate(found.joints)])
     for log in np.array_split(np.arange(len(laws)), LOGS):
         assert np.abs(np.nanmean((samples.friction_torque - laws)[log], axis=0)).max() < 0.05
-
-
-def test_with_one_offset_for_all_logs_friction_is_known_much_worse(
-    arm: Robot, zeros: np.ndarray, found: Result, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(equation_sequence, "MOST_LOG_OFFSETS", 0)
-    one = identify(measured(zeros), arm, SETTINGS)
-    assert one.corrections is not None
-    assert one.corrections.log_offsets == {}
-    for name in ("viscous", "coulomb"):
-        assert np.all(errors(one, name) > 3 * errors(found, name))

@@ -130,19 +130,6 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
     assert with_terms(joint, carried(select_stepwise(world(), {}))).verdict == "identified"
 
 
-def test_a_term_that_is_open_does_not_cost_the_one_whose_place_it_would_take() -> None:
-    """A rise that is slower than the top speed looks like viscous friction, and is none that the log shows whole."""
-
-    def candidate(kept: Kept) -> Candidate:
-        gain = 720.0 if "rounding" in kept else 700.0 * ("viscous" in kept)
-        return Candidate(5000.0 - gain * FOLDS, ("open", "too slow") if "rounding" in kept else None)
-
-    verdicts = select_stepwise(candidate, {})
-    assert verdicts["viscous"].verdict == "kept"
-    assert verdicts["rounding"].verdict == "open"
-    assert verdicts["rounding"].reason == "held-out chi^2 falls by 80 ± 7, but too slow"
-
-
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50)
 def test_no_set_of_terms_that_was_tried_is_clearly_better_than_the_chosen(seed: int) -> None:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
+import scipy  # its ndimage is slow to import: loaded at its first use
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from stribeck.base.typing import Array
@@ -90,7 +90,9 @@ class _FootPlaces:
         width = max(1, round(0.02 / float(np.median(np.diff(self.time)))))  # speeds are averaged over 20 ms
         for foot, other in permutations(range(ground.shape[1]), 2):
             offset = np.einsum("tij,tj->ti", self.levels[other], self.points[:, foot] - self.points[:, other])
-            velocity = uniform_filter1d(np.gradient(offset, self.time, axis=0), width, axis=0, mode="nearest")
+            velocity = scipy.ndimage.uniform_filter1d(
+                np.gradient(offset, self.time, axis=0), width, axis=0, mode="nearest"
+            )
             speeds[:, foot] += np.linalg.norm(velocity, axis=1) * ground[:, other]
             seen_from[:, foot] += ground[:, other]
         return speeds / np.maximum(seen_from, 1)
@@ -119,7 +121,7 @@ def _swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDArray[n
     for foot in range(airborne.shape[1]):
         swinging[:, foot] = _runs_touching(airborne[:, foot] | moving[:, foot], airborne[:, foot])
         if airborne[:, foot].any():
-            distance[:, foot] = distance_transform_edt(~airborne[:, foot])
+            distance[:, foot] = scipy.ndimage.distance_transform_edt(~airborne[:, foot])
     nowhere_to_stand = swinging.all(axis=1)
     middle = 0.5 * (distance.min(axis=1) + distance.max(axis=1))
     # The feet whose time in the air is further away stand.

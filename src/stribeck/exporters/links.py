@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg import sqrtm
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
@@ -161,11 +160,17 @@ def _nearest_map(before: Array, after: Array) -> Array:
     """Compute A, shape (4, 4), with A P A^T = P': the optimal transport between the two, with masses scaled."""
     mass, centre, moments = _split(possible(before))
     new_mass, new_centre, new_moments = _split(possible(after))
-    root = np.real(sqrtm(moments))
+    root = _root(moments)
     inverse = np.linalg.inv(root)
-    turn = inverse @ np.real(sqrtm(root @ new_moments @ root)) @ inverse
+    turn = inverse @ _root(root @ new_moments @ root) @ inverse
     scale = np.sqrt(new_mass / mass)
     return np.block([[turn, (scale * new_centre - turn @ centre)[:, None]], [np.zeros(3), scale]])
+
+
+def _root(matrix: Array) -> Array:
+    """Compute the square root of a symmetric matrix without negative eigenvalues but for rounding, shape (3, 3)."""
+    values, axes = np.linalg.eigh(matrix)
+    return np.asarray((axes * np.sqrt(np.maximum(values, 0.0))) @ axes.T)
 
 
 def _split(matrix: Array) -> tuple[float, Array, Array]:

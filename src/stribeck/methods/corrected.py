@@ -14,7 +14,7 @@ from stribeck.log.storage import allocate
 from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.robot.rooting import BASE_FRAME
-from stribeck.whole_log.model.layout import layout_of
+from stribeck.whole_log.model.corrections import Layout
 from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
@@ -45,7 +45,7 @@ def corrected_log(
     Its torques are those that come `delay` [s] later; their offsets are the means over all logs. One that was not
     fitted has no number, and keeps its offsets.
     """
-    layout = layout_of(corrections)
+    layout = Layout(corrections)
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
     late = abs(delay) > 0.1 * (log.time[1] - log.time[0])  # else the log stays as it is
     torque = linear(log.time + delay, log.time, log.torque) if late else log.torque

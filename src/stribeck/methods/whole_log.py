@@ -4,8 +4,9 @@ Its mathematics stands in docs/estimator.md.
 """
 
 from collections import ChainMap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
-from stribeck.whole_log.fit_checks.findings import misfit_findings
+from stribeck.whole_log.fit_checks.misfits import misfit_findings
 from stribeck.whole_log.terms.selection import JointTerms
 from stribeck.whole_log.uncertainty.intervals import joint_fits
 
@@ -58,8 +59,6 @@ class WholeLog:
         The fit, the columns of its joints, and the couplings behind them.
     robot
         With the corrections that were found.
-    torque_delay
-        Of all torques against the encoders [s]; positive if they are late.
     held_out
         Rows of each log that `fit.training` has not seen.
     """
@@ -68,7 +67,6 @@ class WholeLog:
     columns: NDArray[np.int64]
     couplings: tuple[str, ...]
     robot: Robot
-    torque_delay: float
     held_out: Sequence[Sequence[slice]]
 
     @property
@@ -78,8 +76,8 @@ class WholeLog:
 
     def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
         """Return a log, by its number if it was fitted, without the errors of its sensors that were found."""
-        corrections, values = self.fit.model.corrections, self.fit.corrections
-        return corrected_log(log, number, self.robot, self.columns, corrections, values, self.torque_delay)
+        corrections, values = self.fit.fit.model.corrections, self.fit.corrections
+        return corrected_log(log, number, self.robot, self.columns, corrections, values, self.fit.delay)
 
     @property
     def fits(self) -> dict[str, JointFit]:
@@ -97,15 +95,16 @@ class WholeLog:
         fit = self.fit
         if not fit.terms:
             return {}
+        beside, known = fit.beside, fit.statistics
         numbers = (
-            fit.mean_load,
-            fit.load_deviation,
-            fit.per_turn,
-            fit.travel,
-            fit.mean_direction,
-            fit.mean_temperature,
+            known.mean_load,
+            known.load_deviation,
+            beside.per_turn,
+            beside.travel,
+            beside.direction,
+            beside.mean_temperature,
         )
-        columns = [own.tolist() for own in numbers if own is not None]
+        columns = [own.tolist() for own in numbers]
         return {
             joint: JointTerms(
                 verdicts=verdicts,
@@ -121,10 +120,10 @@ class WholeLog:
             )
         }
 
-    @property
+    @cached_property
     def corrections(self) -> Corrections:
         """Corrections of model and calibration."""
-        return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.torque_delay)
+        return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.fit.delay)
 
     @property
     def _delays(self) -> list[tuple[str, tuple[float, float] | None, ChannelTable]]:
@@ -137,14 +136,14 @@ class WholeLog:
     @property
     def notes(self) -> list[str]:
         """A sentence on the windows that are set aside, if there are any."""
-        share = self.fit.set_aside
-        if not share:
-            return []
-        return [f"{100 * share:.2g} % of the log is set aside: torques far from all that the rest of it explains."]
+        share, read, whole = self.fit.set_aside, self.fit.segments, self.fit.of_segments
+        found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
+        aside = f"{100 * share:.2g} % of the log is set aside: torques far from all that the rest of it explains."
+        return [*found, aside] if share else found
 
     @property
     def findings(self) -> list[Finding]:
-        """Problems that a user should act on: errors beyond their covariance, a model far off, and the score tests."""
+        """Problems that a user should act on: errors beyond their covariance, a model far off, delays, and misfits."""
         fit = self.fit
         found = []
         if fit.set_aside > 0.1:
@@ -155,7 +154,7 @@ class WholeLog:
             found.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
         if np.any(fit.wrenches_off > FAR):
             found.append(Finding.of("wrench-sensors", far=FAR))
-        return [*found, *self._bodies, *self._late, *misfit_findings(fit.misfits, self.joints)]
+        return [*found, *self._bodies, *self._late, *misfit_findings(fit.misfits, self.joints, fit.beside.per_turn)]
 
     @property
     def _bodies(self) -> list[Finding]:
@@ -171,8 +170,15 @@ class WholeLog:
 
     @property
     def _late(self) -> list[Finding]:
-        """Findings on delays of torques and base orientation."""
-        return [
+        """Findings on delays of torques and base orientation, and on torques that may be late or not."""
+        late, unclear = self.corrections.torque_delay, []
+        joints = tuple(name for name, own in self.terms.items() if own.builds_up)
+        if late and joints and late[1] > 0.7 * self.fit.fit.model.priors.torque_delay:
+            size, error = 1e3 * late[0], 1e3 * late[1]
+            unclear.append(
+                Finding.of("torque-delay.ambiguous", joints, size=size, error=error, names=", ".join(joints))
+            )
+        return unclear + [
             Finding.of(
                 check,
                 size=f"{1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'}",
@@ -191,7 +197,13 @@ def _how(body: BodyCorrection) -> str:
     return f"{heavier} and its center of mass {away:.0f} mm elsewhere"
 
 
-def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings) -> WholeLog:
+def identify_whole_log(
+    prepared: Sequence[PreparedLog],
+    robot: Robot,
+    law: FrictionLaw,
+    settings: Settings,
+    progress: Callable[[float], None] = lambda _: None,
+) -> WholeLog:
     """Fit a law to all joints that move enough, and the model's corrections with it.
 
     Raises
@@ -200,40 +212,22 @@ def identify_whole_log(prepared: Sequence[PreparedLog], robot: Robot, law: Frict
         If no joint moves enough, or no segment can be used.
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law)
-    delay = 0.0
     forms = weak_forms(prepared, robot, columns, couplings, settings)
-    undelayed = equation_sequence(forms)
-    corrections = undelayed.corrections
-    for _ in range(6):  # fits to torques shifted by the delay found so far
-        equations = undelayed.delayed(delay)
-        if delay and not equations:
-            break  # every segment of the log is shorter than the delay
-        if not equations:
-            raise NothingIdentifiedError(
-                "no joint can be identified from this log: the robot always stands in a way that is not used with "
-                f"corrections = '{settings.corrections}' and double_support = '{settings.double_support}'; where "
-                "several feet stand, soles take double_support = 'fit', and corrections may be 'none' or 'inertia'"
-            )
-        noise = np.max([form.velocity_noise for form in forms], axis=0)
-        rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
-        fit = fit_whole_log(
-            equations,
-            equations.feet,
-            equations.gaits,
-            corrections,
-            law,
-            top_speed,
-            rest,
-            settings.priors,
+    equations = equation_sequence(forms)
+    if not equations:
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: the robot always stands in a way that is not used with "
+            f"corrections = '{settings.corrections}' and double_support = '{settings.double_support}'; where "
+            "several feet stand, soles take double_support = 'fit', and corrections may be 'none' or 'inertia'"
         )
-        delay = float(np.clip(delay + fit.torque_delay, -0.1, 0.1))  # [s]
-        if abs(fit.torque_delay) < 1e-3:  # [s], in which torques are linear
-            break
+    noise = np.max([form.velocity_noise for form in forms], axis=0)
+    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
+    fit = fit_whole_log(equations, law, top_speed, rest, settings.priors, progress)
     held_out: list[list[slice]] = [[] for _ in forms]
-    for log, segment, _ in (equations.parts[place] for place in fit.held_out):
+    for log, segment in fit.held_out:
         held_out[log].append(slice(segment.first, segment.last))
-    robot = corrected_robot(robot, corrections, fit.corrections)
-    return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, torque_delay=delay, held_out=held_out)
+    robot = corrected_robot(robot, equations.corrections, fit.corrections)
+    return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, held_out=held_out)
 
 
 def weak_forms(
@@ -243,7 +237,7 @@ def weak_forms(
     couplings: Sequence[str],
     settings: Settings,
 ) -> list[WeakForm]:
-    """Return the equations of motion of logs, with foot wrenches if every log has them."""
+    """Return the equations of motion of logs, with foot wrenches if every log has."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
     return [
         weak_form(
@@ -273,10 +267,9 @@ def find(
 
     Standing legs are shown, as they are fitted, without the minimum-norm guess where they were fitted without it.
     """
-    progress("fitting the whole log", 0.0)
     cleaned = [_without_spikes(part) for part in prepared]
     prepared = [part for part, _ in cleaned]
-    found = identify_whole_log(prepared, robot, law, settings)
+    found = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
     return Fitted(
         fits=found.fits,
         validations=found.validations,
@@ -298,8 +291,8 @@ def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> U
     """Return what the fit without the held-out segments says of them; the delay is that of the whole logs."""
     if not any(found.held_out):
         return None
-    fit = found.fit.without_held_out
-    robot = corrected_robot(robot, fit.model.corrections, fit.corrections)
+    fit = replace(found.fit, fit=found.fit.trained)
+    robot = corrected_robot(robot, fit.fit.model.corrections, fit.corrections)
     before = replace(found, fit=fit, robot=robot)
     logs = [
         replace(part, log=before.corrected(part.log, k), support=cut(part.support, rows))

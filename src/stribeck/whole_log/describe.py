@@ -23,8 +23,9 @@ def describe_corrections(
     torque_delay
         [s].
     """
-    corrections, layout, priors = fit.model.corrections, fit.model.layout, fit.model.priors
-    errors = np.sqrt(fit.solution.model_variance * fit.widening)
+    model, layout = fit.fit.model, fit.fit.model.layout
+    corrections, priors = model.corrections, model.priors
+    errors = np.sqrt(fit.fit.model_variance * fit.widening)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
     before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
     shapes = shape_errors(fit)
@@ -40,7 +41,7 @@ def describe_corrections(
         for k, name in enumerate(corrections.bodies)
         if before[k, 0] > 0
     }
-    units = np.concatenate([np.ones(before.size), fit.model.scales])
+    units = np.concatenate([np.ones(before.size), model.scales])
 
     def pairs(name: str) -> list[tuple[float, float]]:
         own = layout.part(name)
@@ -52,7 +53,7 @@ def describe_corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
         bodies=bodies,
-        torque_gain={joints[k]: gains[k] for k in fit.model.loaded},
+        torque_gain={joints[k]: gains[k] for k in model.loaded},
         encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
         log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
         torque_delay=(torque_delay, delays[0][1]) if delays else None,

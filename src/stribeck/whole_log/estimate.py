@@ -1,55 +1,47 @@
-"""The spine of the whole-log fit: pilot fit, normal equations, terms, empirical Bayes, covariance budget.
+"""The spine of the whole-log fit: pilot, accumulation, fits of the laws, terms, empirical Bayes, covariance.
 
 The steps are those of docs/estimator.md, in the order in which they stand there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.friction import AUTO, FrictionLaw
+from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.result import TermVerdict, Validation
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import (
-    FOLDS,
-    RIPPLE_SEGMENTS,
-    SAMPLED_SEGMENTS,
-    SAMPLED_STEPS,
-    SEGMENTS_PER_HELD_OUT,
-    SELECTION_SEGMENTS,
-)
-from stribeck.whole_log.fit_checks.alternative_terms import find_alternatives
-from stribeck.whole_log.fit_checks.score_tests import Misfit, run_score_tests
-from stribeck.whole_log.fit_checks.validation import friction_residual_rms, remaining, validate
-from stribeck.whole_log.model.covariates import unsupported
-from stribeck.whole_log.model.friction_curves import Curves
-from stribeck.whole_log.model.model_corrections import ModelCorrections
-from stribeck.whole_log.model.presliding import presliding_travels
-from stribeck.whole_log.model.ripple import ripples_per_turn
-from stribeck.whole_log.model.varying_curves import VaryingCurves
+from stribeck.whole_log.constants import FOLDS, MOST_SEGMENTS, PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.equations.equation_sequence import EquationSequence
+from stribeck.whole_log.equations.segments import Segment
+from stribeck.whole_log.fit_checks.misfits import Misfit, find_misfits
+from stribeck.whole_log.fit_checks.validation import friction_residual_rms, validate
+from stribeck.whole_log.model.basis import Basis, make_basis
+from stribeck.whole_log.model.laws import Laws
+from stribeck.whole_log.model.search import by_joint, presliding_travels, ripples_per_turn
+from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms, find_terms, unsupported
 from stribeck.whole_log.noise.variance_components import VarianceComponents
-from stribeck.whole_log.solver.accumulation import accumulate, accumulate_folds
-from stribeck.whole_log.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
-from stribeck.whole_log.solver.multistart import with_other_starts
-from stribeck.whole_log.solver.normal_equations import NormalEquations, merged
-from stribeck.whole_log.solver.pilot_fit import PilotFit, fit_pilot, pilot_places, with_all_terms
-from stribeck.whole_log.solver.reduction import reduced, reduced_basis
-from stribeck.whole_log.solver.solve import Solution, solve
-from stribeck.whole_log.terms.term_selection import Choice, select_terms
-from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
-from stribeck.whole_log.uncertainty.heterogeneity import (
-    heterogeneity,
-    offsets_that_differ,
-    overdispersion_of,
+from stribeck.whole_log.solver.elimination import Fit, eliminate, inverse_of, solve
+from stribeck.whole_log.solver.empirical_bayes import (
+    best_starts,
+    blocks,
+    group_mean_covariance,
+    solve_with_empirical_bayes,
+    with_other_starts,
 )
+from stribeck.whole_log.solver.pilot import LINEAR, Pilot, fit_pilot, pilot_places, secant_step, with_terms
+from stribeck.whole_log.solver.statistics import Statistics, accumulate, total
+from stribeck.whole_log.terms.term_selection import Choice, make_trials, overdispersion, select_terms
+from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
+from stribeck.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
 from stribeck.whole_log.uncertainty.reml import random_effect_covariance
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,110 +50,96 @@ class WholeLogFit:
 
     Attributes
     ----------
-    curves, model
-        The coordinates of friction and of the model's corrections.
-    solution
-        Values of these, and their covariance.
+    fit, trained
+        Of all laws and corrections, and that without the held-out segments.
     budget
-        The parts of this covariance.
+        The parts of its covariance.
     components
         Standard deviations of the errors that no sensor makes.
-    normal_equations
-        Of all segments.
-    segments
-        Number of them.
+    statistics
+        Normal equations of all segments.
+    segments, of_segments
+        Number of those that were read, and of all.
     residual_rms
-        Root mean square residual of each joint's friction torque in the segments of the pilot fit [N m], shape (n,).
+        Root mean square residual of each joint's friction torque in the segments of the pilot [N m], shape (n,).
     validation
-        Of each joint, in some segments of the pilot fit, by a fit to all others; None where there are too few segments.
-    held_out, training
-        The places of those segments, and the fit to all others.
-    terms, mean_load, load_deviation, mean_direction, per_turn, travel, mean_temperature
-        Of the law "auto": which terms each joint has, the torque that it carries, mean and standard deviation of its
-        size [N m], shape (n,) each, the means of
-        cosine and sine of its position, shape (n, 2), the periods of its torque ripple a turn and the travel of its
-        presliding [rad], if any, and its mean temperature [deg C], NaN where none is logged, shape (n,) each.
+        Of each joint, on the held-out segments, by a fit to all others; None where there are too few segments.
+    held_out
+        Log and segment of each of those.
+    delay
+        Of the torques [s].
+    beside
+        Scales of the terms.
+    terms
+        Of the law "auto": which terms each joint has.
+    misfits
+        What the law of each joint does not describe.
     heterogeneity, joint_heterogeneity
-        D of equation (26), of the model [1], and of each joint's parameters, shape (n, p).
+        D of equation (26), of the model [1], and of each joint's parameters, shape (n, w).
     undiscounted
         Coordinates of the corrections by a fit without overdispersion (27), shape (c,).
-    misfits
-        What the law of each joint does not describe, by the score tests.
     """
 
-    curves: Curves
-    model: ModelCorrections
-    solution: Solution
+    fit: Fit
+    trained: Fit
     budget: CovarianceBudget
     components: VarianceComponents
-    normal_equations: NormalEquations
+    statistics: Statistics
     segments: int
+    of_segments: int
     residual_rms: Array
     validation: tuple[Validation | None, ...]
-    held_out: tuple[int, ...]
-    training: PilotFit
-    misfits: tuple[Misfit | None, ...]
+    held_out: tuple[tuple[int, Segment], ...]
+    delay: float
+    beside: Terms
+    terms: tuple[dict[str, TermVerdict], ...]
+    misfits: tuple[tuple[Misfit, ...], ...]
     heterogeneity: float
     joint_heterogeneity: Array
     undiscounted: Array
-    terms: tuple[dict[str, TermVerdict], ...] = ()
-    mean_load: Array | None = None
-    load_deviation: Array | None = None
-    mean_direction: Array | None = None
-    per_turn: Array | None = None
-    mean_temperature: Array | None = None
-    travel: Array | None = None
-
-    @property
-    def without_held_out(self) -> WholeLogFit:
-        """The fit to all segments but the held-out ones; of its numbers the values alone are without them."""
-        fit = self.training
-        return replace(self, curves=fit.curves, model=fit.model, solution=fit.solution)
 
     @property
     def values(self) -> Array:
-        """Parameters of the law, shape (n, p)."""
-        return self.curves.external(self.solution.internal)
+        """Parameters of the laws, shape (n, w)."""
+        return self.fit.laws.external(self.fit.internal)
 
     @property
     def corrections(self) -> Array:
         """Corrections in the order of `CorrectionLayout`, shape (c,)."""
-        return self.model.values(self.solution.corrections)
+        return self.fit.model.values(self.fit.corrections)
 
     @property
-    def torque_delay(self) -> float:
-        """Delay of the torques beside the one that the equations assume [s]."""
-        return float(self.corrections[self.model.layout.part("delays")][:1].sum())
+    def bodies(self) -> Array:
+        """Coordinates of the bodies' corrections, shape (L, 10)."""
+        return self.fit.corrections[self.fit.model.layout.part("bodies")].reshape(-1, SIZE)
 
     @property
     def wrenches_off(self) -> Array:
         """Corrections of wrench sensors in units of their prior standard deviation [1]."""
-        return np.abs(self.solution.x[self.solution.layout.part("wrenches")])
+        return np.abs(self.fit.corrections[self.fit.model.layout.part("wrenches")])
 
     @property
     def bodies_off(self) -> dict[str, float]:
         """Largest correction of each body, without overdispersion, in units of its prior standard deviation [1]."""
-        coordinates = self.undiscounted[self.model.layout.part("bodies")].reshape(-1, SIZE)
+        coordinates = self.undiscounted[self.fit.model.layout.part("bodies")].reshape(-1, SIZE)
         furthest = np.abs(coordinates).max(axis=1, initial=0.0)
-        return dict(zip(self.model.corrections.bodies, furthest.tolist(), strict=True))
+        return dict(zip(self.fit.model.corrections.bodies, furthest.tolist(), strict=True))
 
     @property
     def bodies_moved(self) -> dict[str, float]:
         """Correction of each body's mass or centre of mass, in units of its prior standard deviation [1]."""
-        coordinates = np.abs(self.solution.corrections[self.model.layout.part("bodies")].reshape(-1, SIZE))
-        moved = np.maximum(coordinates[:, 0], np.linalg.norm(coordinates[:, 1:4], axis=1))
-        return dict(zip(self.model.corrections.bodies, moved.tolist(), strict=True))
+        moved = np.maximum(np.abs(self.bodies[:, 0]), np.linalg.norm(self.bodies[:, 1:4], axis=1))
+        return dict(zip(self.fit.model.corrections.bodies, moved.tolist(), strict=True))
 
     @property
     def chi_square(self) -> float:
         """Chi^2 per degree of freedom [1]: one if the errors are as large as their covariance says."""
-        free = self.normal_equations.count - self.solution.internal.size
-        return self.solution.chi_square / max(free, 1)
+        return self.fit.chi_square / max(self.statistics.count - int(self.fit.laws.free.sum()), 1)
 
     @property
     def set_aside(self) -> float:
         """Share of the windows that are set aside [1]."""
-        return self.normal_equations.set_aside / max(self.normal_equations.windows, 1)
+        return self.statistics.set_aside / max(self.statistics.windows, 1)
 
     @property
     def widening(self) -> float:
@@ -170,15 +148,12 @@ class WholeLogFit:
 
 
 def fit_whole_log(
-    equations: Sequence[WeakEquations],
-    supports: Sequence[tuple[str, ...]],
-    gaits: int,
-    corrections: CorrectionLayout,
+    equations: EquationSequence,
     law: FrictionLaw,
     top_speed: Array,
     rest: Array,
     priors: Priors,
-    differ: NDArray[np.bool_] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 
@@ -186,12 +161,6 @@ def fit_whole_log(
     ----------
     equations
         Of all segments; computed when they are asked for, so that they are never all in memory.
-    supports
-        The feet that each of them stands on.
-    gaits
-        Number of their gait phases.
-    corrections
-        What the columns of their regressors correct.
     law
         Friction law.
     top_speed
@@ -200,169 +169,198 @@ def fit_whole_log(
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
         Of friction, model and sensors.
-    differ
-        Which joints' offsets differ from log to log, shape (joints,); found out if None.
+    progress
+        Is told the share that is done [1].
     """
-    places = pilot_places(supports)
-    some = [equations[k] for k in places]
-    pilot, pilot_equations = fit_pilot(some, corrections, law, top_speed, rest, priors, differ)
-    (per_turn, travel), modulated = _ripples(equations, pilot), None
+    speed = np.maximum(top_speed, 1e-9)
+    basis = make_basis(law, speed)
+
+    @lru_cache(maxsize=1)
+    def segments(delay: float, count: int) -> list[WeakEquations]:
+        late = equations.delayed(delay)
+        return [late[place] for place in pilot_places(late.feet, count)]
+
+    size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
+    pilot = fit_pilot(segments, size, equations.corrections, basis, speed, rest * law.jumps, priors)
+    laws, terms, pilot = _with_terms(pilot, law, basis, speed, priors)
+    columns = Columns(basis, terms)
+    tried: list[tuple[float, float]] = []
+    while True:  # once more where the whole log says that the delay that the pilot found is not the best
+        read = _read(equations.delayed(pilot.delay), pilot, columns, progress)
+        folds, known, sample = read.folds, total(read.folds), total(read.folds[: read.sampled])
+        fit = _first_fit(known, laws, pilot)
+        own = fit.layout.places("delays")[:1]
+        error = np.sqrt(fit.covariance[own, own].sum() * overdispersion(known, fit)) * priors.torque_delay
+        tried.append((pilot.delay, _delay(fit)))
+        if not pilot.delay or len(tried) > ROUNDS or abs(_delay(fit)) < max(LINEAR, 3 * error):
+            break
+        pilot = pilot.later(secant_step(tried))
+    root_turns = pilot.components.root_turns
+
+    def effects(fit: Fit) -> Array:
+        return random_effect_covariance(sample, known.count, fit, root_turns)[1]
+
+    refused = unsupported([each.part for each in pilot.groups], terms, known.mean_load, known.load_deviation)
     if law.name == AUTO:
-        modulated, pilot, pilot_equations = with_all_terms(equations, pilot_equations, pilot, per_turn, travel)
-        equations = modulated
-    held_out = dict(list(zip(places, pilot_equations, strict=True))[: len(equations) // SEGMENTS_PER_HELD_OUT])
-    training = [k for k in range(len(equations)) if k not in held_out]
-    alternatives = find_alternatives(
-        pilot_equations,
-        [remaining(part, pilot.curves.basis, *pilot.known) for part in pilot_equations],
-        [pilot.components.marginal(part) for part in pilot_equations],
-        pilot.curves.top_speed,
-        priors.torque_gain,
-        priors.torque_delay,
-        per_turn,
-    )
-    first, others = _folds(training, gaits)
-    folds, sampled = accumulate_folds(equations, first, pilot.prediction, gaits, alternatives)
-    if differ is None and np.any(differ := _offsets_that_differ(pilot, folds)):  # variance components have to know
-        plain = modulated.equations if modulated else equations
-        return fit_whole_log(plain, supports, gaits, corrections, law, top_speed, rest, priors, differ)
-    steps, normal_equations = sampled.without("alternatives"), merged(folds)
-    pilot, choice = _with_terms(pilot, normal_equations, folds, steps, pilot_equations, per_turn, travel)
-    part = normal_equations
-    if any(others):
-        pilot, folds = _with_rest(pilot, equations, part, folds, others)
-        normal_equations = merged(folds)
-        pilot = _with_empirical_bayes(pilot, normal_equations)
-    undiscounted = pilot.solution.corrections
-    pilot, of_model, joint_heterogeneity = _with_overdispersion(pilot, normal_equations, folds)
-    unseen = list(held_out.values())
-    trained = pilot.unreduced
-    validation = validate(unseen, part, trained.curves, trained.components, *trained.known)
-    normal_equations.merge(accumulate(unseen, pilot.components, pilot.curves, pilot.model))
-    pilot = _with_empirical_bayes(pilot, normal_equations).unreduced
-    curves, model, solution = pilot.curves, pilot.model, pilot.solution
-    effect_std, effect_covariance = random_effect_covariance(
-        steps, normal_equations.count, curves, model, solution, pilot.components.root_turns
-    )
-    budget = covariance_budget(
-        solution, model.overdispersion, effect_covariance, group_mean_covariance(curves, solution)
+        choice = select_terms(known, folds, fit, refused, effects)
+    else:
+        choice = Choice([{} for _ in speed], make_trials(known, folds, fit), fit)
+    fit = solve_with_empirical_bayes(known, choice.start)
+    undiscounted = fit.corrections
+    of_model, of_joints = heterogeneity(known, folds, fit)
+    if of_model > 1:
+        model = replace(fit.model, overdispersion=overdispersion_of(of_model, len(folds)))
+        fit = solve_with_empirical_bayes(known, replace(fit, model=model))
+    trained, whole = fit, total([known, *read.held])
+    validation = validate(read.unseen, known, columns, pilot.components, trained.values)
+    if read.held:
+        fit = solve_with_empirical_bayes(whole, fit)
+    effect_std, effect_covariance = random_effect_covariance(sample, whole.count, fit, root_turns)
+    budget = covariance_budget(fit, effect_covariance, group_mean_covariance(fit))
+    fit = replace(fit, covariance=budget.total)
+    residual_rms = friction_residual_rms(
+        [each.part for each in pilot.groups], columns, pilot.components, fit.values, fit.values[None, : whole.friction]
     )
     return WholeLogFit(
-        curves=curves,
-        model=model,
-        solution=replace(solution, covariance=budget.total),
+        fit=fit,
+        trained=trained,
         budget=budget,
         components=pilot.components,
-        normal_equations=normal_equations,
-        segments=len(equations),
-        residual_rms=friction_residual_rms(
-            pilot_equations, curves, pilot.components, *pilot.known, pilot.known[0][None]
-        )[0],
+        statistics=whole,
+        segments=read.segments,
+        of_segments=len(equations),
+        residual_rms=residual_rms[0],
         validation=validation,
-        held_out=tuple(held_out),
-        training=trained,
-        heterogeneity=of_model,
-        joint_heterogeneity=joint_heterogeneity,
-        undiscounted=undiscounted,
-        terms=choice.verdicts if choice else (),
-        mean_load=normal_equations.mean_load if choice else None,
-        load_deviation=normal_equations.load_deviation if choice else None,
-        mean_direction=modulated.direction if modulated else None,
-        per_turn=per_turn,
-        mean_temperature=modulated.mean_temperature if modulated else None,
-        travel=travel,
-        misfits=run_score_tests(
-            sampled, normal_equations.count, curves, model, solution, effect_std, budget.total, of_model
+        held_out=read.held_out,
+        delay=pilot.delay + _delay(fit),
+        beside=terms,
+        terms=tuple(choice.verdicts) if law.name == AUTO else (),
+        misfits=find_misfits(
+            choice.trials,
+            choice.kept,
+            fit,
+            (budget.noise + budget.model) * (whole.count / known.count),
+            known,
+            sample,
+            effect_std,
+            of_model,
+            _units(pilot, columns, terms, whole.mean_load),
         ),
+        heterogeneity=of_model,
+        joint_heterogeneity=of_joints,
+        undiscounted=undiscounted,
     )
 
 
-def _ripples(equations: Sequence[WeakEquations], pilot: PilotFit) -> tuple[Array, Array]:
-    """Return the periods a turn of each joint's ripple, and, for the law "auto", the travel of its presliding [rad].
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """A log that was read: statistics of its folds, of which some are `sampled`, and what is held out."""
 
-    Segments of the pilot fit alone are too few.
-    """
-    many = [equations[k] for k in range(0, len(equations), -(-len(equations) // RIPPLE_SEGMENTS))]
-    residuals = [remaining(part, pilot.curves.basis, *pilot.known) for part in many]
-    variances = [pilot.components.marginal(part) for part in many]
-    per_turn, curves = ripples_per_turn(many, residuals, variances), pilot.curves
-    if curves.law.name != AUTO:
-        return per_turn, np.full_like(per_turn, np.nan)
-    return per_turn, presliding_travels(many, residuals, variances, curves.basis, curves.top_speed)
+    folds: list[Statistics]
+    sampled: int
+    held: list[Statistics]
+    held_out: tuple[tuple[int, Segment], ...]
+    unseen: list[WeakEquations]
+    segments: int
 
 
-def _offsets_that_differ(pilot: PilotFit, folds: list[NormalEquations]) -> NDArray[np.bool_]:
-    """Return which joints' offsets differ from log to log, shape (joints,); the pilot fit has the same in all logs."""
-    curves, joints = pilot.curves, pilot.model.corrections.log_offsets[1]
-    if not joints:
-        return np.zeros(0, dtype=bool)
-    total, model = merged(folds), pilot.model.with_log_offsets(np.ones(joints, dtype=bool))
-    return offsets_that_differ(total, folds, curves, model, solve(total, curves, model, pilot.solution))
+def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Callable[[float], None]) -> _Read:
+    """Return the statistics of a log: of `MOST_SEGMENTS` at most, in `FOLDS`, and of what is held out."""
+    held_out = pilot_places(late.feet)[: len(late) // 4]
+    training = _spread([k for k in range(len(late)) if k not in held_out], MOST_SEGMENTS)
+    count = min(FOLDS, len(training))
+    sampled = min(count, 2 * max(1, round(15 * count / len(training))))  # about 30 segments; left and right alternate
+    folds = [*(training[k::count] for k in range(count)), held_out]
+    found, unseen = accumulate(
+        late, folds, sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
+    )
+    return _Read(
+        folds=found[:count],
+        sampled=sampled,
+        held=found[count:],
+        held_out=tuple(late.parts[place][:2] for place in held_out),
+        unseen=[unseen[place] for place in held_out],
+        segments=len(training) + len(held_out),
+    )
+
+
+def _delay(fit: Fit) -> float:
+    """Return the torques' delay beside the one that the equations assume [s]."""
+    return float(fit.model.values(fit.corrections)[fit.model.layout.part("delays")][:1].sum())
+
+
+def _spread(places: list[int], most: int) -> list[int]:
+    """Return evenly spread places, at most so many."""
+    every = np.linspace(0, len(places) - 1, min(most, len(places))).round().astype(int)
+    return [places[k] for k in every]
 
 
 def _with_terms(
-    pilot: PilotFit,
-    normal_equations: NormalEquations,
-    folds: list[NormalEquations],
-    steps: NormalEquations,
-    pilot_equations: list[WeakEquations],
-    per_turn: Array,
-    travel: Array,
-) -> tuple[PilotFit, Choice | None]:
-    """Return the fit to all folds, and the terms of its joints if these are to be selected."""
-    curves, model = pilot.curves, pilot.model
-    solution = solve(normal_equations, curves, model, pilot.solution)
-    solution = with_other_starts(normal_equations, curves, model, solution)
-    choice = None
-    if isinstance(curves, VaryingCurves):
-        refused = unsupported(pilot_equations, curves.slow, per_turn, travel, normal_equations.loads)
-        root_turns = pilot.components.root_turns
-        choice = select_terms(normal_equations, folds, steps, curves, model, solution, root_turns, refused)
-        curves, solution = choice.curves, choice.start
-    return _with_empirical_bayes(replace(pilot, curves=curves, solution=solution), normal_equations), choice
+    pilot: Pilot, law: FrictionLaw, basis: Basis, speed: Array, priors: Priors
+) -> tuple[Laws, Terms, Pilot]:
+    """Return the laws with all terms, the scales of these, and the pilot with their columns."""
+    joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
+    parts = [each.part for each in pilot.groups]
+    size = len(pilot.prediction.values) - pilot.model.layout.size
+    friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
+    left = []
+    for part in parts:
+        windows = basis.windows(part.velocity, part.taps, part.step, len(part.residual))
+        fitted = np.einsum("kmj,kjr,jr->km", part.weights, windows, friction, optimize=True)
+        if part.regressors is not None:
+            fitted += part.regressors @ pilot.prediction.values[size:]
+        left.append((part, part.residual - fitted, pilot.components.marginal(part)))
+    scores, known = by_joint(left)
+    offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
+    free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
+    laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
+    slope = 1 / (SMOOTH_SIGN * speed)
+    if law.name == AUTO:  # which shape the pilot's curves have
+        covariance = pilot.prediction.covariance[:size, :size].reshape(joints, size // joints, joints, -1)
+        own = covariance[range(joints), :functions, range(joints), :functions]
+        information = np.asarray(np.linalg.inv(own))
+        internal, _ = best_starts(laws, information, (information @ friction[:, :, None])[:, :, 0])
+        slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
+    squares = (scores**2 / np.maximum(known, 1e-300)).sum(axis=0)
+    terms = find_terms(
+        parts,
+        slope=slope,
+        per_turn=ripples_per_turn(left),
+        travel=presliding_travels(left, basis, speed),
+        friction=friction,
+        top_speed=speed,
+        unexplained=np.sqrt(squares / np.maximum(known.sum(axis=0), 1e-300)),
+        delay=priors.torque_delay,
+    )
+    own_terms = [parameter.name not in NO_TERM and law.name == AUTO for parameter in terms.parameters]
+    free = np.hstack([free, np.tile(own_terms, (joints, 1))])
+    return replace(laws, terms=terms.parameters, free=free), terms, with_terms(pilot, Columns(basis, terms))
 
 
-def _with_overdispersion(
-    pilot: PilotFit, normal_equations: NormalEquations, folds: list[NormalEquations]
-) -> tuple[PilotFit, float, Array]:
-    """Return the fit with what the folds differ by about the model, and that heterogeneity, of model and joints."""
-    of_model, of_joints = heterogeneity(normal_equations, folds, pilot.curves, pilot.model, pilot.solution)
-    if of_model > 1:
-        model = replace(pilot.model, overdispersion=overdispersion_of(of_model, len(folds)))
-        pilot = _with_empirical_bayes(replace(pilot, model=model), normal_equations)
-    return pilot, of_model, of_joints
+def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
+    """Return the fit of laws with all terms that starts from a linear fit, all else being fitted along there."""
+    joints, size = len(laws.top_speed), pilot.model.layout.size
+    left = eliminate(known, pilot.model, np.zeros(size))
+    covariance = inverse_of(left.information + np.diag(pilot.precision))
+    theta = (covariance @ left.right).reshape(joints, -1)
+    information = np.asarray(np.linalg.inv(blocks(covariance, joints)))
+    internal, _ = best_starts(laws, information, (information @ theta[:, :, None])[:, :, 0])
+    start = Fit(
+        laws=laws,
+        model=pilot.model,
+        internal=internal,
+        corrections=np.zeros(size),
+        covariance=np.zeros((internal.size + size,) * 2),
+        at_bound=np.zeros(internal.shape, dtype=bool),
+        chi_square=0.0,
+        converged=False,
+    )
+    return with_other_starts(known, solve(known, start))
 
 
-def _with_empirical_bayes(pilot: PilotFit, normal_equations: NormalEquations) -> PilotFit:
-    """Return the fit to a log with priors by empirical Bayes."""
-    curves, model, solution = solve_with_empirical_bayes(normal_equations, pilot.curves, pilot.model, pilot.solution)
-    return replace(pilot, curves=curves, model=model, solution=solution)
-
-
-def _with_rest(
-    pilot: PilotFit,
-    equations: Sequence[WeakEquations],
-    part: NormalEquations,
-    folds: list[NormalEquations],
-    others: list[list[int]],
-) -> tuple[PilotFit, list[NormalEquations]]:
-    """Return a fit to a part of a log in fewer coefficients, and in these the folds with the rest of the log."""
-    whole = 1 + sum(map(len, others)) / SELECTION_SEGMENTS
-    curves = replace(pilot.curves, basis=reduced_basis(part, pilot.curves, pilot.solution, whole))
-    pilot = replace(pilot, curves=curves)
-    rest, _ = accumulate_folds(equations, [([], own) for own in others], pilot.prediction)
-    return pilot, [merged([reduced(fold, curves.basis), more]) for fold, more in zip(folds, rest, strict=True)]
-
-
-def _folds(training: list[int], gaits: int) -> tuple[list[tuple[list[int], list[int]]], list[list[int]]]:
-    """Return the folds of the part of a log that terms are selected on, and for each fold the rest of it.
-
-    A fold is the places of its segments that are sampled for random effects and score tests, and of its others.
-    """
-    count, every = min(FOLDS, len(training)), -(-len(training) // SELECTION_SEGMENTS)
-    part = [place for k, place in enumerate(training) if k // count % every == 0]
-    stride = max(1, len(part) // max(SAMPLED_SEGMENTS, SAMPLED_STEPS * gaits))
-    share = set(part[:: stride | 1])  # odd, as left and right alternate
-    folds = [part[k::count] for k in range(count)]
-    own = [([k for k in fold if k in share], [k for k in fold if k not in share]) for fold in folds]
-    return own, [[place for place in training[k::count] if place not in part] for k in range(count)]
+def _units(pilot: Pilot, columns: Columns, terms: Terms, mean_load: Array) -> Array:
+    """Return what one of each term's coefficient is, shape (n, T), as `find_misfits` takes it."""
+    first = columns.basis.functions.shape[1]
+    largest = np.max([np.abs(columns.by_joint(each.part)[:, :, first:]).max(axis=0) for each in pilot.groups], axis=0)
+    largest[:, 0], largest[:, -1] = mean_load, terms.delay
+    return np.asarray(largest)

@@ -1,4 +1,4 @@
-"""Regressors Y of the corrections (docs/estimator.md, "Regressors"; Atkeson, An and Hollerbach 1986).
+"""Regressors Y of the corrections (docs/estimator.md, "Corrections"; Atkeson, An and Hollerbach 1986).
 
 All are taken at the windows' centers, from the smoothed motion: corrections are small, so this costs no accuracy.
 """

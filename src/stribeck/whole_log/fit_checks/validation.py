@@ -7,20 +7,18 @@ from scipy.linalg import block_diag
 
 from stribeck.base.typing import Array
 from stribeck.result import Validation
-from stribeck.whole_log.model.basis import Basis
-from stribeck.whole_log.model.friction_curves import Curves
+from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.noise.variance_components import VarianceComponents
-from stribeck.whole_log.solver.normal_equations import NormalEquations, curve_windows, design
+from stribeck.whole_log.solver.statistics import Statistics
 from stribeck.whole_log.weak_equations import WeakEquations
 
 
 def validate(
     held_out: Sequence[WeakEquations],
-    training: NormalEquations,
-    curves: Curves,
+    training: Statistics,
+    columns: Columns,
     components: VarianceComponents,
-    friction: Array,
-    corrections: Array,
+    values: Array,
 ) -> tuple[Validation | None, ...]:
     """Return a validation for each joint, in the order of the equations' joints; None where nothing is held out.
 
@@ -30,77 +28,61 @@ def validate(
         Equations that the fit did not use.
     training
         Those that it used: for the Coulomb friction and offset that the law is compared with.
-    curves, components
-        Basis, and variance components that equations are weighted by.
-    friction, corrections
-        Coefficients of the curves [N m], shape (n r,), and corrections, shape (c,), that the training gave.
+    columns, components
+        Of friction, and variance components that equations are weighted by.
+    values
+        Coefficients and corrections that the training gave, shape (D,).
     """
     if not held_out:
-        return (None,) * len(curves.top_speed)
-    candidates = np.stack(
-        [friction, np.zeros_like(friction), coulomb_curves(training, corrections, held_out[0].joints)]
-    )
-    rms = friction_residual_rms(held_out, curves, components, friction, corrections, candidates)
+        return (None,) * len(columns.basis.velocity)
+    f = training.friction
+    coulomb = coulomb_curves(training, columns, values[f:], held_out[0].joints)
+    rms = friction_residual_rms(held_out, columns, components, values, np.stack([values[:f], np.zeros(f), coulomb]))
     return tuple(
-        Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(coulomb))
-        for own, zero, coulomb in rms.T
+        Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(only))
+        for own, zero, only in rms.T
     )
 
 
 def friction_residual_rms(
     equations: Sequence[WeakEquations],
-    curves: Curves,
+    columns: Columns,
     components: VarianceComponents,
-    friction: Array,
-    corrections: Array,
+    values: Array,
     candidates: Array,
 ) -> Array:
     """Return the residual of each joint's friction torque, root mean square [N m], shape (candidates, n).
 
-    Each equation is weighted by P_ki^2 / var(e_k), which is its information on joint i. `friction`, shape (n r,), are
-    the other joints' curves, and each candidate, a row of shape (n r,), stands in for one joint's at a time.
+    Each equation is weighted by P_ki^2 / var(e_k), which is its information on joint i. `values`, shape (D,), are the
+    coefficients and corrections, and each candidate, a row of shape (f,), stands in for one joint's at a time.
     """
-    joints = len(curves.top_speed)
+    joints, friction = len(columns.basis.velocity), candidates.shape[1]
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
+    changes = (values[:friction] - candidates).reshape(len(candidates), joints, -1)
     for part in equations:
-        residual = remaining(part, curves.basis, friction, corrections).ravel()
-        share = _shares(part, components)
+        own = columns.by_joint(part)
+        residual = part.residual.ravel() - columns.design(part, own) @ values
+        share = part.weights**2 / components.marginal(part)[:, :, None] * part.used[:, None, None]
+        share = share.reshape(-1, joints)
         weights += share.sum(axis=0)
-        windows = curve_windows(part, curves.basis)
-        changes = (friction - candidates).reshape(len(candidates), joints, -1)
-        for k, torque in enumerate(np.einsum("kjr,cjr->ckj", windows, changes)):
+        for k, torque in enumerate(np.einsum("kjr,cjr->ckj", own, changes)):
             error = residual[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
             squares[k] += (share * error**2).sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
 
 
-def remaining(equations: WeakEquations, basis: Basis, friction: Array, corrections: Array) -> Array:
-    """Return what coefficients of curves and corrections leave of the equations, shape (K, m)."""
-    fitted = design(equations, basis) @ np.concatenate([friction, corrections])
-    return np.asarray(equations.residual - fitted.reshape(equations.residual.shape))
-
-
-def coulomb_curves(normal_equations: NormalEquations, corrections: Array, joints: int) -> Array:
-    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (n r,).
+def coulomb_curves(statistics: Statistics, columns: Columns, corrections: Array, joints: int) -> Array:
+    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (f,).
 
     The first `joints` have offsets; couplings, behind them, have none.
     """
-    basis, friction, model = normal_equations.basis, normal_equations.layout.friction, normal_equations.layout.model
-    columns = [
-        basis.coefficients(np.column_stack([np.sign(v), np.full_like(v, k < joints)]))
+    basis, f, beside = columns.basis, statistics.friction, np.zeros((columns.terms.size, 2))
+    curves = [
+        np.vstack([basis.functions.T @ np.column_stack([np.sign(v), np.full_like(v, k < joints)]), beside])
         for k, v in enumerate(basis.velocity)
     ]
-    whole = block_diag(*columns)
-    matrix = whole.T @ normal_equations.information[friction, friction] @ whole
-    vector = whole.T @ (
-        normal_equations.right_hand_side[friction] - normal_equations.information[friction, model] @ corrections
-    )
+    whole = block_diag(*curves)
+    matrix = whole.T @ statistics.information[:f, :f] @ whole
+    vector = whole.T @ (statistics.right[:f] - statistics.information[:f, f:] @ corrections)
     ridge = 1e-9 * float(np.diag(matrix).max()) * np.eye(len(matrix))
     return np.asarray(whole @ np.linalg.solve(matrix + ridge, vector))
-
-
-def _shares(equations: WeakEquations, components: VarianceComponents) -> Array:
-    """Return each equation's information on each joint's friction torque [1/(N m)^2], shape (K m, n)."""
-    shares = equations.weights**2 / components.marginal(equations)[:, :, None]
-    shares *= equations.used[:, None, None]
-    return np.asarray(shares.reshape(-1, shares.shape[2]))

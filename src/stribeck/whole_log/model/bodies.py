@@ -1,8 +1,8 @@
 """Inertial parameters of bodies in coordinates in which every value is a body that can exist.
 
-Equation (15) of docs/estimator.md: a body has the mass m = m_0 exp(alpha), the centre c = c_0 + d, and the second
+Equation (13) of docs/estimator.md: a body has the mass m = m_0 exp(alpha), the centre c = c_0 + d, and the second
 moments Sigma_c = E exp(S) E^T about it, with S symmetric and E E^T = Sigma_c0, the columns of E along the principal
-axes. Mass and second moments stay positive for all alpha, d and S: this is physical consistency (14) (Wensing, Kim,
+axes. Mass and second moments stay positive for all alpha, d and S: this is physical consistency (12) (Wensing, Kim,
 Slotine 2018).
 """
 

@@ -7,83 +7,97 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import label
+from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import OUTLIER, PILOT_OUTLIER, SHOULDER
-from stribeck.whole_log.model.parametrisation import Parametrisation
+from stribeck.whole_log.noise.likelihood import Groups
 from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.weak_equations import WeakEquations
 
-MEDIAN_OF_SIZE = 0.6745
-"""Median absolute value of a normal distribution of variance one [1]."""
+INCONSISTENT = 20.0
+"""Chi^2 an equation over that of consistent segments from which a segment is set aside [1]: others reach 17."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a fit to some segments says of others, and how sure it is.
+    """What the pilot says of all segments, and how sure it is.
 
     Attributes
     ----------
-    parameters, x, covariance
-        The fit's values, shape (m,), with their covariance, shape (m, m).
+    values, covariance
+        Coefficients, then corrections, shape (D,), with their covariance, shape (D, D).
     components
         Of the errors.
     """
 
-    parameters: Parametrisation
-    x: Array
+    values: Array
     covariance: Array
     components: VarianceComponents
 
-    def set_aside(self, equations: WeakEquations, rows: Array) -> WeakEquations:
+    def set_aside(self, part: WeakEquations, rows: Array) -> WeakEquations:
         """Return equations with the windows set aside that are too far from their prediction.
 
-        Parameters
-        ----------
-        rows
-            Derivatives of the equations by all values in the first columns, left sides in the last, (K m, D or more).
+        `rows` are the derivatives of the equations by all values in the first columns, left sides in the last.
         """
-        values = self.parameters.values(self.x)
-        derivatives = rows[:, : len(values)]
-        variance = self.components.marginal(equations)
-        size = np.abs(rows[:, -1] - derivatives @ values).reshape(variance.shape)
-        far = np.flatnonzero((size > SHOULDER * np.sqrt(variance)).any(axis=1))
+        own = rows[:, : len(self.values)]
+        variance = self.components.marginal(part)
+        size = np.abs(rows[:, -1] - own @ self.values).reshape(variance.shape)
         if not (size > OUTLIER * np.sqrt(variance)).any():
-            return equations
-        own = derivatives.reshape(*variance.shape, -1)[far].reshape(-1, len(values))
-        slope = self.parameters.times_jacobian(own, self.parameters.blocks(self.x))
-        variance[far] += np.sum((slope @ self.covariance) * slope, axis=1).reshape(-1, variance.shape[1])
-        return without(equations, size / np.sqrt(variance), OUTLIER)
+            return part
+        far = np.flatnonzero((size > SHOULDER * np.sqrt(variance)).any(axis=1))
+        near = own.reshape(*variance.shape, -1)[far].reshape(-1, len(self.values))
+        variance[far] += np.sum((near @ self.covariance) * near, axis=1).reshape(-1, variance.shape[1])
+        outlying = outlying_windows(size / np.sqrt(variance), OUTLIER)
+        if not outlying.any():
+            return part
+        reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
+        return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
+
+    def explains(self, white: Array, count: int) -> bool:
+        """Return whether it explains a segment, given its whitened rows as in `set_aside`, of which so many count.
+
+        What disturbs all windows of it by less than an outlier shows in their sum.
+        """
+        own = white[:, : len(self.values)]
+        square = float(np.sum((white[:, -1] - own @ self.values) ** 2))
+        if square < INCONSISTENT * count:
+            return True
+        return square < INCONSISTENT * (count + float(np.sum((own @ self.covariance) * own)))
 
 
-def far_from_most(parts: Sequence[tuple[WeakEquations, Array]], components: VarianceComponents) -> list[WeakEquations]:
-    """Return equations with the windows set aside whose residuals are far larger than most of the same equation.
+def without_outliers(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents) -> list[Groups]:
+    """Return groups without the windows whose residuals are far larger than most of the same equation.
 
-    Given are the residuals of a fit to them, shape (K m,). The scale of an equation is its median over all windows on
-    the same feet: outliers do not move it.
+    Given are the residuals of a fit to them, shape (g, b). The scale of an equation is its median over the windows on
+    the same feet that count, over that of a normal distribution, and at least what the components expect.
     """
-    sizes = [
-        np.abs(residual.reshape(part.residual.shape)) / np.sqrt(components.marginal(part)) for part, residual in parts
-    ]
-    modes = [(part.standing.tobytes(), part.residual.shape[1]) for part, _ in parts]
+    sizes, modes, used = [], [], []
+    for groups, left in parts:
+        deviation = np.sqrt(groups.of_windows(components.marginal(groups.part)))
+        sizes.append((np.abs(left).reshape(deviation.shape) / deviation).reshape(-1, deviation.shape[2]))
+        modes.append((groups.part.standing.tobytes(), deviation.shape[2]))
+        used.append(sizes[-1][groups.of_windows(groups.part.used).ravel()])
     found = []
-    for (part, _), size, mode in zip(parts, sizes, modes, strict=True):
-        same_mode = np.concatenate([other for other, own in zip(sizes, modes, strict=True) if own == mode])
-        scale = np.median(same_mode, axis=0) / MEDIAN_OF_SIZE
-        found.append(without(replace(part, set_aside=None), size / scale, PILOT_OUTLIER))
+    for (groups, _), size, mode in zip(parts, sizes, modes, strict=True):
+        same_mode = np.concatenate([other for other, own in zip(used, modes, strict=True) if own == mode])
+        if not groups.part.used.any():  # nothing that disturbs a whole segment comes back, and spoils the scale
+            found.append(groups)
+            continue
+        scale = np.median(same_mode, axis=0) / 0.6745 if len(same_mode) else np.ones(size.shape[1])
+        outlying = outlying_windows(size / np.maximum(scale, 1.0), PILOT_OUTLIER)
+        aside = np.zeros(len(groups.part.time), dtype=bool)
+        places = groups.of_windows(np.arange(len(aside))).ravel()
+        aside[places] = outlying
+        found.append(replace(groups, part=replace(groups.part, set_aside=aside if outlying.any() else None)))
     return found
 
 
-def without(equations: WeakEquations, sizes: Array, outlier: float) -> WeakEquations:
-    """Return equations with outliers set aside: windows whose standardised residual, shape (K, m), is above `outlier`.
+def outlying_windows(sizes: Array, outlier: float) -> NDArray[np.bool_]:
+    """Return which windows' standardised residual, shape (K, m), is above `outlier`, shape (K,).
 
-    An outlier lasts as long as residuals stay above `SHOULDER`; windows that share errors with it go too.
+    An outlier lasts as long as residuals stay above `SHOULDER`.
     """
-    largest = sizes.max(axis=1)
-    if largest.max() <= outlier:
-        return equations
-    numbers = label(largest > SHOULDER)[0]
-    outlying = np.isin(numbers, numbers[largest > outlier])
-    reach = np.ones(2 * equations.lags + 1)
-    return replace(equations, set_aside=np.convolve(outlying, reach)[equations.lags : -equations.lags] > 0)
+    largest = sizes.max(axis=1, initial=0.0)
+    numbers = np.cumsum(np.diff(largest > SHOULDER, prepend=False))  # of runs above it, and below
+    return np.asarray(np.isin(numbers, numbers[largest > outlier]))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import CONTACT_BINS, FIRST_MODEL_STD, FIRST_ROOT_STD, FIRST_WRENCH_STD
+from stribeck.whole_log.constants import CONTACT_BINS
 from stribeck.whole_log.weak_equations import WeakEquations
 
 BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
@@ -101,12 +101,20 @@ class VarianceComponents:
 def first_components(
     equations: WeakEquations, rest: Array, stiction: Array, sensed: bool = False
 ) -> VarianceComponents:
-    """Return the components before the pilot fit; `rest` and `stiction` stay; wrenches are `sensed` or not."""
+    """Return the components before the pilot; `rest` and `stiction` stay; wrenches are `sensed` or not.
+
+    They are those of a good model, 0.02 N m, on a hard floor, 0.01 m/s^2 and rad/s^2; of wrenches 2 N and 0.5 N m.
+    """
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
-    both = np.full(root, FIRST_ROOT_STD)
-    encoder_scale = np.ones(len(equations.encoder_noise))
-    model, wrench = np.full((2, joints), FIRST_MODEL_STD), FIRST_WRENCH_STD if sensed else FIRST_WRENCH_STD[:0]
-    return VarianceComponents(model, both, np.ones((2, BINS)), rest, stiction, encoder_scale, wrench)
+    return VarianceComponents(
+        model=np.full((2, joints), 0.02),
+        root=np.full(root, 0.01),
+        contact_scale=np.ones((2, BINS)),
+        rest=rest,
+        stiction=stiction,
+        encoder_scale=np.ones(len(equations.encoder_noise)),
+        wrench=np.repeat([2.0, 0.5], 3)[: 6 * sensed],
+    )
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
@@ -118,3 +126,12 @@ def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
 def resting(equations: WeakEquations, rest: Array) -> Array:
     """Return the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
     return equations.windows((np.abs(equations.velocity) < rest).astype(float))
+
+
+def autocorrelation(lags: int) -> Array:
+    """Return the correlation of the model's errors at lags 0 to `lags` [1], (1 - j / (lags + 1))^2: equation (8).
+
+    It is strictly convex, so that its spectrum is positive at every frequency (Polya 1949). A triangle's, that of a
+    running mean, has zeros, and a fit would trust these frequencies more than any other.
+    """
+    return np.asarray((1 - np.arange(lags + 1) / (lags + 1)) ** 2)

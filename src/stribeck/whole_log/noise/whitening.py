@@ -9,12 +9,8 @@ import numpy as np
 from scipy.linalg.lapack import dtrtri
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.noise.autocorrelation import autocorrelation
-from stribeck.whole_log.noise.variance_components import VarianceComponents
+from stribeck.whole_log.noise.variance_components import VarianceComponents, autocorrelation
 from stribeck.whole_log.weak_equations import WeakEquations
-
-IGNORED = 1e3
-"""Standard deviation of the errors of windows that are set aside, over the largest of others [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +34,6 @@ class Whitener:
     coupling: Array
     rows: int
 
-    def apply(self, *parts: Array) -> Array:
-        """Return whitened rows, parts (K m, c1), (K m, c2), ... side by side."""
-        white = np.column_stack(parts)
-        self.whiten(white)
-        return white
-
     def whiten(self, rows: Array) -> None:
         """Whiten rows where they are, shape (K m, c), block by block in two halves: most zeros are left out."""
         size = self.inverse.shape[1]
@@ -63,7 +53,7 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
     windows, rows = equations.residual.shape
     lags = equations.lags
     count, size = -(-windows // lags), lags * rows
-    within, between = _covariances(_errors(equations, components))
+    within, between = _covariances(errors_of_groups(equations, components))
     filled = windows * rows - (count - 1) * size
     within[-1, range(filled, size), range(filled, size)] = 1.0  # rows that fill the last block up
     inverse, coupling = np.zeros((2, count, size, size))
@@ -76,7 +66,7 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
 
 
 @dataclass(frozen=True, eq=False)
-class _Errors:
+class Errors:
     """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
 
     `correlation` is that of windows of the same group, and of windows of a group and of the one before, shape
@@ -87,7 +77,7 @@ class _Errors:
     correlation: Array
 
 
-def _errors(equations: WeakEquations, components: VarianceComponents) -> list[_Errors]:
+def errors_of_groups(equations: WeakEquations, components: VarianceComponents) -> list[Errors]:
     """Return the errors of encoders and of torque sensors, and those that no sensor makes."""
     windows, rows = equations.residual.shape
     lags = equations.lags
@@ -97,13 +87,13 @@ def _errors(equations: WeakEquations, components: VarianceComponents) -> list[_E
         (components.response(equations) * components.at(equations)[:, None], autocorrelation(lags)),
     ]
     if equations.set_aside is not None:
-        large = IGNORED * np.sqrt(components.marginal(equations).max())
+        large = 1e3 * np.sqrt(components.marginal(equations).max())
         kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
     found = []
     for response, correlation in kinds:
         groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
         groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
-        found.append(_Errors(groups, _between_groups(correlation, rows)))
+        found.append(Errors(groups, _between_groups(correlation, rows)))
     return found
 
 
@@ -116,13 +106,13 @@ def _between_groups(correlation: Array, rows: int) -> Array:
     return np.repeat(np.repeat(blocks, rows, axis=1), rows, axis=2)
 
 
-def _covariances(errors: list[_Errors]) -> tuple[Array, Array]:
+def _covariances(errors: list[Errors]) -> tuple[Array, Array]:
     """Return the covariances of groups of windows, (B, b, b), and of each with the one before, (B - 1, b, b)."""
     every, first, last = slice(None), slice(-1), slice(1, None)
-    return _covariance(errors, 0, every, every), _covariance(errors, 1, last, first)
+    return covariance_of_groups(errors, 0, every, every), covariance_of_groups(errors, 1, last, first)
 
 
-def _covariance(errors: list[_Errors], apart: int, late: slice, early: slice) -> Array:
+def covariance_of_groups(errors: list[Errors], apart: int, late: slice, early: slice) -> Array:
     """Return the covariances of late groups with early ones, so many groups apart, shape (B, b, b)."""
     parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
     for part, each in zip(parts, errors, strict=True):

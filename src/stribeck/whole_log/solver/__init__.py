@@ -1,1 +1,1 @@
-"""From equations to a solution: pilot fit, normal equations, Gauss-Newton, empirical Bayes."""
+"""From equations to a fit: pilot, accumulation, elimination, Gauss-Newton, empirical Bayes."""

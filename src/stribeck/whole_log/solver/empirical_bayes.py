@@ -6,109 +6,137 @@ A standard deviation s is that under which the log is most likely: with coordina
 
 where the right sum counts how many of them the log determines (MacKay 1992). Model and sensors have one each, and so
 have a joint's offsets in several logs; scales and pure numbers of a law have a group prior over the joints, mean and
-standard deviation (Efron and Morris 1975).
+standard deviation (Efron and Morris 1975). The pseudo-counts keep what no log determines as it was.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import (
-    EMPIRICAL_BAYES_ROUNDS,
-    GROUP_PSEUDO_COUNT,
-    GROUP_STD,
-    LARGEST_PRIOR_STD,
-    MODEL_PSEUDO_COUNT,
-)
-from stribeck.whole_log.model.friction_curves import FIXED, Curves
-from stribeck.whole_log.model.model_corrections import ModelCorrections
-from stribeck.whole_log.solver.multistart import with_other_starts
-from stribeck.whole_log.solver.normal_equations import NormalEquations
-from stribeck.whole_log.solver.solve import Solution, solve
+from stribeck.whole_log.constants import ROUNDS
+from stribeck.whole_log.model.corrections import ModelCorrections
+from stribeck.whole_log.model.laws import Laws
+from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, solve
+from stribeck.whole_log.solver.statistics import Statistics
+
+PSEUDO_COUNT = 0.03
+"""Joints that the first group prior counts as [1]; coordinates of a model count a thirtieth, or it would stay wrong."""
 
 
-def solve_with_empirical_bayes(
-    normal_equations: NormalEquations, curves: Curves, model: ModelCorrections, before: Solution
-) -> tuple[Curves, ModelCorrections, Solution]:
-    """Return curves and model with priors by empirical Bayes, and the solution with these.
+def solve_with_empirical_bayes(statistics: Statistics, fit: Fit) -> Fit:
+    """Return the fit with priors by empirical Bayes.
 
     Once joints have a prior in common, one that is far from the others may turn out to be in a local minimum that was
     as good as theirs as long as it stood alone: all try their other starts.
     """
-    solution = solve(normal_equations, curves, model, before)
-    for _ in range(EMPIRICAL_BAYES_ROUNDS):
-        first = curves.group_prior is None
-        curves, model = learn_group_prior(curves, solution), _learn_prior_std(model, solution)
-        solution = solve(normal_equations, curves, model, solution)
+    fit = solve(statistics, fit)
+    for _ in range(ROUNDS + 1):
+        first = fit.laws.group_prior is None
+        fit = solve(statistics, replace(fit, laws=learn_group_prior(fit), model=_learn_prior_std(fit)))
         if first:
-            solution = with_other_starts(normal_equations, curves, model, solution)
-    return curves, model, solution
+            fit = with_other_starts(statistics, fit)
+    return fit
 
 
-def group_mean_covariance(curves: Curves, solution: Solution) -> Array:
-    """Return what to add to a solution's covariance, as the means of the group priors are estimates too.
+def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
+    """Return the best fit after each joint has tried its other starts, all else being as in a fit.
+
+    Where a joint's curve has no Stribeck effect, for one, its Stribeck velocity does nothing, and no gradient leads
+    back.
+    """
+    left, laws = eliminate(statistics, fit.model, fit.corrections), fit.laws
+    theta = laws.coefficients(fit.internal)
+    information = blocks(left.information, len(theta))
+    others = (left.information @ theta.ravel()).reshape(theta.shape) - (information @ theta[:, :, None])[:, :, 0]
+    right = left.right.reshape(theta.shape) - others
+    internal, costs = best_starts(laws, information, right)
+    better = costs < EachJoint(laws, information, right).costs(fit.internal) - 0.05  # no other way to the same minimum
+    if not better.any():
+        return fit
+    other = solve(statistics, replace(fit, internal=np.where(better[:, None], internal, fit.internal)))
+    return min(fit, other, key=lambda each: cost_of(each))
+
+
+def cost_of(fit: Fit) -> float:
+    """Return half of chi^2, with the prior's share."""
+    mean, deviation = fit.laws.prior
+    off = fit.corrections - fit.model.prior_mean
+    share = np.sum(((fit.internal - mean) / deviation) ** 2) + off @ fit.model.precision @ off
+    return 0.5 * float(fit.chi_square + share)
+
+
+def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Array]:
+    """Return the best of each joint's descents from its four best starts, shape (n, w), and its cost, shape (n,).
+
+    Given are the joints' normal equations, shape (n, q, q) and (n, q).
+    """
+    starts = [laws.linear_starts(k, *each)[:4] for k, each in enumerate(zip(information, right, strict=True))]
+    owners = np.repeat(np.arange(len(starts)), [len(each) for each in starts])
+    ends, costs = EachJoint(laws.of(owners), information[owners], right[owners]).best(np.concatenate(starts))
+    places = [np.flatnonzero(owners == k)[np.argmin(costs[owners == k])] for k in range(len(starts))]
+    return ends[places], costs[places]
+
+
+def blocks(information: Array, joints: int) -> Array:
+    """Return the blocks of single joints, shape (n q, n q) -> (n, q, q)."""
+    q = len(information) // joints
+    return information.reshape(joints, q, joints, q)[range(joints), :, range(joints)].copy()
+
+
+def group_mean_covariance(fit: Fit) -> Array:
+    """Return what to add to a fit's covariance, as the means of the group priors are estimates too.
 
     With s the standard deviation of a coordinate over the joints, of which the log determines N, their mean has the
-    variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the solution's
-    covariance (Kass and Steffey 1989).
+    variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the covariance (Kass
+    and Steffey 1989).
     """
-    assert curves.group_prior is not None  # empirical Bayes has been
-    added = np.zeros_like(solution.covariance)
-    for k in np.flatnonzero(np.isfinite(curves.group_prior[1])).tolist():
-        own, known = _determined(curves, solution, k)
-        variance = curves.group_prior[1, k] ** 2
-        follow = solution.covariance[:, solution.layout.each_joint(k, own)].sum(axis=1) / variance
-        added += np.outer(follow, follow) * variance / (known.sum() + GROUP_PSEUDO_COUNT)
+    assert fit.laws.group_prior is not None  # empirical Bayes has been
+    added = np.zeros_like(fit.covariance)
+    for k in np.flatnonzero(np.isfinite(fit.laws.group_prior[1])).tolist():
+        own, known = _determined(fit, k)
+        variance = fit.laws.group_prior[1, k] ** 2
+        follow = fit.covariance[:, own * fit.internal.shape[1] + k].sum(axis=1) / variance
+        added += np.outer(follow, follow) * variance / (known.sum() + PSEUDO_COUNT)
     return added
 
 
-def _determined(curves: Curves, solution: Solution, parameter: int) -> tuple[NDArray[np.int64], Array]:
-    """Return the joints that have a parameter, shape (m,), and how much of each the log determines, from 0 to 1."""
-    joints = range(len(solution.internal))
-    own = np.array([joint for joint in joints if curves.has(joint)[parameter]], dtype=np.int64)
-    return own, (1 - solution.variance[own, parameter] / curves.prior[1][own, parameter] ** 2).clip(0, 1)
+def _determined(fit: Fit, parameter: int) -> tuple[NDArray[np.int64], Array]:
+    """Return the joints that have a parameter, shape (k,), and how much of each the log determines, from 0 to 1."""
+    own = np.flatnonzero(fit.laws.free[:, parameter])
+    return own, (1 - fit.variance[own, parameter] / fit.laws.prior[1][own, parameter] ** 2).clip(0, 1)
 
 
-def learn_group_prior(curves: Curves, solution: Solution) -> Curves:
-    """Return curves with the group prior of equations (24) and (25)."""
-    mean, group_prior = curves.prior[0], np.full((2, solution.internal.shape[1]), np.nan)
-    for k in curves.shared:
-        own, known = _determined(curves, solution, k)
+def learn_group_prior(fit: Fit) -> Laws:
+    """Return the laws with the group prior of equations (24) and (25)."""
+    mean, group_prior = fit.laws.prior[0], np.full((2, fit.internal.shape[1]), np.nan)
+    for k in fit.laws.shared:
+        own, known = _determined(fit, k)
         if not len(own):
             continue
-        off = solution.internal[own, k] - mean[own, k]
-        total = known.sum() + GROUP_PSEUDO_COUNT
-        group_mean = (np.sum(known * mean[own, k] + off) + GROUP_PSEUDO_COUNT * mean[own, k].mean()) / total
+        off = fit.internal[own, k] - mean[own, k]
+        total = known.sum() + PSEUDO_COUNT
+        group_mean = (np.sum(known * mean[own, k] + off) + PSEUDO_COUNT * mean[own, k].mean()) / total
         squares = np.sum((off + known * (mean[own, k] - group_mean)) ** 2)
-        beside = max(known.sum() - 1, 0.0) + GROUP_PSEUDO_COUNT  # one of them has gone into the mean
-        group_prior[:, k] = group_mean, np.sqrt((squares + GROUP_PSEUDO_COUNT * GROUP_STD**2) / beside)
-    return replace(curves, group_prior=group_prior)
+        beside = max(known.sum() - 1, 0.0) + PSEUDO_COUNT  # one of them has gone into the mean
+        deviation = np.sqrt((squares + PSEUDO_COUNT * 0.5**2) / beside)  # 0.5 before any joint speaks
+        group_prior[:, k] = group_mean, deviation
+    return replace(fit.laws, group_prior=group_prior)
 
 
-def _learn_prior_std(model: ModelCorrections, solution: Solution) -> ModelCorrections:
-    """Return model and sensors with the prior of equation (23)."""
-    variance = solution.model_variance
-    prior_std, dispersion, largest = model.prior_std.copy(), np.ones(model.size), np.full(model.size, np.inf)
-    dispersion[model.layout.nearly_right], largest[model.layout.nearly_right] = model.overdispersion, LARGEST_PRIOR_STD
-    for group in _groups(model):
-        known = (1 - dispersion[group] * variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
-        square = np.sum(solution.corrections[group] ** 2)
-        found = np.sqrt((square + MODEL_PSEUDO_COUNT) / (known + MODEL_PSEUDO_COUNT))
-        prior_std[group] = np.minimum(found, largest[group])
-    return replace(model, prior_std=prior_std)
+def _learn_prior_std(fit: Fit) -> ModelCorrections:
+    """Return model and sensors with the prior of equation (23).
 
-
-def _groups(model: ModelCorrections) -> Iterator[NDArray[np.int64]]:
-    """Yield the coordinates that have one prior standard deviation.
-
-    Masses, centres, moments, gains, zeros, tilts, and the contrasts of each joint's offsets between logs.
+    That of model and sensors grows no larger than it was at first: a log with errors of other kinds would have bodies
+    explain them, and more so with every round.
     """
-    places = np.arange(model.size)
-    calibration = [places[model.layout.part(name)] for name in ("gains", "zeros", "tilts")]
-    offsets = places[model.layout.part("log_offsets")].reshape(model.corrections.log_offsets).T
-    for group in (*model.layout.body_groups(), *calibration, *offsets):
-        if len(group) and model.prior_std[group[0]] > FIXED:
-            yield group
+    model = fit.model
+    prior_std, dispersion, largest = model.prior_std.copy(), np.ones(len(model.prior_std)), np.inf
+    dispersion[model.nearly_right] = model.overdispersion
+    for group in model.groups():
+        known = (1 - dispersion[group] * fit.model_variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
+        squares = np.sum((fit.corrections[group] - model.prior_mean[group]) ** 2)
+        largest = 1.0 if group[0] < model.nearly_right.stop else np.inf
+        prior_std[group] = min(np.sqrt((squares + 0.001) / (known + 0.001)), largest)
+    return replace(model, prior_std=prior_std)

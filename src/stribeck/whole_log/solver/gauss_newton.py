@@ -1,11 +1,11 @@
-"""Damped Gauss-Newton within bounds, several descents at once (docs/estimator.md, equation 18).
+"""Damped Gauss-Newton within bounds, several descents at once (docs/estimator.md, equation 20).
 
 With g the gradient of a cost and H Gauss-Newton's matrix of its second derivatives, a step goes from x to
 
     clip(x - (H + lambda diag H)^-1 g)
 
 in the coordinates that no bound holds (Levenberg 1944; Marquardt 1963; bounds: Bertsekas 1982). The damping lambda
-falls by `DAMPING_FACTOR` where the cost does, else it grows.
+falls to an eighth where the cost does, else it grows by as much; all constants are by judgement.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import CONVERGED, DAMPING_FACTOR, FIRST_DAMPING, MOST_STEPS
-
-LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8
-"""Of the diagonal [1]: with the most, no step leads down, and the descent has converged."""
+from stribeck.whole_log.constants import CONVERGED
 
 
 class Problem(Protocol):
@@ -46,9 +43,9 @@ class Minimum:
 def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum:
     """Return where descents from `start`, shape (b, m), end, between bounds of the same shape."""
     x = np.clip(start, low, high)
-    cost, damping = problem.costs(x), np.full(len(x), FIRST_DAMPING)
+    cost, damping = problem.costs(x), np.full(len(x), 1e-3)
     converged, going, own = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
-    for _ in range(MOST_STEPS):
+    for _ in range(100):
         gradient, hessian = own.derivatives(x[going])
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
         step = _steps(gradient, hessian, free, damping[going])
@@ -58,9 +55,9 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         gain = cost[going] - after
         better = gain > 0
         x[going[better]], cost[going[better]] = tried[better], after[better]
-        damping[going] *= np.where(better, 1 / DAMPING_FACTOR, DAMPING_FACTOR)
-        damping = np.maximum(damping, LEAST_DAMPING)
-        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > MOST_DAMPING)
+        damping[going] *= np.where(better, 1 / 8, 8)
+        damping = np.maximum(damping, 1e-9)
+        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > 1e8)  # no step leads down
         if converged[going].any():
             going = np.flatnonzero(~converged)
             if not len(going):
@@ -76,6 +73,11 @@ def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[n
 
 def _steps(gradient: Array, hessian: Array, free: NDArray[np.bool_], damping: Array) -> Array:
     """Return damped Newton steps of the free coordinates, shape (b, m); rows are scaled, their units may differ."""
+    if len(gradient) == 1 and not free.all():  # what is held takes no time
+        own = free[0]
+        step = np.zeros_like(gradient)
+        step[:, own] = _steps(gradient[:, own], hessian[:, own][:, :, own], free[:, own], damping)
+        return step
     diagonal = np.arange(hessian.shape[1])
     free = free & (hessian[:, diagonal, diagonal] > 0)  # by rounding, where no sample speaks of a coordinate, less
     scale = np.where(free, 1 / np.sqrt(np.where(free, hessian[:, diagonal, diagonal], 1.0)), 0.0)

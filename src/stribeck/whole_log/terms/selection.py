@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from stribeck.base.typing import Array
 from stribeck.friction.terms import BASE, LADDER, Term
 from stribeck.result import JointResult, TermDecision, TermVerdict
-from stribeck.whole_log.constants import LEAST_GAIN, MOST_UNEXPLAINED
+from stribeck.whole_log.constants import LEAST_GAIN
 
 SHARED = ("viscous", "coulomb")
 """Parameters that a term which is open would change."""
@@ -170,6 +170,11 @@ class JointTerms:
     travel: float | None
     mean_temperature: float | None = None
 
+    @property
+    def builds_up(self) -> bool:
+        """Whether the joint's friction builds up over a travel."""
+        return self.verdicts["presliding"].kept
+
 
 def with_terms(joint: JointResult, terms: JointTerms) -> JointResult:
     """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
@@ -184,7 +189,7 @@ def with_terms(joint: JointResult, terms: JointTerms) -> JointResult:
         reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
-    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > MOST_UNEXPLAINED * terms.mean_load:
+    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > 0.5 * terms.mean_load:
         sizes = (
             f"what is left of its torque, {joint.residual_rms:.2g} N m, and what it carries, {terms.mean_load:.2g} N m"
         )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.solver.solve import Solution, inverse_of
+from stribeck.whole_log.solver.elimination import Fit, inverse_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,22 +66,20 @@ class CovarianceBudget:
         return found | {"overdispersion": np.where(differs, 0.0, added), "common gain": np.outer(gain, gain)}
 
 
-def covariance_budget(
-    solution: Solution, overdispersion: float, repeated_errors: Array, group_mean: Array
-) -> CovarianceBudget:
-    """Return the budget of a solution, whose covariance is that of the curvature; `overdispersion` is the model's."""
-    layout, places = solution.layout, np.arange(solution.layout.size)
-    model = through(solution, np.r_[places[layout.part("bodies", "wrenches")], places[layout.part("log_offsets")]])
+def covariance_budget(fit: Fit, repeated_errors: Array, group_mean: Array) -> CovarianceBudget:
+    """Return the budget of a fit, whose covariance is that of the curvature."""
+    layout = fit.layout
+    model = through(fit, np.r_[layout.places("bodies", "wrenches"), layout.places("log_offsets")])
     return CovarianceBudget(
-        noise=solution.covariance - model,
+        noise=fit.covariance - model,
         model=model,
         repeated_errors=repeated_errors,
         group_mean=group_mean,
-        heterogeneity=(overdispersion - 1) * through(solution, places[layout.nearly_right]),
+        heterogeneity=(fit.model.overdispersion - 1) * through(fit, layout.places("bodies", "delays")),
     )
 
 
-def through(solution: Solution, own: NDArray[np.int64]) -> Array:
-    """Return the share of a solution's covariance that comes from some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
-    across = solution.covariance[own]
-    return np.asarray(across.T @ (inverse_of(across[:, own]) @ across)) if len(across) else 0 * solution.covariance
+def through(fit: Fit, own: NDArray[np.int64]) -> Array:
+    """Return the share of a fit's covariance that comes from some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
+    across = fit.covariance[own]
+    return np.asarray(across.T @ (inverse_of(across[:, own]) @ across)) if len(across) else 0 * fit.covariance

@@ -15,74 +15,33 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri, fdtri
+from scipy.linalg import block_diag
+from scipy.special import chdtri
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import HETEROGENEITY_P, LEAST_DETERMINED
-from stribeck.whole_log.model.friction_curves import Curves
-from stribeck.whole_log.model.model_corrections import ModelCorrections
-from stribeck.whole_log.model.parametrisation import Parametrisation
-from stribeck.whole_log.solver.normal_equations import NormalEquations
-from stribeck.whole_log.solver.solve import Solution, curvature, inverse_of
+from stribeck.whole_log.solver.elimination import Fit, inverse_of
+from stribeck.whole_log.solver.statistics import Statistics
 
 
-def heterogeneity(
-    total: NormalEquations,
-    parts: Sequence[NormalEquations],
-    curves: Curves,
-    model: ModelCorrections,
-    solution: Solution,
-) -> tuple[float, Array]:
-    """Return D of the model, and of each joint's parameters, shape (n, p) [1]: at least one.
+def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> tuple[float, Array]:
+    """Return D of the model, and of each joint's parameters, shape (n, w) [1]: at least one.
 
-    Parameters
-    ----------
-    total, parts
-        Of a log and of its folds.
-    curves, model, solution
-        The fit to the log.
+    Given are a log, its folds, and the fit to the log.
     """
-    layout, of_model, of_friction = solution.layout, 1.0, np.ones(solution.internal.shape)
+    layout, of_model, of_friction = fit.layout, 1.0, np.ones(fit.internal.shape)
     if len(parts) < 2:
         return of_model, of_friction
-    places, steps = np.arange(layout.size), _fold_steps(total, parts, curves, model, solution)
-    free, ratio = steps.free, steps.ratio
-    if len(places[layout.nearly_right]):
-        of_model = max(1.0, ratio(places[layout.part("bodies", "rotors")])[0])
-    for joint in range(layout.joints):
-        own = np.intersect1d(free, places[layout.joint(joint)][curves.has(joint)])
+    places, steps = np.arange(layout.size), _fold_steps(whole, parts, fit)
+    if len(layout.places("bodies", "delays")):
+        of_model = max(1.0, steps.ratio(layout.places("bodies", "rotors"))[0])
+    for joint, free in enumerate(fit.laws.free):
+        own = np.intersect1d(steps.free, places[layout.joint(joint)][free])
         for group in (own, *own[:, None]) if len(own) else ():
-            found, squares = ratio(group)
-            if found > chdtri(squares, HETEROGENEITY_P) / squares:
+            found, squares = steps.ratio(group)
+            if found > chdtri(squares, 0.01) / squares:
                 which = group - layout.joint(joint).start
                 of_friction[joint, which] = np.maximum(of_friction[joint, which], found)
     return of_model, of_friction
-
-
-def offsets_that_differ(
-    total: NormalEquations,
-    parts: Sequence[NormalEquations],
-    curves: Curves,
-    model: ModelCorrections,
-    solution: Solution,
-) -> NDArray[np.bool_]:
-    """Return which joints' offsets differ from log to log by more than those of folds, shape (joints,).
-
-    It is a Wald test of the k contrasts x of a joint, whose covariance C is multiplied by their own D, as errors of
-    real robots last: x^T C^-1 x / (k D) has the distribution F(k, k (F - 1)) where logs do not differ. Parameters are
-    those of `heterogeneity`.
-    """
-    contrasts, joints = model.corrections.log_offsets
-    if len(parts) < 2 or not joints:
-        return np.zeros(joints, dtype=bool)
-    steps = _fold_steps(total, parts, curves, model, solution)
-    places = np.arange(solution.layout.size)[solution.layout.part("log_offsets")].reshape(contrasts, joints)
-    differ = []
-    for own in places.T:
-        x, covariance = solution.x[own], steps.covariance[np.ix_(own, own)]
-        wald = float(x @ inverse_of(covariance) @ x) / (contrasts * max(1.0, steps.ratio(own)[0]))
-        differ.append(wald > fdtri(contrasts, contrasts * (len(parts) - 1), 1 - HETEROGENEITY_P))
-    return np.array(differ)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,27 +59,20 @@ class _FoldSteps:
         known = np.eye(len(own)) - self.covariance[block] @ self.prior[block]
         expected = float(np.trace(known) - np.sum(known * known.T) / folds)
         squares = float(np.sum(self.steps[own] * (inverse_of(self.covariance[block]) @ self.steps[own])))
-        return (squares / expected, expected * folds) if expected > LEAST_DETERMINED else (1.0, 1.0)
+        return (squares / expected, expected * folds) if expected > 0.5 else (1.0, 1.0)
 
 
-def _fold_steps(
-    total: NormalEquations,
-    parts: Sequence[NormalEquations],
-    curves: Curves,
-    model: ModelCorrections,
-    solution: Solution,
-) -> _FoldSteps:
+def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _FoldSteps:
     """Return the steps of the folds; parameters are those of `heterogeneity`."""
-    layout, parameters = solution.layout, Parametrisation(curves, model)
-    values = parameters.values(solution.x)
-    gradients = np.stack([part.information @ values - part.right_hand_side for part in parts])
-    slopes = parameters.times_jacobian(gradients, parameters.blocks(solution.x)).T
-    places = np.arange(layout.size)
-    free = np.setdiff1d(places, places[layout.friction][solution.at_bound.ravel()])
-    covariance, steps = np.zeros((layout.size, layout.size)), np.zeros((layout.size, len(parts)))
-    covariance[np.ix_(free, free)] = inverse_of(curvature(total, curves, model, solution)[np.ix_(free, free)])
-    steps[free] = covariance[np.ix_(free, free)] @ slopes[free]
-    return _FoldSteps(free, covariance, steps, parameters.prior[1])
+    values, size, friction = fit.values, fit.layout.size, fit.internal.size
+    slopes = fit.pulled(np.stack([part.information @ values - part.right for part in parts], axis=1))
+    free = np.append(~fit.at_bound.ravel() & fit.laws.free.ravel(), np.ones(size - friction, dtype=bool))
+    own = np.flatnonzero(free)
+    covariance, steps = np.zeros((size, size)), np.zeros((size, len(parts)))
+    covariance[np.ix_(own, own)] = inverse_of(fit.curvature(whole)[np.ix_(own, own)])
+    steps[own] = covariance[np.ix_(own, own)] @ slopes[own]
+    prior = block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
+    return _FoldSteps(own, covariance, steps, prior)
 
 
 def overdispersion_of(heterogeneity: float, parts: int) -> float:

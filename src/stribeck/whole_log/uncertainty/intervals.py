@@ -53,23 +53,24 @@ class JointCoordinates:
 
 def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     """Return the coordinates of a joint by its number."""
-    solution, corrections = fit.solution, fit.model.corrections
-    has = np.flatnonzero(fit.curves.has(joint))
-    own, unit = solution.layout.joint(joint).start + has, np.ones(len(has))
-    parameters = tuple(fit.curves.parameters[k] for k in has)
-    held, joint_heterogeneity = solution.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
+    inner, model = fit.fit, fit.fit.model
+    corrections, layout = model.corrections, inner.layout
+    has = np.flatnonzero(inner.laws.free[joint])
+    own, unit = layout.joint(joint).start + has, np.ones(len(has))
+    parameters = tuple(inner.laws.parameters[k] for k in has)
+    held, joint_heterogeneity = inner.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
     if joint in corrections.rotors:
         number = corrections.rotors.index(joint)
-        own = np.append(own, solution.layout.rotor(number))
-        unit = np.append(unit, fit.model.scales[fit.model.layout.rotor(number) - fit.model.layout.part("bodies").stop])
+        own = np.append(own, layout.part("rotors").start + number)
+        unit = np.append(unit, model.scales[own[-1] - layout.part("bodies").stop])
         rotor = replace(ARMATURE, lower=0.0 - float(corrections.armature[number]))
         parameters, joint_heterogeneity = (*parameters, rotor), np.append(joint_heterogeneity, 1.0)
-        held = np.append(held, solution.x[own[-1]] * unit[-1] <= rotor.lower)
+        held = np.append(held, inner.x[own[-1]] * unit[-1] <= rotor.lower)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # which the fit passes
-    values = np.maximum(to_external(solution.x[own], logs) * unit, least)
+    values = np.maximum(to_external(inner.x[own], logs) * unit, least)
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
-    gain = fit.model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
+    gain = model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
     return JointCoordinates(
         places=own,
         unit=unit,
@@ -92,7 +93,7 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
     deviation = np.sqrt(np.diag(covariance))
     shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}
     factor = np.where(logs, values, 1.0)
-    units = parameter_units(parameters, float(fit.curves.torque[joint]), float(fit.curves.top_speed[joint]))
+    units = parameter_units(parameters, float(fit.fit.laws.torque[joint]), float(fit.fit.laws.top_speed[joint]))
     return JointFit(
         parameters=parameters,
         values=values,
@@ -102,9 +103,9 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         degrees_of_freedom=degrees,
         at_bound=own.held | near_bound(parameters, values, deviation, units),
         rms=float(fit.residual_rms[joint]),
-        samples=fit.normal_equations.count // joints,
+        samples=fit.statistics.count // joints,
         blocks=fit.segments,
-        converged=fit.solution.converged,
+        converged=fit.fit.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(unit))),
-        mean_load=0.0 if fit.mean_load is None else float(fit.mean_load[joint]),
+        mean_load=float(fit.statistics.mean_load[joint]) if fit.terms else 0.0,
     )

@@ -12,16 +12,13 @@ from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.uncertainty.intervals import joint_coordinates
 
-STEP = 1e-5
-"""Of differences, in prior standard deviations [1]."""
-
 LEAST_CORRELATION, DIGITS = 0.05, 3
 """Correlation that is told at least [1], and its digits."""
 
 
 def shape_errors(fit: WholeLogFit) -> Array:
     """Return standard errors of the coordinates of each body's shape, shape (L, 6)."""
-    places = np.arange(fit.solution.layout.size)[fit.solution.layout.part("bodies")].reshape(-1, SIZE)
+    places = fit.fit.layout.places("bodies").reshape(-1, SIZE)
     slopes = _slopes(fit)[:, 4:]
     covariance = np.array([fit.budget.total[np.ix_(own, own)] for own in places]).reshape(-1, SIZE, SIZE)
     variances = np.einsum("lij,ljk,lik->li", slopes, covariance, slopes)
@@ -38,7 +35,7 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
     names
         Of its joints and couplings.
     """
-    layout, bodies = fit.solution.layout, fit.model.corrections.bodies
+    layout, bodies = fit.fit.layout, fit.fit.model.corrections.bodies
     places, scale, gain, labels = [], [], [], []
     for joint, name in enumerate(names):
         own = joint_coordinates(fit, joint)
@@ -47,7 +44,7 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
         gain += own.gain.tolist()
         labels += [f"{name}.{parameter.name}" for parameter in own.parameters]
     friction = len(places)
-    places += range(layout.part("bodies").start, layout.part("bodies").stop)
+    places += layout.places("bodies").tolist()
     labels += [f"{body}.{coordinate}" for body in bodies for coordinate in BODY_COORDINATES]
     scale += [np.sqrt(fit.widening)] * (len(places) - friction)
     gain += [0.0] * (len(places) - friction)
@@ -76,10 +73,11 @@ def told_correlations(covariance: Array, friction: list[str], bodies: list[str])
 
 def _slopes(fit: WholeLogFit) -> Array:
     """Return the derivatives of the bodies' log-Cholesky coordinates by those of the fit, shape (L, 10, 10)."""
-    own = fit.solution.corrections[fit.model.layout.part("bodies")].reshape(-1, SIZE)
-    steps = STEP * np.eye(SIZE)
+    own = fit.bodies
+    h = 1e-5  # in prior standard deviations
+    steps = h * np.eye(SIZE)
     columns = [
-        (fit.model.bodies.log_cholesky(own + step) - fit.model.bodies.log_cholesky(own - step)) / (2 * STEP)
+        (fit.fit.model.bodies.log_cholesky(own + step) - fit.fit.model.bodies.log_cholesky(own - step)) / (2 * h)
         for step in steps
     ]
     return np.stack(columns, axis=2)

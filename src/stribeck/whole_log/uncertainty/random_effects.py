@@ -12,7 +12,7 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import COSINES
-from stribeck.whole_log.noise.autocorrelation import autocorrelation
+from stribeck.whole_log.noise.variance_components import autocorrelation
 from stribeck.whole_log.weak_equations import WeakEquations
 
 

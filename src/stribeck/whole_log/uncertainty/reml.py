@@ -3,27 +3,17 @@
 Equations (29) to (32) of docs/estimator.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
 """
 
-from dataclasses import replace
-
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import nnls
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import LEAST_EFFECT_STD, REML_ROUNDS, ROOT_EFFECT_FACTOR
-from stribeck.whole_log.model.friction_curves import Curves
-from stribeck.whole_log.model.model_corrections import ModelCorrections
-from stribeck.whole_log.solver.normal_equations import NormalEquations
-from stribeck.whole_log.solver.solve import Solution, derivatives, inverse_of
+from stribeck.whole_log.constants import ROOT_EFFECT_FACTOR
+from stribeck.whole_log.solver.elimination import Fit, inverse_of, times_blocks
+from stribeck.whole_log.solver.statistics import Statistics
 
 
-def random_effect_covariance(
-    normal_equations: NormalEquations,
-    total: int,
-    curves: Curves,
-    model: ModelCorrections,
-    solution: Solution,
-    root_turns: Array,
-) -> tuple[Array, Array]:
+def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turns: Array) -> tuple[Array, Array]:
     """Return the random effects' standard deviations, shape (n + 3,) or (n,), and what they add to a covariance.
 
     With C the inverse curvature, Z the random effects' columns and Q their variances, a fit that leaves them out has
@@ -34,38 +24,39 @@ def random_effect_covariance(
 
     Parameters
     ----------
-    normal_equations
-        Of a sample of the log, with the columns Z; without any where there are no steps.
-    total
+    sample
+        Of the log, with the columns Z; without any where there are no steps.
+    count
         Number of equations of the whole log.
-    curves, model, solution
-        Of the whole log, without random effects.
+    fit
+        To the whole log, without random effects.
     root_turns
         Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. Those of
         the joints' torques [N m] are estimated from the residuals.
     """
-    joints = len(curves.top_speed)
-    least = (
-        LEAST_EFFECT_STD * np.linalg.norm(curves.coefficients(solution.internal)) / np.sqrt(curves.basis.velocity.size)
-    )
+    joints, friction = len(fit.internal), fit.internal.size
+    functions = fit.laws.basis.functions.shape[1]
+    level = np.linalg.norm(fit.laws.coefficients(fit.internal)[:, :functions])
+    least = 6e-4 * level / np.sqrt(fit.laws.basis.velocity.size)  # filters make as much
     effects = joints + len(root_turns)
-    gaits = {"gaits": normal_equations.layout.gaits, "gait_effects": normal_equations.layout.gait_effects}
-    both = replace(model, layout=replace(model.layout, **gaits))
-    layout = replace(solution.layout, **gaits)
-    added = layout.part("random_effects")
-    columns = added.stop - added.start
-    if not columns:
-        return np.zeros(effects), np.zeros_like(solution.covariance)
-    at = replace(solution, layout=layout, x=np.concatenate([solution.x, np.zeros(columns)]))
-    gradient, hessian = derivatives(normal_equations, curves, both, at)
-    free = np.flatnonzero(~solution.at_bound)  # friction, which explains what it can of them
-    torques = np.arange(layout.size)[added][np.arange(columns) % effects < joints]
-    across, own = hessian[np.ix_(free, torques)], hessian[np.ix_(torques, torques)] - np.eye(len(torques))
-    explained = np.linalg.solve(hessian[np.ix_(free, free)], across).T
-    variance = reml_variances(own - explained @ across, explained @ gradient[free] - gradient[torques], joints)
+    if not sample.effects:
+        return np.zeros(effects), np.zeros_like(fit.covariance)
+    across, own, right = zip(*(sample.effects[gait] for gait in sorted(sample.effects)), strict=True)
+    torques = np.arange(len(right) * len(right[0])) % effects < joints
+    cross = fit.pulled(np.hstack(across))  # of all coordinates
+    gradient = np.hstack([fit.values @ each for each in across]) - np.concatenate(right)
+    free = np.flatnonzero(~fit.at_bound.ravel() & fit.laws.free.ravel())  # friction, which explains what it can of them
+    blocks, f = fit.laws.jacobians(fit.internal), sample.friction
+    hessian = times_blocks(times_blocks(sample.information[:f, :f], blocks).T, blocks)[np.ix_(free, free)]
+    hessian += np.diag(fit.laws.prior[1].ravel()[free] ** -2.0)
+    explained = np.linalg.solve(hessian, cross[free][:, torques]).T
+    left = sample.information @ fit.values - sample.right
+    mean, deviation = fit.laws.prior
+    pull = fit.pulled(left[:, None])[:friction, 0] + ((fit.internal - mean) / deviation**2).ravel()
+    information = block_diag(*own)[np.ix_(torques, torques)] - explained @ cross[free][:, torques]
+    variance = reml_variances(information, explained @ pull[free] - gradient[torques], joints)
     effect_std = np.concatenate([np.maximum(np.sqrt(variance), least), ROOT_EFFECT_FACTOR * root_turns])
-    bias = solution.covariance @ hessian[: added.start, added] * (total / normal_equations.count)
-    bias *= np.resize(effect_std, columns)
+    bias = fit.covariance @ cross * (count / sample.count) * np.resize(effect_std, len(torques))
     return effect_std, bias @ bias.T
 
 
@@ -88,7 +79,7 @@ def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
         Number n.
     """
     variance = np.zeros(joints)
-    for _ in range(REML_ROUNDS):
+    for _ in range(5):
         squares, score = _scoring(information, gradient, variance)
         unit = 1 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
         factor = np.linalg.cholesky(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))

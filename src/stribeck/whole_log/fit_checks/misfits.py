@@ -1,0 +1,242 @@
+"""Misfits: friction that a law does not describe, and errors that look like friction (docs/estimator.md, equation 33).
+
+A law that is fitted to friction that it cannot describe gives an average, and its intervals do not show it. So the
+joint is tried with each kind of column that its law lacks (`terms/trials.py`). A kind is flagged if held-out folds
+speak for it, beyond heterogeneity and random effects, if it is no small part of the friction, and if the friction curve
+is out of its interval without it. It is named unless others explain nearly as much.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.base.finding import FRICTION, Finding
+from stribeck.base.typing import Array
+from stribeck.friction.terms import RIPPLE, SLOW
+from stribeck.whole_log.model.terms import DELAY, PLAY
+from stribeck.whole_log.solver.elimination import Fit
+from stribeck.whole_log.solver.statistics import Statistics
+from stribeck.whole_log.terms.trials import Trials
+
+KINDS = {
+    "load": ("load", ("load",)),
+    "drift": ("drift", tuple(parameter.name for own in SLOW.values() for parameter in own)),
+    "presliding": ("presliding", ("presliding",)),
+    "play": ("play", tuple(parameter.name for parameter in PLAY)),
+    "delay": ("a delay of this torque only", (DELAY.name,)),
+    "ripple": ("ripple over position", tuple(parameter.name for parameter in RIPPLE)),
+}
+"""Kind -> words for it, and its parameters; its check has the kind's name with the prefix `FRICTION`."""
+
+WORDS = {kind: words for kind, (words, _) in KINDS.items()}
+UNCLEAR = FRICTION + "unclear"
+LEAST_EVIDENCE = 33.0
+"""Decrease of the held-out chi^2 from which a kind is flagged [1]: chance alone does so once in 1e8 times."""
+
+CURVE_SPEEDS = np.array([0.1, 0.5, 1.0])
+"""Shares of the top speed at which the shift of the curve is looked at [1]: those of the verdicts."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misfit:
+    """A kind of column that explains what a joint's law does not.
+
+    Attributes
+    ----------
+    kind
+        Of `KINDS`.
+    evidence
+        Decrease of the held-out chi^2, discounted by heterogeneity and random effects [1].
+    size, share
+        Of the term [N m], of a delay [s], and that over the joint's friction [1], of a delay none.
+    shift
+        Of the friction curve, if the term were fitted as well, in standard errors [1], where that is most.
+    """
+
+    kind: str
+    evidence: float
+    size: float
+    share: float
+    shift: float
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is no small part of the friction, a twentieth, and the friction curve is wrong without it.
+
+        What changes the friction there is cannot be much larger than that; of delays a cycle of a 1 kHz bus matters.
+        """
+        large = self.size > 1e-3 if self.kind == "delay" else self.share > 0.05
+        possible = self.kind not in ("load", "drift", "presliding") or self.share < 2.0
+        return large and possible and self.shift > 2.0
+
+
+def find_misfits(
+    trials: Trials,
+    kept: Sequence[frozenset[str]],
+    fit: Fit,
+    covariance: Array,
+    known: Statistics,
+    sample: Statistics,
+    effect_std: Array,
+    heterogeneity: float,
+    units: Array,
+) -> tuple[tuple[Misfit, ...], ...]:
+    """Return for each joint the kind that explains what its law does not, or several that explain nearly as much.
+
+    What moves the curve by less than its interval is taken into account, and what is left is looked at again. With T
+    the columns of the terms, Z those of the random effects, and J those of all that is fitted, of covariance C, what
+    the fit does not contain of T has the information N, and what it does not contain of Z looks like B of T:
+
+        N = T^T T - T^T J C J^T T,    B = T^T Z - T^T J C J^T Z
+
+    Parameters
+    ----------
+    trials, kept
+        Of all joints, and the terms that each has.
+    fit
+        With the covariance that intervals are of.
+    known, covariance
+        The log without its held-out segments, as the trials know it, and C.
+    sample, effect_std
+        A sample of it with random effects, and their standard deviations.
+    heterogeneity
+        Of the model over folds [1].
+    units
+        What one of each column's coefficient is, shape (n, T): [N m] where it is largest, of load its mean, [s] of
+        delays.
+    """
+    across = [own[0] for own in sample.effects.values()]
+    Z = np.hstack(across) if across else np.zeros((len(fit.values), 0))
+    Z = Z * np.resize(effect_std, Z.shape[1]) * (known.count / sample.count)
+    joints, count = units.shape
+    terms = np.arange(known.friction).reshape(joints, -1)[:, -count:].ravel()
+    fitted = fit.pulled(np.hstack([known.information[:, terms], Z]))
+    lost = fitted[:, : len(terms)].T @ covariance
+    N = known.information[np.ix_(terms, terms)] - lost @ fitted[:, : len(terms)]
+    B = Z[terms] - lost @ fitted[:, len(terms) :]
+    found: list[tuple[Misfit, ...]] = []
+    for joint in range(joints):
+        own = slice(joint * count, (joint + 1) * count)
+        curve = _Curve(fit, joint, trials.scale * fit.covariance)
+        pull = curve.gradient @ lost[own, fit.layout.joint(joint)].T / curve.errors[:, None]
+        each = _Joint(trials, joint, kept[joint], N[own, own], B[own], pull, curve.level, units[joint])
+        found.append(each.explanation(max(1.0, heterogeneity)))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """The resisting torque of a joint at `CURVE_SPEEDS`, by the covariance of all coordinates."""
+
+    fit: Fit
+    joint: int
+    covariance: Array
+
+    @property
+    def _odd(self) -> Array:
+        """Derivatives by the coefficients of the basis, shape (3, R)."""
+        basis, speeds = self.fit.laws.basis, self.fit.laws.top_speed[self.joint] * CURVE_SPEEDS
+        v = basis.velocity[self.joint]
+        both = [np.interp(speeds, v, each) - np.interp(-speeds, v, each) for each in basis.functions.T]
+        return np.stack(both, axis=1) / 2
+
+    @property
+    def gradient(self) -> Array:
+        """Derivatives by the joint's coordinates, shape (3, w)."""
+        jacobian = self.fit.laws.of([self.joint]).jacobians(self.fit.internal[[self.joint]])[0]
+        return np.asarray(self._odd @ jacobian[: self._odd.shape[1]])
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors [N m], shape (3,)."""
+        own = self.fit.layout.joint(self.joint)
+        variance = np.einsum("sp,pq,sq->s", self.gradient, self.covariance[own, own], self.gradient)
+        return np.asarray(np.sqrt(np.maximum(variance, 1e-300)))
+
+    @property
+    def level(self) -> float:
+        """How large the friction is [N m], a hundredth of the torque at least."""
+        theta = self.fit.laws.coefficients(self.fit.internal)[self.joint]
+        least = 0.01 * float(self.fit.laws.torque[self.joint])
+        return max(float(np.abs(self._odd @ theta[: self._odd.shape[1]]).max()), least)
+
+
+@dataclass(frozen=True, eq=False)
+class _Joint:
+    """A joint that is tried, with its N and B, shape (T, T) and (T, e).
+
+    `pull` is by how much one of each term moves the friction curve, in standard errors, shape (3, T).
+    """
+
+    trials: Trials
+    joint: int
+    kept: frozenset[str]
+    information: Array
+    bias: Array
+    pull: Array
+    level: float
+    units: Array
+
+    def explanation(self, heterogeneity: float) -> tuple[Misfit, ...]:
+        """Return the kind that explains what the law does not, or several that explain nearly as much; () if none."""
+        beside: list[str] = []
+        while True:
+            tests = [self._test(kind, beside, heterogeneity) for kind in KINDS if kind not in beside]
+            clear = sorted((t for t in tests if t and t.evidence > LEAST_EVIDENCE), key=lambda t: -t.evidence)
+            rivals = tuple(test for test in clear if test.evidence > 0.5 * clear[0].evidence)
+            if not clear or any(test.matters for test in rivals):
+                return rivals
+            beside.append(clear[0].kind)
+
+    def _test(self, kind: str, beside: Sequence[str], heterogeneity: float) -> Misfit | None:
+        """Return the test of a kind beside others; None if the law contains it, or if its columns are none."""
+        law, trials = len(self.trials.laws.law.parameters), self.trials
+        names = [name for name in KINDS[kind][1] if name in trials.names]
+        others = [name for other in beside for name in KINDS[other][1] if name in trials.names]
+        terms = np.array([trials.names.index(name) for name in (*names, *others)], dtype=np.int64) - law
+        without, own = [*self.kept, *others], terms[: len(names)]
+        if not names or trials.having(without)[own + law].any() or trials.folds.held_right.shape[1] < 2:
+            return None
+        prior = trials.laws.prior[1][self.joint, terms + law]
+        covariance = np.linalg.inv(self.information[np.ix_(terms, terms)] + np.diag(prior**-2.0))[: len(names)]
+        noise = np.diag(covariance)
+        if np.any(noise > 0.9 * prior[: len(names)] ** 2):
+            return None
+        before, after = (trials.try_terms(self.joint, each) for each in (without, [*without, *names]))
+        falls, values = before.scores - after.scores, after.internal[own + law]
+        repeated = np.sum((covariance @ self.bias[terms]) ** 2, axis=1)
+        gain = float(falls.sum() * np.min(noise / (noise * heterogeneity + repeated)))
+        sure = falls.sum() > 2 * np.std(falls, ddof=1) * np.sqrt(len(falls))
+        size = float(np.linalg.norm(values * self.units[own]))
+        return Misfit(
+            kind=kind,
+            evidence=gain if sure else 0.0,
+            size=size,
+            share=0.0 if kind == "delay" else size / self.level,
+            shift=float(np.max(np.abs(self.pull[:, own] @ values))),
+        )
+
+
+def misfit_findings(misfits: Sequence[tuple[Misfit, ...]], names: Sequence[str], per_turn: Array) -> list[Finding]:
+    """Report each kind of misfit with its joints, and the joints for which several kinds explain as much."""
+    found: dict[str, dict[str, str]] = {kind: {} for kind in (*KINDS, "unclear")}
+    for name, own, periods in zip(names, misfits, per_turn.tolist(), strict=True):
+        if len(own) == 1:
+            found[own[0].kind][name] = _evidence(own[0], periods)
+        elif own:
+            found["unclear"][name] = " or ".join(WORDS[each.kind] for each in own)
+    return [
+        Finding.of(
+            FRICTION + kind, tuple(joints), evidence=", ".join(f"{name} ({why})" for name, why in joints.items())
+        )
+        for kind, joints in found.items()
+        if joints
+    ]
+
+
+def _evidence(misfit: Misfit, per_turn: float) -> str:
+    if misfit.kind == "delay":
+        return f"{1e3 * misfit.size:.2g} ms"
+    share = f"{100 * misfit.share:.0f} % of its friction"
+    return f"{share}, {per_turn:.3g} periods a turn" if misfit.kind == "ripple" else share

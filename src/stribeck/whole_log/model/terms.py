@@ -1,0 +1,277 @@
+"""Columns of the terms beside the law: friction that changes with load, temperature or time, position and travel.
+
+With s the rise of the friction at standstill, tanh(a v), a joint's columns are, through the window,
+
+| term | columns |
+|---|---|
+| load | |torque that reaches the link| s |
+| coulomb_temperature, viscous_temperature | degrees above the mean times s, and times v |
+| coulomb_drift, viscous_drift | time, from -1/2 at the beginning of a log to 1/2 at its end, times s, and times v |
+| coulomb_position | cosine and sine of the position, less their means, times s |
+| ripple | cos(k q), sin(k q), k periods a turn |
+| presliding | z - s(v), what is missing of friction that builds up within a travel (`friction/presliding.py`) |
+| play | blows when the torque changes its sign, and one window later |
+| delay | minus the change of this torque with time |
+
+The last two are no terms of a law: errors that a fit would take for friction. The slope a, k and the travel come from
+the pilot, so that all columns are known before the log is read. Load: Hamon, Gautier and Garrec 2010; temperature:
+Bittencourt and Gunnarsson 2012; presliding: Dahl 1968.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import compress
+from typing import Protocol
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.friction import Parameter
+from stribeck.friction.terms import LOAD, POSITION, PRESLIDING, RIPPLE, SLOW
+from stribeck.whole_log.model.basis import Basis
+from stribeck.whole_log.weak_equations import WeakEquations
+
+PLAY = tuple(
+    Parameter(name=name, symbol=name, unit="N m", lower=float("-inf"), neutral=0.0) for name in ("play", "rebound")
+)
+DELAY = Parameter(name="delay", symbol="d", unit="1", lower=float("-inf"), neutral=0.0)
+"""A torque that is late, in units of the prior of delays [1]."""
+
+SHORTEST_DRIFT = 20.0
+"""Length of a log from which terms of drift are looked for [s], chosen by judgement."""
+
+NO_TERM = frozenset(parameter.name for parameter in (*PLAY, DELAY))
+"""Columns of errors, which no law has."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Terms:
+    """What the columns of n joints need; without `slope` there are none.
+
+    Attributes
+    ----------
+    slow
+        What friction changes slowly with: "temperature" or "drift".
+    middle
+        Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
+    direction
+        Mean cosine and sine of each joint's position, shape (n, 2).
+    slope
+        Of the friction's rise at standstill [s/rad], shape (n,).
+    per_turn, travel
+        Periods of each joint's torque ripple a turn [1], and travel of its presliding [rad], shape (n,); NaN of none.
+    friction
+        Coefficients of the pilot's curves, shape (n, R), which the torque that reaches the link is told from.
+    top_speed, unexplained
+        [rad/s], and what the pilot leaves of the torque, root mean square [N m], shape (n,).
+    delay
+        Unit of delays [s].
+    """
+
+    slow: str
+    middle: Array
+    direction: Array
+    slope: Array
+    per_turn: Array
+    travel: Array
+    friction: Array
+    top_speed: Array
+    unexplained: Array
+    delay: float
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return len(self.parameters)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What multiplies the columns, in their order."""
+        return tuple(compress((LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, DELAY), self._possible))
+
+    @property
+    def _possible(self) -> list[bool]:
+        """Which columns any joint can have."""
+        ripple, presliding = (bool(np.isfinite(each).any()) for each in (self.per_turn, self.travel))
+        return [True, True, True, True, True, ripple, ripple, presliding, True, True, True]
+
+    @property
+    def mean_temperature(self) -> Array:
+        """Mean temperature of each joint [deg C], NaN where none is logged, shape (n,)."""
+        return self.middle if self.slow == "temperature" else np.full(len(self.direction), np.nan)
+
+    def columns(self, part: WeakEquations, windows: Array) -> Array:
+        """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
+        rise, speed = part.windows(np.tanh(self.slope * part.velocity)), part.windows(part.velocity)
+        slow, around = self._slow(part), np.nan_to_num(part.direction() - self.direction)
+        ripple = np.nan_to_num(part.direction(self.per_turn))
+        lag = np.nan_to_num(part.presliding(self.top_speed, self.travel[None])[0])
+        late = np.zeros_like(part.torque)
+        if len(part.time) > 1:
+            late -= self.delay * np.gradient(part.torque, part.time, axis=0)
+        turned = np.moveaxis(around * rise[:, :, None], 2, 0)
+        own = [self.load(part, windows) * rise, slow * rise, slow * speed, *turned, *np.moveaxis(ripple, 2, 0), lag]
+        return np.stack(list(compress([*own, *_blows(part, self.unexplained), late], self._possible)), axis=2)
+
+    def load(self, part: WeakEquations, windows: Array) -> Array:
+        """Return the size of the torque that joints carry [N m], shape (K, n); of a coupling it is zero.
+
+        It is what inverse dynamics need where a joint has an equation of its own, as what is left of the measured
+        torque would be taken for its own cause there. Else it is the measured torque without friction.
+        """
+        if part.projection is None:
+            return np.abs(part.torque - part.residual)
+        own = np.einsum("kjr,jr->kj", windows, self.friction)
+        if part.couplings is not None:
+            own[:, : part.joints] += own[:, part.joints :] @ part.couplings.T
+            own[:, part.joints :] = 0.0
+        return np.asarray(np.abs(part.torque - own))
+
+    def _slow(self, part: WeakEquations) -> Array:
+        if self.slow == "temperature" and part.temperature is not None:
+            return np.asarray(np.nan_to_num(part.temperature - self.middle))
+        since = 0.5 * (part.elapsed - self.middle) / self.middle
+        return np.broadcast_to(since[:, None], part.torque.shape)
+
+
+class Beside(Protocol):
+    """Columns beside those of the curves, T a joint."""
+
+    @property
+    def size(self) -> int:
+        """T."""
+
+    def columns(self, part: WeakEquations, windows: Array) -> Array:
+        """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
+
+    def load(self, part: WeakEquations, windows: Array) -> Array:
+        """Return the size of the torque that joints carry [N m], shape (K, n)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The friction columns of the equations: q a joint, of its curve and its terms."""
+
+    basis: Basis
+    terms: Beside
+
+    @property
+    def per_joint(self) -> int:
+        """Number q of columns."""
+        return int(self.basis.functions.shape[1]) + self.terms.size
+
+    def by_joint(self, part: WeakEquations) -> Array:
+        """Return the columns as friction torques, through the window, shape (K, n, q)."""
+        windows = self.basis.windows(part.velocity, part.taps, part.step, len(part.residual))
+        return np.concatenate([windows, self.terms.columns(part, windows)], axis=2)
+
+    def design(self, part: WeakEquations, own: Array, *behind: Array) -> Array:
+        """Return the derivatives of the equations by coefficients, then corrections, then what else stands `behind`.
+
+        Shape (K m, D); of what stands behind (K m, any) each, and of the joints' `own` columns (K, n, q). These are
+        zero where a joint's friction does not act.
+        """
+        windows, rows = part.residual.shape
+        friction = own.shape[1] * own.shape[2]
+        end = friction + (0 if part.regressors is None else part.regressors.shape[2])
+        matrix = np.empty((windows, rows, end + sum(each.shape[1] for each in behind)))
+        by_joint = matrix[:, :, :friction].reshape(windows, rows, *own.shape[1:])  # a view: its last axis in two
+        if part.projection is None:
+            by_joint[:] = 0.0
+            np.einsum("kjjr->kjr", by_joint)[:] = own
+        else:
+            np.multiply(part.projection[:, :, :, None], own[:, None], out=by_joint)
+        if part.regressors is not None:
+            matrix[:, :, friction:end] = part.regressors
+        if behind:
+            matrix[:, :, end:] = np.concatenate(behind, axis=1).reshape(windows, rows, -1)
+        return matrix.reshape(windows * rows, -1)
+
+
+def find_terms(pilot: Sequence[WeakEquations], **known: Array | float) -> Terms:
+    """Return the terms of a log, scaled by equations from its beginning to its end; the rest is as in `Terms`."""
+    temperature = [part.temperature for part in pilot if part.temperature is not None]
+    logged = len(temperature) == len(pilot) and bool(np.isfinite(np.concatenate(temperature)).any())
+    middle = np.full(1, max(0.5 * _last(pilot), 1e-9))
+    if logged:
+        whole = np.concatenate(temperature)
+        there = np.isfinite(whole)
+        total, count = np.where(there, whole, 0.0).sum(axis=0), there.sum(axis=0)
+        middle = np.where(count, total / np.maximum(count, 1), np.nan)
+    direction = np.concatenate([part.direction() for part in pilot]).mean(axis=0)
+    slow = "temperature" if logged else "drift"
+    return Terms(slow=slow, middle=middle, direction=direction, **known)  # type: ignore[arg-type]
+
+
+def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, deviation: Array) -> list[dict[str, str]]:
+    """Return for each joint the terms that are out of the question, and why.
+
+    Parameters
+    ----------
+    pilot
+        Equations from the beginning to the end of a log.
+    terms
+        Of the log.
+    mean, deviation
+        Of each joint's load [N m], shape (n,).
+    """
+    turns = np.sqrt(np.concatenate([part.direction() for part in pilot]).var(axis=0).sum(axis=1))
+    reasons = []
+    for joint, turned in enumerate(turns):
+        temperature = [part.temperature[:, joint] for part in pilot if part.temperature is not None]
+        out = _slow_reasons(terms.slow, _last(pilot), temperature)
+        if not deviation[joint] > 0.1 * mean[joint]:
+            out["load"] = f"its load hardly changes: {mean[joint]:.3g} N m +- {deviation[joint]:.2g}"
+        if not turned >= 0.1:  # [rad]
+            said = "it is prismatic" if np.isnan(turned) else f"+- {turned:.2g} rad"
+            out["coulomb_position"] = f"its position hardly turns: {said}"
+        if np.isnan(terms.per_turn[joint]):
+            out["ripple"] = "its motion spans too little of a turn, or is none"
+        if np.isnan(terms.travel[joint]):
+            out["presliding"] = "no travel explains more of its torque than shorter and longer ones do"
+        reasons.append(out)
+    return reasons
+
+
+def _last(pilot: Sequence[WeakEquations]) -> float:
+    """Return how long a log lasts [s]."""
+    return max(float(part.elapsed[-1]) for part in pilot)
+
+
+def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str, str]:
+    """Return why a joint's friction does not change with temperature, or with time, by the terms' names."""
+    warming, drifting = "", "the log has temperatures, which say more than time"
+    if slow == "drift":
+        warming = "no temperature in the log"
+        drifting = f"the log lasts {last:.3g} s; {SHORTEST_DRIFT:.0f} s are needed" if last < SHORTEST_DRIFT else ""
+    else:
+        own = np.concatenate(temperature)
+        if not np.isfinite(own).all():
+            warming = "the log has no temperature of this joint throughout"
+        elif np.ptp(own) < 2.0:
+            warming = f"its temperature changes by {np.ptp(own):.2g} K; 2 K are needed"
+    reasons = {"temperature": warming, "drift": drifting}
+    return {f"{part}_{kind}": why for kind, why in reasons.items() if why for part in ("viscous", "coulomb")}
+
+
+def _blows(part: WeakEquations, unexplained: Array) -> list[Array]:
+    """Return blows in the torque's new direction wherever it changes its sign, and one window later, shape (K, n) each.
+
+    While a light bar of damping d crosses a play of width p, the torque moves nothing but the bar: d y' = tau. Whatever
+    the torque, friction takes the impulse d p away, within some milliseconds. The window's largest value counts as one.
+    A change of the sign is sure beyond six standard deviations of the torque's noise, and beyond twice what the pilot
+    leaves of it, as coloured noise changes signs too.
+    """
+    torque, taps = part.torque, part.taps
+    change = np.diff(torque, axis=0)
+    clear = np.maximum(6 * part.torque_noise * np.linalg.norm(taps), 2 * unexplained)
+    window, joint = np.nonzero((torque[:-1] * torque[1:] < 0) & (np.abs(change) > clear))
+    place = window - torque[window, joint] / change[window, joint]  # in windows
+    reach = len(taps) // (2 * part.step) + 1
+    rows = window[:, None] + np.arange(1 - reach, reach + 1)
+    shape = np.interp((rows - place[:, None]) * part.step + (len(taps) - 1) / 2, np.arange(len(taps)), taps)
+    shape[(rows < 0) | (rows >= len(torque))] = 0.0
+    blows = np.zeros_like(torque)
+    strength = np.sign(change[window, joint])[:, None] * shape / taps.max()
+    np.add.at(blows, (np.clip(rows, 0, len(torque) - 1), joint[:, None]), strength)
+    return [blows, np.concatenate([np.zeros_like(blows[:1]), blows[:-1]])]

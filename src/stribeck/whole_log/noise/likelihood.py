@@ -1,0 +1,149 @@
+"""Variance components by maximum likelihood, from groups of windows (docs/estimator.md, equation 15).
+
+A group is as many windows as errors reach over. Groups with one left out between them share no error, so that each is
+whitened by itself; within a group it shows how long errors last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dtrtri
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.noise.variance_components import AWAY, BINS, VarianceComponents, autocorrelation, bin_of
+from stribeck.whole_log.noise.whitening import covariance_of_groups, errors_of_groups
+from stribeck.whole_log.weak_equations import WeakEquations
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Every other group of windows of a segment, or fewer.
+
+    Attributes
+    ----------
+    part
+        The segment.
+    first, step
+        From one group to the next [1].
+    design
+        Derivatives by all values, then left sides, shape (g, b, D + 1): b rows of `lags` windows.
+    """
+
+    part: WeakEquations
+    first: int
+    step: int
+    design: Array
+
+    @property
+    def places(self) -> slice:
+        """Of the groups among all whole ones of the segment; a segment shorter than a group has none."""
+        return slice(self.first, len(self.part.time) // self.part.lags, self.step)
+
+    def of_windows(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the values of windows (K, ...) by groups, shape (g, lags, ...)."""
+        lags = self.part.lags
+        whole = values[: len(values) // lags * lags]
+        return whole.reshape(-1, lags, *values.shape[1:])[self.places]
+
+    @property
+    def count(self) -> int:
+        """Number of equations that count."""
+        return int(self.of_windows(self.part.used).sum() * self.part.residual.shape[1])
+
+    def product(self, components: VarianceComponents) -> Array:
+        """Return the sum of products of the whitened design, shape (D + 1, D + 1)."""
+        white = (self.whitener(components) @ self.design).reshape(-1, self.design.shape[2])
+        return np.asarray(white.T @ white)
+
+    def whitener(self, components: VarianceComponents) -> Array:
+        """Return L^-1 of each group, with L L^T its covariance, shape (g, b, b)."""
+        errors = [
+            replace(each, response=each.response[self.places]) for each in errors_of_groups(self.part, components)
+        ]
+        covariance = covariance_of_groups(errors, 0, slice(None), slice(None))
+        scale = 1 / np.sqrt(np.einsum("gii->gi", covariance))
+        factors = np.linalg.cholesky(covariance * scale[:, :, None] * scale[:, None])
+        for k, factor in enumerate(factors):  # NumPy has no inverse of triangles
+            factors[k] = dtrtri(factor, lower=1)[0]
+        return np.asarray(factors * scale[:, None])
+
+
+def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Groups:
+    """Return the groups of a segment from its design, shape (K m, D + 1)."""
+    groups = Groups(part, first, step, np.zeros(0))
+    by_window = groups.of_windows(design.reshape(*part.residual.shape, -1))
+    return replace(groups, design=by_window.reshape(len(by_window), -1, design.shape[1]).copy())
+
+
+def more_likely(
+    components: VarianceComponents, parts: Iterable[tuple[Groups, Array]], freedom: float
+) -> VarianceComponents:
+    """Return variance components that are more likely, given groups and residuals of a fit to them, shape (g, b).
+
+    With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where
+
+        e^T Sigma^-1 V_c Sigma^-1 e = tr(Sigma^-1 V_c)
+
+    for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides
+    are sums over windows: over all they give s_c, over those near contact changes the contact variance scale. The three
+    directions of a linear or an angular acceleration, a force or a moment have the same component. `freedom` is the
+    number of equations over their degrees of freedom [1].
+    """
+    sums = np.zeros((2, len(components.away_from_contacts), BINS))
+    encoder_sums = np.zeros((2, len(components.encoder_scale)))
+    for groups, residual in parts:
+        part, inverse = groups.part, groups.whitener(components)
+        kinds = (
+            (components.response(part) * components.at(part)[:, None], autocorrelation(part.lags)),
+            (components.encoder_errors(part), part.acceleration_overlap),
+        )
+        white = inverse @ residual[:, :, None]
+        of_each = []
+        for response, correlation in kinds:
+            effect = inverse @ _innovations(groups.of_windows(response), correlation)
+            left = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2 * freedom
+            of_each.append(np.stack([left, (effect**2).sum(axis=1)]).reshape(2, len(white), part.lags, -1))
+        bins, which = groups.of_windows(bin_of(part)), components.which(part)
+        for k in range(2):
+            np.add.at(sums[k], (which, bins[:, :, None]), of_each[0][k])
+        encoder_sums += of_each[1].sum(axis=(1, 2))
+    joints = components.model.size
+    for first in range(joints, sums.shape[1], 3):  # one of each three directions that have the same component
+        sums[:, first : first + 3] = sums[:, first : first + 3].sum(axis=1, keepdims=True)
+    values = components.away_from_contacts * _ratio(*sums.sum(axis=2))
+    by_kind = [sums[:, components.kinds == kind].sum(axis=1) for kind in (0, 1)]
+    contact_scale = components.contact_scale * np.stack([_ratio(*own) for own in by_kind])
+    contact_scale /= np.maximum(contact_scale[:, [AWAY]], 1e-12)
+    contact_scale[np.stack(by_kind)[:, 1] == 0] = 1.0  # where no window is
+    root, wrench = np.split(values[joints:], [len(components.root)])
+    return replace(
+        components,
+        model=values[:joints].reshape(components.model.shape),
+        root=root,
+        wrench=wrench,
+        contact_scale=contact_scale,
+        encoder_scale=np.maximum(components.encoder_scale * _ratio(*encoder_sums), 1.0),
+    )
+
+
+def _innovations(response: Array, correlation: Array) -> Array:
+    """Return the effect of independent innovations on groups, shape (g, lags, m, c) -> (g, b, lags c)."""
+    groups, lags, rows, kinds = response.shape
+    apart = np.abs(np.arange(lags)[:, None] - np.arange(lags))
+    factor = np.linalg.cholesky(correlation[apart] + 1e-6 * correlation[0] * np.eye(lags))
+    return np.asarray(np.einsum("glmc,lk->glmkc", response, factor)).reshape(groups, lags * rows, lags * kinds)
+
+
+def _ratio(left: Array, right: Array) -> Array:
+    """Return the factor of standard deviations; one where no window has the component.
+
+    It is small enough for variances to grow slowly, so that outliers stay visible.
+    """
+    known = right > 0
+    ratio = np.where(known, left / np.where(known, right, 1.0), 1.0)
+    return np.asarray(np.sqrt(np.clip(ratio, 1 / 30, 30)))

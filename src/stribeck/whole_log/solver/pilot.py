@@ -1,0 +1,351 @@
+"""The pilot: a linear fit to some windows, from which all is known that the log has to be read with.
+
+Delay of the torques, variance components, outliers, and scales of the terms (docs/estimator.md, equations 14 to 16).
+Two-stage generalised least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, solve
+
+from stribeck.base.typing import Array
+from stribeck.settings import Priors
+from stribeck.whole_log.constants import PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.model.basis import Basis
+from stribeck.whole_log.model.corrections import Layout, ModelCorrections, Slopes, model_corrections
+from stribeck.whole_log.model.terms import Columns
+from stribeck.whole_log.noise.likelihood import Groups, make_groups, more_likely
+from stribeck.whole_log.noise.outliers import INCONSISTENT, Prediction, without_outliers
+from stribeck.whole_log.noise.variance_components import VarianceComponents, first_components
+from stribeck.whole_log.solver.elimination import inverse_of
+from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
+
+LONGEST_DELAY, MOST_ROUNDS, OPERATIONS = 0.1, 10, 3e9
+"""Delay that is looked for [s], rounds [1], and operations for a sum of products [1], at most: to save time."""
+
+LINEAR = 0.5e-3
+"""Delay in which torques are linear [s]."""
+
+LAGS = (0.5e-3, 2e-3, 8e-3)
+"""Travels over the top speed [s] of the pilot's presliding, which a delay could be taken for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lags:
+    """Columns of presliding within these travels, of joints with a top speed [rad/s], shape (n,)."""
+
+    top_speed: Array
+    size: int = len(LAGS)
+
+    def columns(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - other terms need them
+        """Return the columns, shape (K, n, 3)."""
+        return np.moveaxis(part.presliding(self.top_speed, np.outer(LAGS, self.top_speed)), 0, 2)
+
+    def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not told yet
+        """Return none, shape (K, n)."""
+        return np.zeros_like(part.torque)
+
+
+@dataclass(frozen=True, eq=False)
+class Pilot:
+    """What the pilot found.
+
+    Attributes
+    ----------
+    groups
+        Of windows, in some segments.
+    model, components
+        Corrections, of torques that are taken `delay` later, and standard deviations of the errors.
+    prediction
+        Its values and their covariance.
+    delay
+        Of the torques [s].
+    torque
+        That moves the joints, root mean square [N m].
+    precision
+        Of the prior of its friction coefficients, shape (n q,).
+    """
+
+    groups: list[Groups]
+    model: ModelCorrections
+    components: VarianceComponents
+    prediction: Prediction
+    delay: float
+    torque: float
+    precision: Array
+
+    @property
+    def late(self) -> tuple[float, float]:
+        """What is left of the torques' delay, and its standard error [s]; none where it is not corrected."""
+        own = len(self.precision) + self.model.layout.places("delays")[:1]
+        variance = self.prediction.covariance[own, own]
+        return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
+
+    def later(self, delay: float) -> Pilot:
+        """Return the same for torques that are taken later still [s]."""
+        delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
+        own, values = len(self.precision) + self.model.layout.places("delays")[:1], self.prediction.values.copy()
+        values[own] = 0.0
+        return replace(
+            self, delay=delay, model=self.model.late(delay), prediction=replace(self.prediction, values=values)
+        )
+
+
+def pilot_places(supports: Sequence[tuple[str, ...]], count: int = PILOT_SEGMENTS) -> list[int]:
+    """Return the places of so many of the pilot's segments, about, given the feet that each segment stands on.
+
+    Every contact mode has its share, one at least, spread over its own segments: errors of a standing leg show while it
+    stands. Evenly spaced segments of a walk could all stand on the same foot.
+    """
+    found: set[int] = set()
+    for support in set(supports):
+        own = [place for place, feet in enumerate(supports) if feet == support]
+        share = max(1, round(count * len(own) / len(supports)))
+        found.update(own[k] for k in np.linspace(0, len(own) - 1, share).astype(int))
+    return sorted(found)
+
+
+def fit_pilot(
+    segments: Callable[[float, int], list[WeakEquations]],
+    size: int,
+    corrections: CorrectionLayout,
+    basis: Basis,
+    top_speed: Array,
+    rest: Array,
+    priors: Priors,
+) -> Pilot:
+    """Return the pilot; torques are shifted until what is left of their delay is one in which they are linear.
+
+    Parameters
+    ----------
+    segments
+        Return so many segments, about, with torques that are taken a delay [s] later.
+    size
+        Number of segments.
+    corrections
+        What the columns of their regressors correct.
+    basis, top_speed
+        Of the friction curves, and [rad/s], shape (n,).
+    rest
+        Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
+    priors
+        Of model and sensors.
+    """
+    columns = Columns(basis, Lags(top_speed))
+
+    def fit(parts: list[WeakEquations], operations: float, rounds: int, half_alone: bool) -> Pilot:
+        torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
+        model = model_corrections(corrections, _loads(parts, corrections), priors, torque).late(delay)
+        components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
+        groups, precision = _groups(parts, columns, torque, operations)
+        groups = _consistent(groups, model, components, precision, half_alone)
+        groups = _undisturbed(groups, model, components, precision)
+        components, groups = _alternate(groups, model, components, precision, rounds)
+        prediction, _ = predict(groups, components, model, precision)
+        return Pilot(groups, model, components, prediction, delay, torque, precision)
+
+    delay, rounds = 0.0, ROUNDS
+    tried: list[tuple[float, float]] = []
+    for _ in range(MOST_ROUNDS if corrections.delays else 0):  # on few windows, to save time
+        late, error = fit(segments(delay, size), OPERATIONS / 4, rounds, True).late
+        if abs(late) < max(LINEAR, 3 * error):
+            break
+        rounds, tried = 1, [*tried, (delay, late)]
+        delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
+    return fit(segments(delay, size), OPERATIONS, MOST_ROUNDS, False)
+
+
+def secant_step(tried: list[tuple[float, float]]) -> float:
+    """Return by how much more torques are late [s], from the delays that were tried, and what was left of each.
+
+    What is left is told too small where friction that builds up explains a part of it, by a factor that stays the same.
+    """
+    delay, late = tried[-1]
+    if len(tried) == 1:
+        return late
+    slope = (late - tried[-2][1]) / (delay - tried[-2][0])
+    return late / min(max(-slope, 0.2), 1.0)
+
+
+def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
+    """Return the pilot with the columns of all terms; its variance components are those of the first fit."""
+    groups, precision = _groups([each.part for each in pilot.groups], columns, pilot.torque, OPERATIONS)
+    prediction, _ = predict(groups, pilot.components, pilot.model, precision)
+    return replace(pilot, groups=groups, prediction=prediction, precision=precision)
+
+
+def predict(
+    groups: list[Groups], components: VarianceComponents, model: ModelCorrections, precision: Array
+) -> tuple[Prediction, float]:
+    """Return the linear fit to some windows, and the number of equations over their degrees of freedom [1].
+
+    Friction has a prior of mean zero and of this `precision`, shape (n q,); bodies are linear at the model.
+    """
+    products = [each.product(components) for each in groups]
+    product, count = np.sum(products, axis=0), sum(each.count for each in groups)
+    f, slopes = len(precision), model.slopes(np.zeros(model.layout.size))
+    turned = _in_coordinates(product, slopes, f)
+    right = turned[:-1, -1] + np.append(np.zeros(f), model.precision @ model.prior_mean)
+    covariance = inverse_of(turned[:-1, :-1] + block_diag(np.diag(precision), model.precision))
+    values = covariance @ right
+    known = np.sum(turned[:-1, :-1] * covariance)
+    covariance[f:] = slopes.pushed(covariance[f:])
+    covariance[:, f:] = slopes.pushed(covariance[:, f:].T).T
+    values[f:] = slopes.pushed(values[f:, None])[:, 0]
+    return Prediction(values, covariance, components), count / max(count - known, 1.0)
+
+
+def _in_coordinates(product: Array, slopes: Slopes, friction: int) -> Array:
+    """Return products of values and left sides, shape (D + 1, D + 1), with coordinates in place of corrections."""
+    found = product.copy()
+    found[friction:-1] = slopes.pulled(found[friction:-1])
+    found[:, friction:-1] = slopes.pulled(found[:, friction:-1].T).T
+    return found
+
+
+def _alternate(
+    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, rounds: int
+) -> tuple[VarianceComponents, list[Groups]]:
+    """Fit and estimate the variance components, in turn, until none grows any more, or for some rounds.
+
+    The components begin as those of a good model, so that what disturbs the motion stays visible. If there are outliers
+    after `ROUNDS`, it starts once more without, and looks for them anew in every round.
+    """
+    first = components
+    outliers = any(each.part.set_aside is not None for each in groups)
+    for number in range(1, rounds + 1):
+        prediction, freedom = predict(groups, components, model, precision)
+        left = [(each, each.design[:, :, -1] - each.design[:, :, :-1] @ prediction.values) for each in groups]
+        if number == ROUNDS or outliers:
+            groups = without_outliers(left, components)
+            left = [(each, residual) for each, (_, residual) in zip(groups, left, strict=True)]
+            found = any(each.part.set_aside is not None for each in groups)
+            components = first if found and not outliers else components
+            outliers = found
+        before, components = components, more_likely(components, left, freedom)
+        grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
+        if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
+            break
+    return components, groups
+
+
+def _consistent(
+    groups: list[Groups],
+    model: ModelCorrections,
+    components: VarianceComponents,
+    precision: Array,
+    half_alone: bool,
+) -> list[Groups]:
+    """Return the groups without segments that the model of the largest consistent part does not explain.
+
+    Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, a fit to the half of the segments that
+    the last one explained best, in each contact mode, until that half stays the same. The best of these fits may
+    explain far more than half. Segments whose chi^2 an equation is `INCONSISTENT` times the median of that half are set
+    aside: a payload that is held, a base that moves, a hand that guides. Undisturbed logs reach 17 times. For the delay
+    that half counts alone, as a delay explains a little of everything.
+    """
+    counts = np.array([each.count for each in groups])
+    modes = np.array([hash(each.part.standing.tobytes()) for each in groups])
+    prior, f, slopes = (
+        block_diag(np.diag(precision), model.precision),
+        len(precision),
+        model.slopes(model.prior_mean * 0),
+    )
+    pull = np.append(np.zeros(f), model.precision @ model.prior_mean)
+    products = np.stack([_in_coordinates(each.product(components), slopes, f) for each in groups])
+
+    def sizes(own: NDArray[np.int64]) -> Array:
+        """Return each segment's chi^2 an equation by the fit to some of them."""
+        product = products[own].sum(axis=0)
+        values = np.append(solve(product[:-1, :-1] + prior, product[:-1, -1] + pull, assume_a="pos"), -1.0)
+        return np.asarray(np.einsum("i,kij,j->k", values, products, values, optimize=True) / np.maximum(counts, 1))
+
+    def half(size: Array) -> NDArray[np.int64]:
+        """Return the half of each contact mode's segments that is explained best."""
+        each = [np.flatnonzero(modes == mode) for mode in np.unique(modes)]
+        return np.sort(
+            np.concatenate([own[np.argsort(size[own], kind="stable")[: (len(own) + 1) // 2]] for own in each])
+        )
+
+    everything = np.arange(len(groups))
+    first = sizes(everything)
+    if first.max() < 3.0:  # times what the errors of a good model make
+        return groups
+    random, best, chosen, least = np.random.default_rng(0), first, everything, np.inf
+    for start in range(12):
+        own = half(first) if not start else random.permutation(everything)[: max(3, len(groups) // 6)]
+        for _ in range(MOST_ROUNDS):
+            size = sizes(own)
+            before, own = own, half(size)
+            if np.array_equal(before, own):
+                break
+        trimmed = float(size[own].mean())
+        if trimmed < least:
+            chosen, best, least = own, size / np.median(size[own]), trimmed
+    far = ~np.isin(everything, chosen) if half_alone else best > INCONSISTENT
+    return [
+        replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
+        for each, aside in zip(groups, far, strict=True)
+    ]
+
+
+def _undisturbed(
+    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
+) -> list[Groups]:
+    """Return the groups without the windows that a robust fit does not explain, as pushes may be in most segments.
+
+    Groups of windows whose chi^2 is above the median have so much less weight (Holland and Welsch 1977).
+    """
+    weighted = groups
+    for number in range(2 * ROUNDS):
+        prediction, _ = predict(weighted, components, model, precision)
+        left = [(each, each.design[:, :, -1] - each.design[:, :, :-1] @ prediction.values) for each in groups]
+        sizes = [np.mean((each.whitener(components) @ own[:, :, None]) ** 2, axis=(1, 2)) for each, own in left]
+        used = [each.of_windows(each.part.used).any(axis=1) for each in groups]
+        usual = np.median(np.concatenate(sizes)[np.concatenate(used)])
+        if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
+            return groups
+        weighted = [
+            replace(each, design=each.design / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None])
+            for each, size in zip(groups, sizes, strict=True)
+        ]
+    return without_outliers(left, components)
+
+
+def _groups(
+    parts: list[WeakEquations], columns: Columns, torque: float, operations: float
+) -> tuple[list[Groups], Array]:
+    """Return every other group of windows of some segments, or fewer, and the prior precision of their coefficients.
+
+    Curves are as large as the joint's torque, and terms as a third of it.
+    """
+    own = [columns.by_joint(part) for part in parts]
+    designs = [columns.design(part, each, part.residual.reshape(-1, 1)) for part, each in zip(parts, own, strict=True)]
+    step = max(2, round(sum(map(len, designs)) * designs[0].shape[1] ** 2 / operations))
+    groups = [
+        make_groups(part, k % (step - 1), step, design)  # all places between contact changes are among them
+        for k, (part, design) in enumerate(zip(parts, designs, strict=True))
+    ]
+    functions = len(columns.basis.variance)
+    largest = np.sqrt(np.mean(np.concatenate([each[:, :, functions:] for each in own]) ** 2, axis=0))
+    load = np.maximum(np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0)), 0.05 * torque)
+    of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9)
+    deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
+    return groups, deviation.ravel() ** -2.0
+
+
+def _torques(part: WeakEquations) -> Array:
+    """Return the left side where friction acts [N m], of all windows."""
+    return part.residual[:, len(part.wrench_noise) :].ravel()
+
+
+def _loads(parts: list[WeakEquations], corrections: CorrectionLayout) -> Array:
+    """Return the torque of each sensor whose gain is corrected, root mean square [N m]."""
+    own = Layout(corrections).part("gains")
+    squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
+    return np.sqrt(np.concatenate(squares).mean(axis=0)) if corrections.gains else np.zeros(0)

@@ -1,0 +1,189 @@
+"""Normal equations of a whole log: sufficient statistics of fixed size (docs/estimator.md, equations 17 and 18)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from threading import Event, Lock
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.model.terms import Columns
+from stribeck.whole_log.noise.outliers import Prediction
+from stribeck.whole_log.noise.whitening import make_whitener
+from stribeck.whole_log.uncertainty.random_effects import random_effect_columns
+from stribeck.whole_log.weak_equations import WeakEquations
+
+THREADS = 2
+"""Threads that whiten equations [1]: linear algebra lets other threads run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Statistics:
+    """Normal equations of the coefficients of all joints' friction, then of corrections.
+
+        chi^2(theta) = s - 2 b^T theta + theta^T A theta
+
+    A law is fitted to these without another look at the log, and those of several segments or logs add up.
+
+    Attributes
+    ----------
+    friction
+        Number f of coefficients.
+    information, right, square
+        A, b and s, shape (D, D), (D,) and a number.
+    count
+        Number of equations that count.
+    windows, set_aside
+        Number of windows, and of those that are set aside.
+    loads
+        Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n).
+    effects
+        By gait phase, products of the random effects' columns Z with all values, with each other, and with the left
+        sides, shape (D, e), (e, e) and (e,); of a sample of the log.
+    """
+
+    friction: int
+    information: Array
+    right: Array
+    square: float
+    count: int
+    windows: int
+    set_aside: int
+    loads: Array
+    effects: dict[int, tuple[Array, Array, Array]] = field(default_factory=dict)
+
+    def __add__(self, other: Statistics) -> Statistics:
+        """Return the statistics of both."""
+        effects = dict(self.effects)
+        for gait, own in other.effects.items():
+            before = effects.get(gait)
+            effects[gait] = own if before is None else tuple(a + b for a, b in zip(before, own, strict=True))  # type: ignore[assignment]
+        return Statistics(
+            self.friction,
+            self.information + other.information,
+            self.right + other.right,
+            self.square + other.square,
+            self.count + other.count,
+            self.windows + other.windows,
+            self.set_aside + other.set_aside,
+            self.loads + other.loads,
+            effects,
+        )
+
+    def without(self, fold: Statistics) -> Statistics:
+        """Return the statistics without those of a part, for a fit: of random effects there are none."""
+        information, right = self.information - fold.information, self.right - fold.right
+        return replace(
+            self, information=information, right=right, square=self.square - fold.square, count=self.count - fold.count
+        )
+
+    def chi_square(self, values: Array) -> float:
+        """Return chi^2 of coefficients and corrections, shape (D,)."""
+        return self.square + float(values @ (self.information @ values - 2 * self.right))
+
+    @property
+    def mean_load(self) -> Array:
+        """Of each joint [N m], shape (n,)."""
+        return np.asarray(self.loads[1] / self.loads[0])
+
+    @property
+    def load_deviation(self) -> Array:
+        """Standard deviation of each joint's load [N m], shape (n,)."""
+        return np.asarray(np.sqrt(np.maximum(self.loads[2] / self.loads[0] - self.mean_load**2, 0.0)))
+
+
+def total(parts: Sequence[Statistics]) -> Statistics:
+    """Return the statistics of all parts together."""
+    whole = parts[0]
+    for part in parts[1:]:
+        whole = whole + part
+    return whole
+
+
+def accumulate(
+    equations: Sequence[WeakEquations],
+    folds: Sequence[Sequence[int]],
+    sampled: int,
+    columns: Columns,
+    prediction: Prediction,
+    progress: Callable[[float], None] = lambda _: None,
+) -> tuple[list[Statistics], dict[int, WeakEquations]]:
+    """Return the statistics of folds, and the equations of the last of them as they were used, by their places.
+
+    Folds are added up by threads, each in an order that never changes. One thread at a time computes equations:
+    Pinocchio's working memory is not for two.
+
+    Parameters
+    ----------
+    equations
+        Of all segments; computed when they are asked for, so that they are never all in memory.
+    folds
+        Places of their segments; the last is what is held out.
+    sampled
+        How many of the folds have random effects.
+    columns
+        Of friction.
+    prediction
+        By the pilot, whose components are used; windows far from it are set aside.
+    progress
+        Is told the share that is done [1].
+    """
+    making, over = Lock(), Event()
+    kept: dict[int, WeakEquations] = {}
+    done, every = [0], sum(map(len, folds))
+
+    def add_up(number: int) -> list[Statistics]:
+        own: list[Statistics] = []
+        for place in folds[number]:
+            if over.is_set():
+                break
+            with making:
+                part = equations[place]
+                done[0] += 1
+                progress(done[0] / every)
+            found, used = _of(part, columns, prediction, number < sampled)
+            own = [own[0] + found] if own else [found]
+            if number == len(folds) - 1:
+                kept[place] = used
+        return own
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        tasks = [pool.submit(add_up, number) for number in range(len(folds))]
+        try:
+            found = [task.result() for task in tasks]
+        finally:
+            over.set()  # nobody waits for what an error, or Ctrl-C, has made useless
+    return [own[0] for own in found if own], kept
+
+
+def _of(
+    part: WeakEquations, columns: Columns, prediction: Prediction, sampled: bool
+) -> tuple[Statistics, WeakEquations]:
+    """Return the statistics of a segment, and its equations without the windows that are set aside."""
+    joints, size = part.velocity.shape[1], len(prediction.values)
+    sampled = sampled and part.gait >= 0
+    own = columns.by_joint(part)
+    behind = [random_effect_columns(part)] if sampled else []
+    white = columns.design(part, own, *behind, part.residual.reshape(-1, 1))
+    load = columns.terms.load(part, own[:, :, : columns.basis.functions.shape[1]])
+    part = prediction.set_aside(part, white)
+    make_whitener(part, prediction.components).whiten(white)
+    if not prediction.explains(white, count := int(part.used.sum()) * part.residual.shape[1]):
+        part, count, white[:] = replace(part, set_aside=np.ones(len(part.time), dtype=bool)), 0, 0.0
+    product = white.T @ white  # NumPy knows it to be symmetric
+    effects = (product[:size, size:-1], product[size:-1, size:-1], product[size:-1, -1])
+    statistics = Statistics(
+        friction=joints * columns.per_joint,
+        information=product[:size, :size],
+        right=product[:size, -1],
+        square=float(product[-1, -1]),
+        count=count,
+        windows=len(part.time),
+        set_aside=int((~part.used).sum()),
+        loads=np.stack([np.full(joints, len(load)), load.sum(axis=0), (load**2).sum(axis=0)]),
+        effects={part.gait: effects} if sampled else {},
+    )
+    return statistics, part

@@ -1,0 +1,224 @@
+"""Trials of terms: held-out scores of a joint's law with some terms, in closed form (docs/estimator.md, equation 21).
+
+Terms of one joint are tried many times. So everything else, the other joints' friction and the corrections, is
+eliminated beforehand, by one Newton step from a fit of all joints; with i the joint and o all else,
+
+    A_i = S_ii - S_io H_oo^-1 S_oi,    b_i = A_i theta_i - (g_i - S_io H_oo^-1 g_o)
+
+(Murphy and van der Vaart 2000). The law is then fitted to each set of training folds, once for each shape at
+standstill: a jump, a rise, a rise with a Stribeck effect. Terms are linear beside the law, so that one Newton step
+from there has the fit with some of them, and a quadratic its chi^2 on the held-out fold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.friction import AUTO
+from stribeck.friction.terms import LADDER
+from stribeck.whole_log.model.laws import Laws
+from stribeck.whole_log.model.terms import NO_TERM
+from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, inverse_of, linearised, times_blocks
+from stribeck.whole_log.solver.empirical_bayes import best_starts
+from stribeck.whole_log.solver.statistics import Statistics
+
+PARAMETERS = {term.name: term.parameters for term in LADDER}
+"""Term -> its parameters, first the one that is zero without the term."""
+
+SHAPES = ("stribeck", "rounding", "")
+"""Terms that a law's shape at standstill depends on; the last is a jump."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointFolds:
+    """Chi^2 but for a constant of the joints' coefficients, theta^T A theta - 2 b^T theta, all else fitted along.
+
+    Of the training folds, first of all with nothing held out: shapes (n, F + 1, q, q) and (n, F + 1, q). Of what is
+    held out, shapes (n, F, q, q) and (n, F, q).
+    """
+
+    information: Array
+    right: Array
+    held_information: Array
+    held_right: Array
+
+
+def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> JointFolds:
+    """Return the joints' folds, from a fit of all joints with all terms to the whole log."""
+    found = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
+    A, b, held, held_right = (np.stack([[own[k] for own in joints] for joints in found], axis=1) for k in range(4))
+    return JointFolds(A, b, held[:, 1:], held_right[:, 1:])
+
+
+def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterable[tuple[Array, Array, Array, Array]]:
+    """Yield A, b of each joint with a fold held out, and those of this fold."""
+    laws, u, f = fit.laws, fit.corrections, whole.friction
+    training = whole if fold is None else whole.without(fold)
+    left = eliminate(training, fit.model, u)
+    theta = laws.coefficients(fit.internal)
+    free = (laws.free & ~fit.at_bound).ravel()
+    blocks, y = laws.jacobians(fit.internal), theta.ravel()
+    mean, deviation = laws.prior
+    SJ = times_blocks(left.information, blocks)[:, free]
+    slope = left.information @ y - left.right
+    inverse = inverse_of(times_blocks(SJ.T, blocks)[:, free] + np.diag(deviation.ravel()[free] ** -2.0))
+    gradient = times_blocks(slope[None], blocks)[0, free] + ((fit.internal - mean) / deviation**2).ravel()[free]
+    held, held_right = np.zeros((f, f)), np.zeros(f)
+    if fold is not None:
+        cross, inner, right = linearised(fold, fit.model, u)
+        across = (cross - 0.5 * inner @ left.follow).T @ left.follow
+        held = fold.information[:f, :f] - across - across.T
+        held_right = right[:f] - cross.T @ left.alone - left.follow.T @ (right[f:] - inner @ left.alone)
+    FJ, beyond = times_blocks(held, blocks)[:, free], held @ y - held_right
+    JFJ, tilted = times_blocks(FJ.T, blocks)[:, free], times_blocks(beyond[None], blocks)[0, free]
+    owner, q = np.repeat(np.arange(len(theta)), fit.internal.shape[1])[free], theta.shape[1]
+    for joint, own_theta in enumerate(theta):
+        rows, rest = slice(joint * q, (joint + 1) * q), owner != joint
+        cross = SJ[rows][:, rest]
+        follow = _without(inverse, ~rest, rest, np.column_stack([cross.T, gradient[rest]]))
+        back, shift = follow[:, :-1], -follow[:, -1]  # all else is shift - back times the joint's change
+        information = left.information[rows, rows] - cross @ back
+        bent = FJ[rows][:, rest] @ back
+        inner = JFJ[np.ix_(rest, rest)]
+        curved = held[rows, rows] - bent - bent.T + back.T @ inner @ back
+        tilt = beyond[rows] + FJ[rows][:, rest] @ shift - back.T @ (tilted[rest] + inner @ shift)
+        yield information, information @ own_theta - slope[rows] - cross @ shift, curved, curved @ own_theta - tilt
+
+
+def _without(inverse: Array, own: NDArray[np.bool_], rest: NDArray[np.bool_], vectors: Array) -> Array:
+    """Return the inverse of a matrix without some rows and columns, times vectors, from the inverse of the whole."""
+    cross = inverse[np.ix_(own, rest)]
+    return np.asarray(
+        inverse[np.ix_(rest, rest)] @ vectors - cross.T @ np.linalg.solve(inverse[np.ix_(own, own)], cross @ vectors)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """Fits of all joints with one shape: the whole log's first, then those without each fold.
+
+    Attributes
+    ----------
+    internal
+        Coordinates, shape (n, F + 1, w).
+    gradient, curvature
+        Of half of the training folds' chi^2, the prior's share included, shape (n, F + 1, w) and (n, F + 1, w, w).
+    score, tilt, curved
+        Chi^2 of the held-out fold, half of its gradient, and half of its second derivatives: shape (n, F), (n, F, w)
+        and (n, F, w, w).
+    """
+
+    internal: Array
+    gradient: Array
+    curvature: Array
+    score: Array
+    tilt: Array
+    curved: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A joint with some terms: coordinates in the whole log, shape (w,), and chi^2 of each held-out fold, (F,)."""
+
+    internal: Array
+    scores: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """The joints' laws with all terms that are not out of the question, and what their folds say of these.
+
+    `scale` is the overdispersion [1].
+    """
+
+    laws: Laws
+    folds: JointFolds
+    scale: float
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Of a joint's parameters."""
+        return [parameter.name for parameter in self.laws.parameters]
+
+    def having(self, kept: Iterable[str]) -> NDArray[np.bool_]:
+        """Return which parameters a joint with these terms has, shape (w,)."""
+        without = {name for own in PARAMETERS.values() for name in own} | NO_TERM
+        if self.laws.law.name != AUTO:  # whose shape is no term
+            without -= {parameter.name for parameter in self.laws.law.parameters}
+        without -= {name for term in kept for name in PARAMETERS.get(term, (term,))}
+        return np.array([name not in without for name in self.names])
+
+    @cached_property
+    def around(self) -> dict[str, Around]:
+        """The fits by their shape; of a law that is no choice of terms there is one, without any."""
+        if self.laws.law.name != AUTO:
+            return {"": self._fits(self.having(()))}
+        others = [name for name in PARAMETERS if name not in SHAPES]
+        return {shape: self._fits(self.having([*others, shape])) for shape in SHAPES}
+
+    def _fits(self, having: NDArray[np.bool_]) -> Around:
+        laws, folds = self.laws.only(having), self.folds
+        n, count, q = folds.right.shape
+        whole, _ = best_starts(laws, folds.information[:, 0], folds.right[:, 0])
+        owners = np.repeat(np.arange(n), count)
+        problem = EachJoint(laws.of(owners), folds.information.reshape(-1, q, q), folds.right.reshape(-1, q))
+        ends, _ = problem.best(whole[owners])
+        return self._near(np.arange(n), ends.reshape(n, count, -1))
+
+    def _near(self, joints: NDArray[np.int64], internal: Array) -> Around:
+        """Return chi^2 around coordinates of some joints in each fold, shape (j, F + 1, w)."""
+        folds, (mean, deviation) = self.folds, (each[joints, None] for each in self.laws.prior)
+        j, count, w = internal.shape
+        laws, x = self.laws.of(np.repeat(joints, count)), internal.reshape(-1, w)
+        theta, jacobians = laws.coefficients(x).reshape(j, count, -1), laws.jacobians(x).reshape(j, count, -1, w)
+        transposed = jacobians.transpose(0, 1, 3, 2)
+        slope = (folds.information[joints] @ theta[..., None])[..., 0] - folds.right[joints]
+        held = (folds.held_information[joints] @ theta[:, 1:, :, None])[..., 0]
+        held_right = folds.held_right[joints]
+        return Around(
+            internal,
+            (transposed @ slope[..., None])[..., 0] + (internal - mean) / deviation**2,
+            transposed @ folds.information[joints] @ jacobians + np.eye(w) * deviation[..., None] ** -2.0,
+            np.sum(theta[:, 1:] * (held - 2 * held_right), axis=2),
+            (transposed[:, 1:] @ (held - held_right)[..., None])[..., 0],
+            transposed[:, 1:] @ folds.held_information[joints] @ jacobians[:, 1:],
+        )
+
+    def try_terms(self, joint: int, kept: Iterable[str]) -> Tried:
+        """Return the fit of a joint with some terms; where its shape moves by a tenth, by a second step from there."""
+        wanted, (low, high) = self.having(kept) & self.laws.free[joint], self.laws.bounds[:, joint]
+        near, place = self._shaped(kept), joint
+        step = _step(near, place, wanted, low, self.laws.neutral)
+        if np.abs(step[:, self.laws.logarithmic & wanted]).max(initial=0.0) > 0.1:
+            new = np.clip(near.internal[place] + step, np.where(wanted, low, -np.inf), np.where(wanted, high, np.inf))
+            near, place = self._near(np.array([joint]), new[None]), 0
+            step = _step(near, place, wanted, low, self.laws.neutral)
+        held = step[1:]
+        scores = near.score[place] + np.sum(held * (2 * near.tilt[place]), axis=1)
+        scores = scores + (held[:, None] @ near.curved[place] @ held[..., None])[:, 0, 0]
+        return Tried(near.internal[place, 0] + step[0], scores / self.scale)
+
+    def _shaped(self, kept: Iterable[str]) -> Around:
+        """Return the fits with the shape that these terms have."""
+        return self.around[next(iter(set(kept) & set(SHAPES)), "") if self.laws.law.name == AUTO else ""]
+
+
+def _step(around: Around, joint: int, wanted: NDArray[np.bool_], low: Array, neutral: Array) -> Array:
+    """Return the Newton step of a joint in each fold, shape (F + 1, w), to the values of what it has and has not."""
+    x, curvature = around.internal[joint], around.curvature[joint]
+    target = np.where(wanted, np.nan, neutral)
+    while True:  # what would fall below its bound has it
+        on = np.isnan(target)
+        step = np.where(on, 0.0, target - x)
+        push = around.gradient[joint] + (curvature @ step[..., None])[..., 0]
+        step[:, on] = -np.linalg.solve(curvature[:, on][:, :, on], push[:, on, None])[..., 0]
+        below = on & (x[0] + step[0] < low - 1e-9)
+        if not below.any():
+            return np.asarray(step)
+        target[below] = low[below]

@@ -1,0 +1,135 @@
+"""Bodies stay bodies, slopes are those of differences, columns are the friction terms through the window."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.whole_log.synthetic import make_laws, make_terms, steps
+
+from stribeck.base.typing import Array
+from stribeck.friction import LAWS, get_law
+from stribeck.friction.auto import beyond_velocity
+from stribeck.robot.inertial_parameters import pseudo_inertia
+from stribeck.settings import Priors
+from stribeck.whole_log.model.basis import make_basis
+from stribeck.whole_log.model.bodies import bodies_of
+from stribeck.whole_log.model.terms import PLAY, Columns
+
+
+def some_parameters(count: int = 4) -> Array:
+    """Ellipsoids, turned and off their origins."""
+    pin.seed(1)
+    sizes = np.random.default_rng(1).uniform(0.1, 0.5, (count, 4))
+    return np.stack([pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)).toDynamicParameters() for size in sizes])
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.floats(-20, 20), min_size=40, max_size=40))
+def test_every_coordinate_is_a_body_that_can_exist(coordinates: list[float]) -> None:
+    parameters = some_parameters()
+    changes = bodies_of(parameters, Priors()).corrections(np.array(coordinates).reshape(4, 10))
+    values = np.linalg.eigvalsh(pseudo_inertia(parameters + changes))
+    assert np.all(values > -1e-9 * values.max(axis=1, keepdims=True))
+    assert np.all(parameters[:, 0] + changes[:, 0] > 0)
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    bodies = bodies_of(some_parameters(), Priors())
+    at = 0.7 * np.random.default_rng(2).standard_normal((4, 10))
+    slopes = bodies.slopes(at)
+    step = 1e-6
+    for k in range(10):
+        moved = step * np.eye(10)[k]
+        difference = (bodies.corrections(at + moved) - bodies.corrections(at - moved)) / (2 * step)
+        np.testing.assert_allclose(slopes[:, :, k], difference, atol=1e-8)
+
+
+def test_coordinates_are_in_units_of_their_prior() -> None:
+    parameters = some_parameters(1)
+    body = bodies_of(parameters, Priors())
+    heavier = body.corrections(np.eye(10)[:1])
+    moved = body.corrections(np.eye(10)[1:2])
+    np.testing.assert_allclose(heavier[0, 0], parameters[0, 0] * np.expm1(Priors().mass))
+    np.testing.assert_allclose(moved[0, 1] / parameters[0, 0], Priors().centre_of_mass)
+    np.testing.assert_allclose(moved[0, 0], 0, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", [*LAWS, "auto"])
+def test_slopes_of_a_laws_coefficients_are_those_of_differences(name: str) -> None:
+    laws = make_laws(name, 2, PLAY)
+    at = laws.prior[0] + 0.3
+    slopes, step = laws.jacobians(at), 1e-6
+    for k in range(at.shape[1]):
+        moved = step * np.eye(at.shape[1])[k]
+        difference = (laws.coefficients(at + moved) - laws.coefficients(at - moved)) / (2 * step)
+        np.testing.assert_allclose(slopes[:, :, k], difference, atol=1e-6 * max(1, np.abs(difference).max()))
+    np.testing.assert_array_equal(laws.of([1, 1, 0]).coefficients(at[[1, 1, 0]]), laws.coefficients(at)[[1, 1, 0]])
+
+
+def test_starts_are_the_best_linear_fits_of_each_shape_and_the_best_comes_first() -> None:
+    laws = make_laws("stribeck", 1, PLAY)
+    truth = np.array([[0.3, 1.2, 0.3, np.log(laws.law.parameters[3].starts[1]), 0.1, np.log(50.0), 0.2, -0.1]])
+    q = laws.basis.functions.shape[1] + 2
+    information = 1e4 * np.eye(q)
+    best, *others = laws.linear_starts(0, information, information @ laws.coefficients(truth)[0])
+    miss = [float(np.linalg.norm(laws.coefficients(s[None]) - laws.coefficients(truth))) for s in (best, *others)]
+    assert miss == sorted(miss)
+    assert miss[0] < 0.1 * miss[-1]
+    np.testing.assert_allclose(best[6:], truth[0, 6:], atol=1e-6)
+
+
+def test_the_basis_holds_every_curve_of_a_law() -> None:
+    law, speed = get_law("stribeck"), np.array([0.5, 2.0])
+    basis = make_basis(law, speed)
+    velocity = np.linspace(-1, 1, 4001)[:, None] * speed
+    windows = basis.windows(velocity, np.ones(1), 1, len(velocity))
+    for shape in ((0.3, 1.2, 0.3, 0.15, 0.2, 50.0), (0.1, 0.5, 1.0, 0.05, 0.0, 200.0)):
+        for joint in range(2):
+            values = np.array(shape) * [1 / speed[joint], 1, 1, speed[joint], 1, 1 / speed[joint]]
+            theta = basis.functions.T @ law.torque(basis.velocity[joint], values)
+            error = windows[:, joint] @ theta - law.torque(velocity[:, joint], values)
+            assert np.sqrt(np.mean(error**2)) < 0.01 * np.abs(theta @ basis.functions.T).max()
+
+
+def test_columns_are_the_friction_terms_through_the_window() -> None:
+    """Where load and temperature do not change within a window, they are those of the law "auto"."""
+    terms = replace(make_terms(slope=20.0), slow="temperature", middle=np.array([30.0, 31.0, 32.0]))
+    part = replace(steps(1)[0], temperature=np.full((40, 3), 35.0))
+    load = np.array([2.0, 3.0, 4.0])
+    part = replace(part, torque=part.residual + load)
+    columns = Columns(make_laws("auto", 3).basis, terms).by_joint(part)[:, :, -terms.size :]
+    names = [parameter.name for parameter in terms.parameters]
+    generator = np.random.default_rng(1)
+    for joint in range(3):
+        values = {name: float(generator.normal()) for name in names[: names.index("presliding")]}
+        direction = np.stack([np.cos(part.position), np.sin(part.position)])[:, :, joint]
+        extra = beyond_velocity(
+            values | {"slope": 20.0},
+            part.velocity[:, joint],
+            load[joint],
+            35.0 - terms.middle[joint],
+            direction[0],
+            direction[1],
+            angle=60.0 * part.position[:, joint],
+        )
+        found = columns[:, joint, : len(values)] @ list(values.values())
+        np.testing.assert_allclose(found, part.windows(extra[:, None])[:, 0], atol=2e-3 * np.abs(extra).max())
+
+
+def test_a_late_torque_has_the_column_of_a_delay_and_a_change_of_sign_that_of_play() -> None:
+    time = 0.01 * np.arange(40)
+    torque = 5 * np.sin(9 * time - 1)[:, None] * np.array([1.0, -1.0, 0.0])
+    part = replace(steps(1)[0], torque=torque, torque_noise=1e-3 * np.ones(3))
+    terms = make_terms()
+    play, rebound, delay = np.moveaxis(terms.columns(part, np.zeros((40, 3, 1)))[:, :, -3:], 2, 0)
+    late = 5 * np.sin(9 * (time - terms.delay) - 1) - torque[:, 0]
+    np.testing.assert_allclose(delay[2:-2, 0], late[2:-2], rtol=0.1, atol=2e-3)
+    crossing = np.flatnonzero(np.diff(np.sign(torque[:, 0])))[0]
+    assert set(np.flatnonzero(play[: crossing + 5, 0])) <= {crossing - 1, crossing, crossing + 1, crossing + 2}
+    assert play[:, 0] @ np.ones(40) != 0
+    np.testing.assert_array_equal(play[:, 1], -play[:, 0])
+    np.testing.assert_array_equal(rebound[1:], play[:-1])
+    assert not play[:, 2].any()

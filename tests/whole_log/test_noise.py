@@ -1,0 +1,109 @@
+"""Whitened errors are independent, whatever makes them, and residuals show how large errors are."""
+
+import numpy as np
+import pytest
+from tests.whole_log.synthetic import some_equations
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.noise.likelihood import make_groups, more_likely
+from stribeck.whole_log.noise.outliers import outlying_windows
+from stribeck.whole_log.noise.variance_components import VarianceComponents, autocorrelation
+from stribeck.whole_log.noise.whitening import make_whitener
+from stribeck.whole_log.weak_equations import WeakEquations
+
+TRUTH = VarianceComponents(
+    np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]),
+    np.repeat([0.1, 0.2], 3),
+    np.array([[3.0, 2.0, 1.5, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0, 1.5]]),
+    np.zeros(3),
+    np.zeros(3),
+    np.array([1.0, 2.0, 3.0, 1.0]),
+)
+
+
+def covariance(equations: WeakEquations, components: VarianceComponents) -> Array:
+    """As the docstring of `WeakEquations` has it, dense."""
+    windows, rows = equations.residual.shape
+    lags = equations.lags
+    G, P = equations.encoder_response, equations.weights
+    V = components.response(equations) * components.at(equations)[:, None, :]
+    dense = np.zeros((windows, rows, windows, rows))
+    for k in range(windows):
+        for other in range(max(0, k - lags), min(windows, k + lags + 1)):
+            j = abs(k - other)
+            rho_a = equations.acceleration_overlap[j] if j < len(equations.acceleration_overlap) else 0.0
+            part = rho_a * G[k] @ np.diag((equations.encoder_noise * components.encoder_scale) ** 2) @ G[other].T
+            part += equations.torque_overlap[j] * P[k] @ np.diag(equations.torque_noise**2) @ P[other].T
+            dense[k, :, other, :] = part + autocorrelation(lags)[j] * V[k] @ V[other].T
+    return dense.reshape(windows * rows, windows * rows)
+
+
+@pytest.mark.parametrize("windows", [1, 4, 11])
+@pytest.mark.parametrize("projected", [False, True])
+def test_the_whitened_covariance_is_the_identity(windows: int, projected: bool) -> None:
+    equations = some_equations(windows, projected)
+    dense = covariance(equations, TRUTH)
+    factor = np.eye(len(dense))
+    make_whitener(equations, TRUTH).whiten(factor)
+    np.testing.assert_allclose(factor @ dense @ factor.T, np.eye(len(dense)), atol=1e-9)
+    np.testing.assert_allclose(TRUTH.marginal(equations).ravel(), np.diag(dense))
+
+
+def test_groups_are_whitened_by_themselves() -> None:
+    equations = some_equations(23, True)
+    groups = make_groups(equations, 0, 2, np.column_stack([np.arange(46.0), np.ones(46)]))
+    whitener, size = groups.whitener(TRUTH), equations.lags * 2
+    dense = covariance(equations, TRUTH)
+    assert len(whitener) == -(-(23 // equations.lags) // 2)
+    for k, factor in enumerate(whitener):
+        own = slice(2 * k * size, (2 * k + 1) * size)
+        np.testing.assert_allclose(factor @ dense[own, own] @ factor.T, np.eye(size), atol=1e-9)
+        np.testing.assert_array_equal(groups.design[k, :, 0], np.arange(46.0)[own])
+
+
+def test_windows_that_are_set_aside_count_for_nothing() -> None:
+    equations = some_equations(11, False)
+    aside = np.arange(11) == 4
+    rows = equations.residual.reshape(-1, 1).copy()
+    make_whitener(equations, TRUTH).whiten(rows)
+    object.__setattr__(equations, "set_aside", aside)
+    white, disturbed = equations.residual.reshape(-1, 1).copy(), equations.residual.copy()
+    disturbed[aside] += 5.0
+    make_whitener(equations, TRUTH).whiten(white)
+    disturbed = disturbed.reshape(-1, 1)
+    make_whitener(equations, TRUTH).whiten(disturbed)
+    assert np.sum(rows**2) > 1.01 * np.sum(white**2)
+    np.testing.assert_allclose(disturbed, white, atol=0.02)
+
+
+def test_variance_components_are_found_from_residuals() -> None:
+    generator, parts = np.random.default_rng(8), []
+    for seed in range(12):
+        equations = some_equations(80, False, seed)
+        factor = np.linalg.cholesky(covariance(equations, TRUTH))
+        residual = factor @ generator.standard_normal(len(factor))
+        groups = make_groups(equations, 0, 1, residual[:, None])
+        parts.append((groups, groups.design[:, :, 0]))
+    zeros = np.zeros(3), np.zeros(3)
+    components = VarianceComponents(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
+    for _ in range(15):
+        components = more_likely(components, parts, 1.0)
+    shown = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands
+    np.testing.assert_allclose(components.away_from_contacts[shown], TRUTH.away_from_contacts[shown], rtol=0.5)
+    assert np.ptp(components.root[:3]) == np.ptp(components.root[3:]) == 0  # one for all directions
+    assert np.all(components.contact_scale[:, 0] > 1.5)
+    np.testing.assert_allclose(components.contact_scale[:, 3], 1.0)
+    np.testing.assert_allclose(components.encoder_scale, TRUTH.encoder_scale, rtol=0.25)
+
+
+@pytest.mark.parametrize("lags", [1, 4, 9])
+def test_the_autocorrelation_has_a_positive_spectrum(lags: int) -> None:
+    frequency = np.linspace(0, np.pi, 501)
+    spectrum = 1 + 2 * np.cos(np.outer(frequency, np.arange(1, lags + 1))) @ autocorrelation(lags)[1:]
+    assert spectrum.min() > 0.01 * spectrum.max()
+
+
+def test_an_outlier_lasts_as_long_as_its_shoulders() -> None:
+    sizes = np.array([[1.0, 5.0, 20.0, 6.0, 1.0, 5.0, 1.0], [1.0, 1.0, 7.0, 1.0, 5.0, 1.0, 1.0]]).T
+    np.testing.assert_array_equal(np.flatnonzero(outlying_windows(sizes, 10.0)), [1, 2, 3, 4, 5])
+    assert not outlying_windows(sizes, 21.0).any()

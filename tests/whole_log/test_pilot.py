@@ -1,0 +1,152 @@
+"""What disturbs a part of a log costs that part, and torques that are late are shifted before anything is fitted."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.arm import TRUTH, arm_log, write_arm
+
+from stribeck import Robot, Settings, identify
+from stribeck.friction import get_law
+from stribeck.friction_torque.preparation import prepare
+from stribeck.log import RobotLog
+from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.whole_log import estimate
+from stribeck.whole_log.solver.pilot import pilot_places
+from stribeck_simulation.sensors.measure import with_noise
+
+SETTINGS = Settings(law="stribeck", corrections="inertia")
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return Robot.from_file(write_arm(Path(tmp_path_factory.mktemp("arm"))))
+
+
+@pytest.fixture(scope="module")
+def exact(arm: Robot) -> RobotLog:
+    return arm_log(arm, duration=20.0)
+
+
+def whole_log(log: RobotLog, arm: Robot) -> WholeLog:
+    noisy = with_noise(log, position=2e-5, torque=0.05, seed=3)
+    return identify_whole_log([prepare(noisy, arm, SETTINGS)], arm, get_law("stribeck"), SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def clean(arm: Robot, exact: RobotLog) -> WholeLog:
+    return whole_log(exact, arm)
+
+
+def carrying(arm: Robot, log: RobotLog) -> RobotLog:
+    """A log in which the hand holds 3 kg for 40 % of it."""
+    model = pin.Model(arm.tree.model)
+    model.inertias[model.njoints - 1] += pin.Inertia(3.0, np.array([0.05, 0.0, 0.1]), 0.01 * np.eye(3))
+    assert log.velocity is not None
+    assert log.acceleration is not None
+    torque = log.torque.copy()
+    for k in range(6000, 14_000):
+        motion = log.position[k], log.velocity[k], log.acceleration[k]
+        loaded, empty = (pin.rnea(own, own.createData(), *motion) for own in (model, arm.tree.model))
+        torque[k] += loaded - empty
+    return replace(log, torque=torque)
+
+
+def pushed(log: RobotLog) -> RobotLog:
+    """The log of an arm that is pushed for 0.3 s every two seconds or so."""
+    generator, torque = np.random.default_rng(4), log.torque.copy()
+    for start in np.arange(1.0, 20.0, 2.1):
+        there = (log.time > start) & (log.time < start + 0.3)
+        torque[there] += generator.choice([-1, 1], 3) * np.array([8.0, 4.0, 6.0])
+    return replace(log, torque=torque)
+
+
+def covered(found: WholeLog, tolerance: float) -> None:
+    """Coulomb friction is right, and as sure as is said."""
+    for fit in found.fits.values():
+        place = fit.names.index("coulomb")
+        assert fit.values[place] == pytest.approx(TRUTH["coulomb"], rel=tolerance)
+        assert fit.values[place] == pytest.approx(TRUTH["coulomb"], abs=3 * fit.standard_errors[place])
+
+
+def test_of_a_log_without_outliers_nothing_is_set_aside(clean: WholeLog) -> None:
+    assert clean.fit.set_aside == 0
+    assert clean.fit.segments == clean.fit.of_segments
+    assert (clean.notes, clean.findings) == ([], [])
+    assert clean.fit.chi_square == pytest.approx(1.0, abs=0.25)
+    covered(clean, 0.01)
+
+
+def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(
+    arm: Robot, exact: RobotLog, clean: WholeLog
+) -> None:
+    found = whole_log(carrying(arm, exact), arm)
+    assert 0.3 < found.fit.set_aside < 0.6
+    assert "much-set-aside" in {finding.check for finding in found.findings}
+    swinging = found.fit.components.model[0]  # of an arm, no joint stands
+    np.testing.assert_allclose(swinging, clean.fit.components.model[0], rtol=0.5)
+    covered(found, 0.02)
+
+
+def test_pushes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
+    found = whole_log(pushed(exact), arm)
+    assert found.notes
+    assert 0.1 < found.fit.set_aside < 0.3
+    covered(found, 0.01)
+
+
+def test_spikes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
+    """Of 20 standard deviations, in a hundredth of all positions and torques."""
+    log, generator = with_noise(exact, position=2e-5, torque=0.05, seed=3), np.random.default_rng(5)
+    there = (generator.random((2, *log.torque.shape)) < 0.01) * generator.choice([-1, 1], (2, *log.torque.shape))
+    spiked = replace(log, position=log.position + 4e-4 * there[0], torque=log.torque + there[1])
+    result = identify(spiked, arm, SETTINGS)
+    assert result.evidence is not None
+    assert any("pikes are replaced" in note for note in result.evidence.notes)
+    for joint in result.joints.values():
+        coulomb = joint.parameters["coulomb"]
+        assert coulomb.value == pytest.approx(TRUTH["coulomb"], rel=0.01)
+        assert coulomb.interval_95[0] <= TRUTH["coulomb"] <= coulomb.interval_95[1]
+
+
+def late(log: RobotLog, samples: int) -> RobotLog:
+    return replace(log, torque=np.roll(log.torque, samples, axis=0)).take(slice(100, -100))
+
+
+@pytest.mark.parametrize("delay", [2, 12, -30])
+def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay: int) -> None:
+    """By as many samples of 1 ms."""
+    found = whole_log(late(exact, delay), arm)
+    assert found.corrections.torque_delay is not None
+    value, error = found.corrections.torque_delay
+    assert error < 5e-5
+    assert value == pytest.approx(1e-3 * delay, abs=4 * error)
+    assert [finding.check for finding in found.findings] == ["torque-delay"]
+    covered(found, 0.015)
+    shifted = found.corrected(late(exact, delay))
+    ahead = round(len(exact.time) / 2)
+    np.testing.assert_allclose(shifted.torque[ahead - 100], exact.torque[ahead], atol=0.02)
+
+
+def test_segments_of_every_contact_mode_are_in_the_pilot() -> None:
+    walk = [("left",), ("right",)] * 20
+    places = pilot_places([*walk, ("left", "right"), *walk])
+    assert len(walk) in places
+    assert len(places) == 9
+    assert sum(place % 2 for place in places if place != len(walk)) == 4
+    assert max(np.diff(places)) < len(walk)
+
+
+def test_of_a_long_log_evenly_spread_segments_are_read(
+    arm: Robot, exact: RobotLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(estimate, "MOST_SEGMENTS", 6)
+    found = whole_log(exact, arm)
+    assert found.fit.segments == 6 + len(found.fit.held_out) < found.fit.of_segments
+    assert (
+        found.notes[0]
+        == f"{found.fit.segments} of {found.fit.of_segments} segments of the log are read, evenly spread."
+    )
+    covered(found, 0.02)

@@ -1,0 +1,137 @@
+"""What a joint's folds say of a term is what fits of all joints would, with the term and without."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.whole_log.synthetic import make_laws, make_model, make_terms, no_fit, steps, summed
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.constants import LEAST_GAIN
+from stribeck.whole_log.model.terms import Columns
+from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.statistics import Statistics, total
+from stribeck.whole_log.terms.term_selection import _objection, make_trials, select_terms
+
+FOLDS, MU = 4, 0.05
+LINEAR = ("viscous", "coulomb", "offset", "load", "coulomb_drift", "viscous_drift")
+Log = tuple[Statistics, list[Statistics], Fit]
+
+
+def log_of(loaded: tuple[int, ...], free: tuple[str, ...]) -> Log:
+    """A log in which some joints' friction grows with load, its folds, and the fit with all terms; zeros are wrong."""
+    generator, terms, parts = np.random.default_rng(1), make_terms(), []
+    for part in steps():
+        own = np.abs(part.torque - part.residual)
+        more = MU * own * part.windows(np.sign(part.velocity)) * np.isin(np.arange(3), loaded)
+        regressors = generator.standard_normal((40, 3, 3))
+        residual = part.residual + more + regressors @ (1e-3 * np.arange(3))
+        parts.append(
+            replace(part, residual=residual, torque=part.torque - part.residual + residual, regressors=regressors)
+        )
+    laws = make_laws("auto", 3, terms.parameters)
+    laws = laws.only(np.tile([p.name in free for p in laws.parameters], (3, 1)))
+    folds = summed(parts, Columns(laws.basis, terms), FOLDS, corrections=3)
+    whole = total(folds)
+    start = np.where(np.isfinite(laws.neutral), laws.neutral, 0.5) * np.ones((3, 1))
+    return whole, folds, solve(whole, no_fit(laws, make_model(zeros=3), start))
+
+
+@pytest.fixture(scope="module")
+def linear() -> Log:
+    return log_of((1,), LINEAR)
+
+
+@pytest.mark.parametrize("joint", range(3))
+def test_scores_of_linear_terms_are_those_of_refits(linear: Log, joint: int) -> None:
+    whole, folds, fit = linear
+    trials = make_trials(whole, folds, fit)
+    scores, refits = [], []
+    for kept in (("viscous",), ("viscous", "load"), ("viscous", "coulomb_drift", "viscous_drift")):
+        tried = trials.try_terms(joint, kept)
+        scores.append(tried.scores * trials.scale)
+        free = fit.laws.free.copy()
+        free[joint] &= trials.having(kept)
+        start = replace(fit, laws=fit.laws.only(free), internal=np.where(free, fit.internal, fit.laws.neutral))
+        again = [solve(whole.without(fold), start) for fold in folds]
+        refits.append([fold.chi_square(each.values) for fold, each in zip(folds, again, strict=True)])
+        found = solve(whole, start)
+        np.testing.assert_allclose(tried.internal, found.internal[joint], atol=1e-3)
+    np.testing.assert_allclose(np.diff(scores, axis=0), np.diff(refits, axis=0), rtol=1e-3, atol=0.05)
+
+
+def test_a_load_term_that_is_there_pays_and_one_that_is_not_does_not(linear: Log) -> None:
+    whole, folds, fit = linear
+    trials = make_trials(whole, folds, fit)
+    gains = []
+    for joint in range(3):
+        without, with_it = (trials.try_terms(joint, kept) for kept in (("viscous",), ("viscous", "load")))
+        gains.append(float(np.sum(without.scores - with_it.scores)))
+    assert gains[1] > 100 * LEAST_GAIN
+    assert max(gains[0], gains[2]) < LEAST_GAIN
+
+
+def test_a_bound_holds_a_term_that_would_be_negative(linear: Log) -> None:
+    """The friction of the loaded joint, had its load the other sign."""
+    whole, folds, fit = linear
+    trials = make_trials(whole, folds, fit)
+    backwards = replace(trials, folds=replace(trials.folds, right=-trials.folds.right))
+    tried = backwards.try_terms(1, ("viscous", "load"))
+    at = [trials.names.index(name) for name in ("viscous", "coulomb", "load")]
+    assert np.all(tried.internal[at] >= -1e-9)
+    assert tried.internal[trials.names.index("load")] == 0.0
+
+
+@pytest.fixture(scope="module")
+def choice() -> tuple[Log, list[set[str]]]:
+    free = (*LINEAR, "slope", "stribeck_gain", "stribeck_velocity", "viscous_asymmetry")
+    log = log_of((0, 2), free)
+    whole, folds, fit = log
+    chosen = select_terms(whole, folds, fit, [{} for _ in range(3)], lambda fit: 0 * fit.covariance)
+    return log, [set(own) for own in chosen.kept]
+
+
+def test_each_joint_gets_the_terms_that_it_has(choice: tuple[Log, list[set[str]]]) -> None:
+    assert choice[1] == [{"viscous", "load"}, {"viscous"}, {"viscous", "load"}]
+
+
+def test_terms_that_random_effects_may_explain_are_refused(choice: tuple[Log, list[set[str]]]) -> None:
+    whole, folds, fit = choice[0]
+    load = [parameter.name for parameter in fit.laws.parameters].index("load")
+
+    def effects(fit: Fit) -> Array:
+        added = np.zeros_like(fit.covariance)
+        added[load, load] = 1.0  # of the first joint
+        return added
+
+    chosen = select_terms(whole, folds, fit, [{} for _ in range(3)], effects)
+    assert chosen.kept == [{"viscous"}, {"viscous"}, {"viscous", "load"}]
+    assert "may be errors that every step repeats" in chosen.verdicts[0]["load"].reason
+
+
+def test_without_enough_folds_no_term_is_selected(linear: Log) -> None:
+    whole, folds, fit = linear
+    chosen = select_terms(whole, folds[:2], fit, [{} for _ in range(3)], lambda fit: 0 * fit.covariance)
+    assert chosen.kept == [{"viscous"}] * 3
+    assert chosen.verdicts[1]["load"].reason == "2 parts of the log can be held out; at least 4 are needed"
+
+
+@pytest.mark.parametrize(
+    ("changed", "negative"),
+    [
+        ({}, ""),
+        ({"viscous_drift": -0.7}, "viscous"),
+        ({"viscous_drift": 0.7}, "viscous"),
+        ({"coulomb_drift": 3}, "coulomb"),
+    ],
+)
+def test_friction_is_never_negative_within_the_log(linear: Log, changed: dict[str, float], negative: str) -> None:
+    """It would be in a fit that takes friction which grows less than speed, as motion grows, for a drift."""
+    trials = make_trials(*linear)
+    values = {"viscous": 0.3, "coulomb": 1.2, "viscous_drift": 0.2, "coulomb_drift": 0.5} | changed
+    tried = trials.try_terms(0, ("viscous",))
+    for name, value in values.items():
+        tried.internal[trials.names.index(name)] = value
+    objection = _objection(trials, 0, frozenset({"viscous", "viscous_drift", "coulomb_drift"}), tried)
+    refused = ("refused", f"{negative} friction would be negative at the beginning of the log or at its end")
+    assert objection == (refused if negative else None)
