@@ -9,8 +9,8 @@ ROUNDS = 3
 FOLDS = 8
 """Parts of a log that are held out in turn, and compared [1], chosen by judgement."""
 
-MOST_SEGMENTS = 200
-"""Segments of a log that are read, at most [1]: evenly spread ones of a longer log, to save time."""
+MOST_SEGMENTS, MOST_EQUATIONS = 200, 400_000
+"""Segments of a log that are read, and their equations, at most [1]: evenly spread, to save time."""
 
 PILOT_SEGMENTS = 8
 """Segments in the pilot, about [1]: with fewer, a leg may not stand in any. Chosen by judgement."""

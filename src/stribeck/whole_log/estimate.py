@@ -17,7 +17,7 @@ from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.result import TermVerdict, Validation
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import FOLDS, MOST_SEGMENTS, PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.constants import FOLDS, MOST_EQUATIONS, MOST_SEGMENTS, PILOT_SEGMENTS, ROUNDS
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.fit_checks.misfits import Misfit, find_misfits
@@ -265,9 +265,11 @@ class _Read:
 
 
 def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Callable[[float], None]) -> _Read:
-    """Return the statistics of a log: of `MOST_SEGMENTS` at most, in `FOLDS`, and of what is held out."""
+    """Return the statistics of a log: of some segments, in `FOLDS`, and of what is held out."""
     held_out = pilot_places(late.feet)[: len(late) // 4]
-    training = _spread([k for k in range(len(late)) if k not in held_out], MOST_SEGMENTS)
+    equations = np.mean([each.part.residual.size for each in pilot.groups])  # of a segment
+    most = min(MOST_SEGMENTS, max(FOLDS, int(MOST_EQUATIONS / equations)))
+    training = _spread([k for k in range(len(late)) if k not in held_out], most)
     count = min(FOLDS, len(training))
     sampled = min(count, 2 * max(1, round(15 * count / len(training))))  # about 30 segments; left and right alternate
     folds = [*(training[k::count] for k in range(count)), held_out]

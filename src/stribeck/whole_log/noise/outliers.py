@@ -54,16 +54,14 @@ class Prediction:
         reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
         return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
 
-    def explains(self, white: Array, count: int) -> bool:
-        """Return whether it explains a segment, given its whitened rows as in `set_aside`, of which so many count.
+    def explains(self, product: Array, count: int) -> bool:
+        """Return whether it explains a segment, given the product of its whitened rows, of which so many count.
 
-        What disturbs all windows of it by less than an outlier shows in their sum.
+        The rows are those of `set_aside`. What disturbs all windows by less than an outlier shows in their sum.
         """
-        own = white[:, : len(self.values)]
-        square = float(np.sum((white[:, -1] - own @ self.values) ** 2))
-        if square < INCONSISTENT * count:
-            return True
-        return square < INCONSISTENT * (count + float(np.sum((own @ self.covariance) * own)))
+        information, right = product[: len(self.values), : len(self.values)], product[: len(self.values), -1]
+        square = float(product[-1, -1] + self.values @ (information @ self.values - 2 * right))
+        return square < INCONSISTENT * (count + float(np.sum(information * self.covariance)))
 
 
 def without_outliers(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents) -> list[Groups]:

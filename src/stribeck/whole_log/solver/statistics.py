@@ -171,9 +171,10 @@ def _of(
     load = columns.terms.load(part, own[:, :, : columns.basis.functions.shape[1]])
     part = prediction.set_aside(part, white)
     make_whitener(part, prediction.components).whiten(white)
-    if not prediction.explains(white, count := int(part.used.sum()) * part.residual.shape[1]):
-        part, count, white[:] = replace(part, set_aside=np.ones(len(part.time), dtype=bool)), 0, 0.0
     product = white.T @ white  # NumPy knows it to be symmetric
+    count = int(part.used.sum()) * part.residual.shape[1]
+    if not prediction.explains(product, count):
+        part, count, product = replace(part, set_aside=np.ones(len(part.time), dtype=bool)), 0, 0 * product
     effects = (product[:size, size:-1], product[size:-1, size:-1], product[size:-1, -1])
     statistics = Statistics(
         friction=joints * columns.per_joint,
