@@ -238,6 +238,7 @@ def fit_whole_log(
         misfits=find_misfits(
             choice.trials,
             choice.kept,
+            choice.decided,
             fit,
             (budget.noise + budget.model) * (whole.count / known.count),
             known,

@@ -74,6 +74,7 @@ class Misfit:
 def find_misfits(
     trials: Trials,
     kept: Sequence[frozenset[str]],
+    decided: Sequence[frozenset[str]],
     fit: Fit,
     covariance: Array,
     known: Statistics,
@@ -92,8 +93,8 @@ def find_misfits(
 
     Parameters
     ----------
-    trials, kept
-        Of all joints, and the terms that each has.
+    trials, kept, decided
+        Of all joints, the terms that each has, and parameters that the selection of terms has looked at.
     fit
         With the covariance that intervals are of.
     known, covariance
@@ -120,7 +121,7 @@ def find_misfits(
         own = slice(joint * count, (joint + 1) * count)
         curve = _Curve(fit, joint, trials.scale * fit.covariance)
         pull = curve.gradient @ lost[own, fit.layout.joint(joint)].T / curve.errors[:, None]
-        each = _Joint(trials, joint, kept[joint], N[own, own], B[own], pull, curve.level, units[joint])
+        each = _Joint(trials, joint, kept[joint], decided[joint], N[own, own], B[own], pull, curve.level, units[joint])
         found.append(each.explanation(max(1.0, heterogeneity)))
     return tuple(found)
 
@@ -172,6 +173,7 @@ class _Joint:
     trials: Trials
     joint: int
     kept: frozenset[str]
+    decided: frozenset[str]
     information: Array
     bias: Array
     pull: Array
@@ -181,8 +183,9 @@ class _Joint:
     def explanation(self, heterogeneity: float) -> tuple[Misfit, ...]:
         """Return the kind that explains what the law does not, or several that explain nearly as much; () if none."""
         beside: list[str] = []
+        kinds = [kind for kind, (_, names) in KINDS.items() if not self.decided.intersection(names)]
         while True:
-            tests = [self._test(kind, beside, heterogeneity) for kind in KINDS if kind not in beside]
+            tests = [self._test(kind, beside, heterogeneity) for kind in kinds if kind not in beside]
             clear = sorted((t for t in tests if t and t.evidence > LEAST_EVIDENCE), key=lambda t: -t.evidence)
             rivals = tuple(test for test in clear if test.evidence > 0.5 * clear[0].evidence)
             if not clear or any(test.matters for test in rivals):

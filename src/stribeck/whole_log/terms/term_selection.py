@@ -39,6 +39,12 @@ class Choice:
         """The terms that each joint has."""
         return [frozenset(name for name, said in own.items() if said.kept) for own in self.verdicts]
 
+    @property
+    def decided(self) -> list[frozenset[str]]:
+        """The parameters of the terms that held-out folds have decided on, of each joint."""
+        tried = [[name for name, said in own.items() if said.gain is not None] for own in self.verdicts]
+        return [frozenset(parameter for name in own for parameter in PARAMETERS[name]) for own in tried]
+
 
 def select_terms(
     whole: Statistics,
