@@ -29,7 +29,7 @@ from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms, find_terms, 
 from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.solver.elimination import Fit, eliminate, inverse_of, solve
 from stribeck.whole_log.solver.empirical_bayes import (
-    best_starts,
+    best_of_linear,
     blocks,
     group_mean_covariance,
     solve_with_empirical_bayes,
@@ -319,10 +319,8 @@ def _with_terms(
     laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
     slope = 1 / (SMOOTH_SIGN * speed)
     if law.name == AUTO:  # which shape the pilot's curves have
-        covariance = pilot.prediction.covariance[:size, :size].reshape(joints, size // joints, joints, -1)
-        own = covariance[range(joints), :functions, range(joints), :functions]
-        information = np.asarray(np.linalg.inv(own))
-        internal, _ = best_starts(laws, information, (information @ friction[:, :, None])[:, :, 0])
+        own = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
+        internal = best_of_linear(laws, friction, own)
         slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
     squares = (scores**2 / np.maximum(known, 1e-300)).sum(axis=0)
     terms = find_terms(
@@ -346,8 +344,7 @@ def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
     left = eliminate(known, pilot.model, np.zeros(size))
     covariance = inverse_of(left.information + np.diag(pilot.precision))
     theta = (covariance @ left.right).reshape(joints, -1)
-    information = np.asarray(np.linalg.inv(blocks(covariance, joints)))
-    internal, _ = best_starts(laws, information, (information @ theta[:, :, None])[:, :, 0])
+    internal = best_of_linear(laws, theta, blocks(covariance, joints))
     start = Fit(
         laws=laws,
         model=pilot.model,

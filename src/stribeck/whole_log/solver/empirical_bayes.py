@@ -79,6 +79,15 @@ def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Ar
     return ends[places], costs[places]
 
 
+def best_of_linear(laws: Laws, theta: Array, covariance: Array) -> Array:
+    """Return the internal coordinates of laws that fit linear coefficients best, shape (n, w).
+
+    Given are the joints' coefficients, shape (n, q), and their covariance with all else fitted along, (n, q, q).
+    """
+    information = np.asarray(np.linalg.inv(covariance))
+    return best_starts(laws, information, (information @ theta[:, :, None])[:, :, 0])[0]
+
+
 def blocks(information: Array, joints: int) -> Array:
     """Return the blocks of single joints, shape (n q, n q) -> (n, q, q)."""
     q = len(information) // joints
