@@ -1,6 +1,6 @@
-"""The pilot: a linear fit to some windows, from which all is known that the log has to be read with.
+"""The pilot: a linear fit to some windows, which shows how to read the log.
 
-Delay of the torques, variance components, outliers, and scales of the terms (docs/estimator.md, equations 14 to 16).
+It finds the delay of the torques, variance components and outliers (docs/estimator.md, equations 14 to 16).
 Two-stage generalised least squares.
 """
 
@@ -29,7 +29,7 @@ LONGEST_DELAY, MOST_ROUNDS, OPERATIONS = 0.1, 10, 3e9
 """Delay that is looked for [s], rounds [1], and operations for a sum of products [1], at most: to save time."""
 
 LINEAR = 0.5e-3
-"""Delay in which torques are linear [s]."""
+"""Delay up to which torques are taken to be linear in it [s]."""
 
 LAGS = (0.5e-3, 2e-3, 8e-3)
 """Travels over the top speed [s] of the pilot's presliding, which a delay could be taken for."""
@@ -47,7 +47,7 @@ class Lags:
         return np.moveaxis(part.presliding(self.top_speed, np.outer(LAGS, self.top_speed)), 0, 2)
 
     def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not told yet
-        """Return none, shape (K, n)."""
+        """Return zeros, shape (K, n)."""
         return np.zeros_like(part.torque)
 
 
@@ -119,7 +119,7 @@ def fit_pilot(
     rest: Array,
     priors: Priors,
 ) -> Pilot:
-    """Return the pilot; torques are shifted until what is left of their delay is one in which they are linear.
+    """Return the pilot; torques are shifted until so little of their delay is left that they are linear in it.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def fit_pilot(
 def secant_step(tried: list[tuple[float, float]]) -> float:
     """Return by how much more torques are late [s], from the delays that were tried, and what was left of each.
 
-    What is left is told too small where friction that builds up explains a part of it, by a factor that stays the same.
+    Friction that builds up after a reversal explains a part of what is left, always about the same share.
     """
     delay, late = tried[-1]
     if len(tried) == 1:
@@ -250,12 +250,9 @@ def _consistent(
     that half counts alone, as a delay explains a little of everything.
     """
     counts = np.array([each.count for each in groups])
-    modes = np.array([hash(each.part.standing.tobytes()) for each in groups])
-    prior, f, slopes = (
-        block_diag(np.diag(precision), model.precision),
-        len(precision),
-        model.slopes(model.prior_mean * 0),
-    )
+    modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
+    prior, f = block_diag(np.diag(precision), model.precision), len(precision)
+    slopes = model.slopes(np.zeros(model.layout.size))
     pull = np.append(np.zeros(f), model.precision @ model.prior_mean)
     products = np.stack([_in_coordinates(each.product(components), slopes, f) for each in groups])
 
@@ -297,9 +294,9 @@ def _consistent(
 def _undisturbed(
     groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
 ) -> list[Groups]:
-    """Return the groups without the windows that a robust fit does not explain, as pushes may be in most segments.
+    """Return the groups without the windows that a robust fit does not explain: there may be pushes in most segments.
 
-    Groups of windows whose chi^2 is above the median have so much less weight (Holland and Welsch 1977).
+    A group of windows whose chi^2 is above the median weighs less by that ratio (Holland and Welsch 1977).
     """
     weighted = groups
     for number in range(2 * ROUNDS):
