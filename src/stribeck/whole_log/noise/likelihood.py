@@ -29,7 +29,7 @@ class Groups:
     part
         The segment.
     first, step
-        From one group to the next [1].
+        Place of the first group in the segment, and from one to the next [1].
     design
         Derivatives by all values, then left sides, shape (g, b, D + 1): b rows of `lags` windows.
     """
@@ -142,7 +142,7 @@ def _innovations(response: Array, correlation: Array) -> Array:
 def _ratio(left: Array, right: Array) -> Array:
     """Return the factor of standard deviations; one where no window has the component.
 
-    It is small enough for variances to grow slowly, so that outliers stay visible.
+    It is bounded, so that variances grow slowly and outliers stay visible.
     """
     known = right > 0
     ratio = np.where(known, left / np.where(known, right, 1.0), 1.0)

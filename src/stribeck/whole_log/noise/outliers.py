@@ -16,7 +16,7 @@ from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.weak_equations import WeakEquations
 
 INCONSISTENT = 20.0
-"""Chi^2 an equation over that of consistent segments from which a segment is set aside [1]: others reach 17."""
+"""Chi^2 per equation, over that of consistent segments, from which a segment is set aside [1]; others reach 17."""
 
 
 @dataclass(frozen=True, eq=False)

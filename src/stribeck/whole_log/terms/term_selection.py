@@ -41,7 +41,7 @@ class Choice:
 
     @property
     def decided(self) -> list[frozenset[str]]:
-        """The parameters of the terms that held-out folds have decided on, of each joint."""
+        """Parameters of the terms that held-out folds have scored, of each joint."""
         tried = [[name for name, said in own.items() if said.gain is not None] for own in self.verdicts]
         return [frozenset(parameter for name in own for parameter in PARAMETERS[name]) for own in tried]
 
