@@ -46,6 +46,7 @@ NAVIGATION = {
         ],
         "The method": [
             "laws/index",
+            "torque",
             "mathematics",
             "observer",
             "whole-log",
