@@ -1,1 +1,1 @@
-"""What every room uses: types, findings, files and processes."""
+"""Types, findings, files and processes that every room uses."""

@@ -1,4 +1,4 @@
-"""Files that a user names and that are read whole: only regular ones of a bounded size."""
+"""Reading of small files that users name: regular files of a bounded size."""
 
 import stat
 from pathlib import Path
@@ -7,21 +7,21 @@ from stribeck.errors import StribeckError
 
 
 def read_bytes(path: Path, expected: str, error: type[StribeckError]) -> bytes:
-    """Read a file; an `error` says what is wrong, and what was `expected`: "a robot file (TOML)"."""
+    """Read a file. An `error` reports the problem and the `expected` content, such as "a robot file (TOML)"."""
     try:
         found = path.stat()
-        if not stat.S_ISREG(found.st_mode):  # opening a pipe would wait for ever
+        if not stat.S_ISREG(found.st_mode):  # opening a pipe would block forever
             what = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, a device or a socket"
             raise error(f"{path}: is {what}; expected {expected}")
-        if found.st_size > (most := 1 << 25):  # [bytes]; no robot file, model, scenario or result is as large
+        if found.st_size > (most := 1 << 25):  # [bytes]; robot files, models, scenarios and results are smaller
             raise error(f"{path}: has {found.st_size:,} bytes; expected {expected}, of {most:,} bytes at most")
         return path.read_bytes()
-    except (OSError, ValueError) as reason:  # ValueError: a NUL in its name
+    except (OSError, ValueError) as reason:  # ValueError: NUL in the path
         raise error(f"{path}: cannot be read ({getattr(reason, 'strerror', reason)}); expected {expected}") from reason
 
 
 def read_text(path: Path, expected: str, error: type[StribeckError]) -> str:
-    """Read a file as UTF-8 text without a byte-order mark; errors as of `read_bytes`."""
+    """Read a file as UTF-8 text without a byte-order mark; raises the errors of `read_bytes`."""
     try:
         return read_bytes(path, expected, error).decode("utf-8-sig")
     except UnicodeDecodeError as reason:

@@ -13,24 +13,24 @@ FRICTION = "friction-"
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """A problem that a user should act on.
+    """Problem that a user should act on.
 
     Attributes
     ----------
     check
         Name of the check: the anchor of its paragraph in docs/findings.md.
     text
-        The problem, its place and the evidence.
+        Problem, place and evidence.
     cure
-        The remedy, with the line of the robot file if there is one; empty if none is known.
+        Remedy, with the line of the robot file if one fixes the problem; empty if no remedy is known.
     joints
         Affected joints; empty if the finding concerns the whole log or robot.
     channel
-        Channel of the log that is wrong, e.g. "torque"; empty unless it is a single one.
+        Wrong channel of the log, e.g. "torque"; empty unless it is a single one.
     logs
         Paths of the affected logs, if there are several.
     stops
-        Whether every number would be wrong: `identify` ends, unless `force` is set.
+        Whether all results would be invalid: `identify` ends, unless `force` is set.
     """
 
     check: str
@@ -60,7 +60,7 @@ class Finding:
         joints
             Affected joints, each with its evidence if a mapping is given; `{joints}` in the template lists them.
         channel, stops
-            In place of the catalogue's; `stops` is required where the catalogue states a condition.
+            Override the catalogue's; `stops` is required where the catalogue states a condition.
         values
             Values for the fields of the template.
         """
@@ -78,12 +78,12 @@ class Finding:
 
     @property
     def on_friction(self) -> bool:
-        """Whether the friction of its joints is off by more than its intervals state."""
+        """Whether friction of the joints is wrong by more than its intervals state."""
         return self.check.startswith(FRICTION)
 
     @property
     def place(self) -> str:
-        """Paragraph that explains the check, with an example."""
+        """Anchor of the paragraph that explains the check."""
         return f"docs/findings.md#{self.check}"
 
     @property
@@ -115,7 +115,7 @@ def message(entry: Mapping[str, Any], values: Mapping[str, object]) -> tuple[str
 
 
 def listed(names: Sequence[str]) -> str:
-    """List distinct names, of many the first six."""
+    """List distinct names, only the first six of a longer list."""
     names = list(dict.fromkeys(names))
     return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
@@ -123,7 +123,7 @@ def listed(names: Sequence[str]) -> str:
 def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
     """Merge the findings of several logs, given with their paths: one per check, channel and joints.
 
-    Where the evidence differs, the first log's is kept. The findings of a single log stay unchanged.
+    If the evidence differs, the first log's is kept. Findings of a single log stay unchanged.
     """
     if len(by_log) == 1:
         return list(by_log[0][1])

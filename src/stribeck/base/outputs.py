@@ -1,4 +1,4 @@
-"""Outputs that appear whole or not at all, even when the user or the system asks to stop."""
+"""Outputs that appear whole or not at all, even if the user or the system interrupts."""
 
 import atexit
 import errno
@@ -16,19 +16,19 @@ from pathlib import Path
 from stribeck.errors import SettingsError
 
 STAGING = ".stribeck-"
-"""First letters of the folder, in an output folder, in which outputs are written."""
+"""Prefix of the temporary folder inside an output folder."""
 
 
 class Interrupted(BaseException):
-    """The user or the system asks to stop; half-written outputs are removed on the way out."""
+    """The user or the system requested a stop; half-written outputs are removed on the way out."""
 
 
 @dataclass
 class _State:
-    """Whether this process was asked to stop."""
+    """Requests to stop in this process."""
 
     asked: bool = False
-    held: bool = False  # a request waits: outputs are moved to their place or removed
+    held: bool = False  # requests wait while outputs are moved or removed
     written: bool = False
 
 
@@ -36,7 +36,7 @@ _state = _State()
 
 
 def catch_signals() -> None:
-    """Let SIGINT, SIGTERM and SIGHUP raise Interrupted, once; an ignored one (nohup) stays ignored."""
+    """Let SIGINT, SIGTERM and SIGHUP raise Interrupted once. Ignored signals (nohup) stay ignored."""
     _state.asked = _state.held = _state.written = False
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         request = getattr(signal, name, None)  # Windows has no SIGHUP
@@ -45,7 +45,7 @@ def catch_signals() -> None:
 
 
 def stop(*_: object) -> None:
-    """Raise Interrupted at the first request to stop; later ones must not disturb the clean-up."""
+    """Raise Interrupted at the first request to stop; later requests must not disturb the cleanup."""
     first, _state.asked = not _state.asked, True
     if first and not _state.held:
         raise Interrupted
@@ -57,7 +57,7 @@ def anything_written() -> bool:
 
 
 def check_name(path: Path) -> None:
-    """Refuse a path that is not in the system's encoding: neither JSON nor all libraries can represent it.
+    """Refuse a path that is not valid in the system's encoding, because JSON and some libraries cannot represent it.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def check_name(path: Path) -> None:
 
 
 def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool) -> None:
-    """Refuse to overwrite an input (or, if that is a folder, a file in it), and any existing file unless asked to.
+    """Refuse to overwrite an input (or a file in an input folder), and any existing file unless `overwrite` is set.
 
     Raises
     ------
@@ -92,9 +92,9 @@ def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bo
 
 @contextmanager
 def staged_folder(folder: str | Path) -> Iterator[Path]:
-    """Give a temporary folder to write to; its files move into `folder` if no error occurs.
+    """Provide a temporary folder to write to; its files move into `folder` if no error occurs.
 
-    It lies in `folder` itself, because the parent may not be writable.
+    The temporary folder is inside `folder`, because the parent may not be writable.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def staged_folder(folder: str | Path) -> Iterator[Path]:
         raise SettingsError(f"{target}: is no folder; expected a folder for the outputs, which is made if needed")
     staging = target / f"{STAGING}{secrets.token_hex(8)}"
     discard = partial(_discard, staging, [place for place in (target, *target.parents) if not place.exists()])
-    atexit.register(discard)  # in case an interruption comes just before the clean-up
+    atexit.register(discard)  # in case of an interruption just before the cleanup
     try:
         try:
             staging.mkdir(parents=True)
@@ -124,7 +124,7 @@ def staged_folder(folder: str | Path) -> Iterator[Path]:
 
 @contextmanager
 def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path to write to; the file moves to `path` if no error occurs.
+    """Provide a temporary path to write to; the file moves to `path` if no error occurs.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
 
 @contextmanager
 def _named(target: Path) -> Iterator[None]:
-    """Name the output for which the disk has no room; the system names no file then."""
+    """Name the output if the disk is full; the system's error has no file name then."""
     try:
         yield
     except OSError as error:
@@ -151,7 +151,7 @@ def _named(target: Path) -> Iterator[None]:
 
 
 def _move(staging: Path, target: Path) -> None:
-    """Move files to their places, unless a request to stop got lost on the way."""
+    """Move files to their places, unless a stop was requested."""
     if _state.asked:
         raise Interrupted
     files = sorted(staging.iterdir())
@@ -164,7 +164,7 @@ def _move(staging: Path, target: Path) -> None:
 
 
 def _discard(staging: Path, made: Iterable[Path]) -> None:
-    """Remove the temporary folder, and the folders made for it that are empty, innermost first."""
+    """Remove the temporary folder and its empty parents, if they were made for it."""
     shutil.rmtree(staging, ignore_errors=True)
     with suppress(OSError):
         for folder in made:
@@ -172,7 +172,7 @@ def _discard(staging: Path, made: Iterable[Path]) -> None:
 
 
 def _undisturbed(act: Callable[[], None]) -> None:
-    """Finish an action before a request to stop, which comes meanwhile, takes effect."""
+    """Finish an action before a request to stop takes effect."""
     before, _state.held = _state.asked, True
     try:
         act()

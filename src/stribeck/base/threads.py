@@ -1,4 +1,4 @@
-"""Number of processors that linear algebra uses."""
+"""Number of threads for linear algebra."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,10 +12,11 @@ _turn = Lock()
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let BLAS work on one processor, as long as any thread is in here.
+    """Limit BLAS to one thread while any thread is inside.
 
-    The matrices here are as large as a robot has joints, or thousands of rows by a handful of columns: threads that
-    wait for one another cost more than they bring, up to a hundredfold on a busy machine. Pinocchio keeps its own.
+    Matrices here have as many rows as a robot has joints, or thousands of rows and a handful of columns. Waiting
+    threads
+    cost more than they gain, up to a hundredfold on a busy machine. Pinocchio's threads are not affected.
     """
     with _turn:
         _limits.append(threadpool_limits(limits=1, user_api="blas"))
@@ -23,4 +24,4 @@ def one_blas_thread() -> Iterator[None]:
         yield
     finally:
         with _turn:
-            _limits.pop().restore_original_limits()  # the last thread restores what the first one found
+            _limits.pop().restore_original_limits()  # the last thread restores the limits from before the first

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-"""Numbers in double precision; the docstrings give shapes and units."""
+"""Double-precision array; docstrings state shapes and units."""
 
 TorqueSource = Literal["link_side_sensor", "motor_side_sensor", "motor_current", "command"]
-"""What the log's torque is."""
+"""Source of the log's torque."""
