@@ -1,6 +1,6 @@
 """Whole-body joint friction of legged robots and arms, from the logs they already record.
 
-Public names are imported when they are first asked for, so that `import stribeck` costs next to nothing.
+Public names are imported at first use to keep `import stribeck` fast.
 """
 
 import sys
@@ -56,7 +56,7 @@ _EXPORTS = {
     "write_log": "stribeck.log.writers",
     "write_report": "stribeck.report",
 }
-"""Public name -> the module that has it, imported when the name is first used."""
+"""Public name -> the module that defines it."""
 
 __all__ = [*_EXPORTS]
 
@@ -73,7 +73,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """Keeps `stribeck.exporters` the function: importing the submodule of the same name would put that in its place."""
+    """Keeps `stribeck.exporters` a function: importing the submodule of the same name would replace it."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _EXPORTS and isinstance(value, ModuleType)):

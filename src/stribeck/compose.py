@@ -1,4 +1,4 @@
-"""The result and its evidence, from what a method found and the friction torque that shows it."""
+"""Compose the result and its evidence from a method's fits and the friction torque of the samples."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -37,23 +37,23 @@ def compose(
     method: Method,
     gain_errors: Mapping[str, float] | None = None,
 ) -> Result:
-    """Put the findings together.
+    """Compose the result.
 
     Parameters
     ----------
     fitted, friction
-        Of the method, and the friction torque of its robot and logs.
+        Fits of the method, and the friction torque computed with its robot and logs.
     prepared, robot
-        As they were given.
+        Logs and robot as given by the user, before corrections.
     law, settings, method
-        That were asked for.
+        Law, settings and method of the fit.
     gain_errors
-        By joint, relative standard errors [1] of the factors that made torques of its currents.
+        Relative standard error [1] of the factor from current to torque, by joint.
 
     Raises
     ------
     NothingIdentifiedError
-        If no joint moves enough for any number.
+        If no joint moves enough.
     """
     couplings = {name: robot.couplings[name] for name in fitted.couplings}
     fitted = replace(
@@ -114,7 +114,7 @@ def compose(
 def _joints(
     fitted: Fitted, fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
 ) -> dict[str, JointResult]:
-    """Return what is said of every joint and coupling, with the terms of the law "auto"."""
+    """Judge every joint and coupling, and add the terms of the law "auto"."""
     joints = judge(fits, samples, law, settings, fitted.validations, fitted.criteria)
     if all(joint.verdict == "not excited" for joint in joints.values()):
         reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
@@ -131,7 +131,7 @@ def _joints(
 def _torque_r2(
     fitted: Fitted, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
 ) -> dict[str, TorqueR2]:
-    """Return how much of each joint's torque is explained in the parts that a fit has not seen."""
+    """Compute the share of each joint's torque that is explained on held-out parts."""
     if fitted.unseen is None:
         return {}
     fits, couplings = fitted.unseen.fits, {name: robot.couplings[name] for name in fitted.couplings}
@@ -146,14 +146,14 @@ def _torque_r2(
 
 
 def _position_ranges(prepared: Sequence[PreparedLog], robot: Robot) -> dict[str, tuple[float, float]]:
-    """Return lowest and highest position of each joint [rad], [m]."""
+    """Find the lowest and highest position of each joint [rad], [m]."""
     low = np.min([np.nanmin(part.log.position, axis=0) for part in prepared], axis=0)
     high = np.max([np.nanmax(part.log.position, axis=0) for part in prepared], axis=0)
     return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
 
 
 def _correlation(fit: JointFit, names: tuple[str, ...]) -> tuple[tuple[float, ...], ...]:
-    """Return the correlation of some parameters' errors; what has no error is correlated with nothing."""
+    """Compute the correlation of the errors of some parameters; a parameter without error is correlated with none."""
     own = [fit.names.index(name) for name in names]
     covariance = fit.covariance[np.ix_(own, own)]
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -171,7 +171,7 @@ def _evidence(
     correction: tuple[FrictionSamples, FrictionSamples] | None,
     origin: list[tuple[str, str]],
 ) -> Evidence:
-    """Return what the report draws."""
+    """Collect the data that the report draws."""
     samples, close_up = shown
     return Evidence(
         samples=samples,
@@ -193,9 +193,9 @@ def _evidence(
 def _before_and_after(
     friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot
 ) -> tuple[FrictionSamples, FrictionSamples]:
-    """Return the samples of free and swinging limbs by robot and logs as given, and as corrected.
+    """Select samples of free and swinging limbs, with robot and logs as given and as corrected.
 
-    These limbs show best what a model does to friction.
+    These limbs show best how a model affects friction.
     """
     settings, samples = friction.settings.model_copy(update={"standing_legs": False}), friction.samples
     before = join_logs([thinned_samples(log, len(prepared), robot, settings, most=10_000) for log in prepared])
@@ -203,7 +203,7 @@ def _before_and_after(
 
 
 def _swinging(samples: FrictionSamples, robot: Robot) -> FrictionSamples:
-    """Return samples of which those of free and swinging limbs alone are usable."""
+    """Mark only samples of free and swinging limbs as usable."""
     feet = [tuple(foot for foot in name.split("+") if foot in robot.contacts) for name in samples.support_names]
     standing = np.array([robot.standing(standing) for standing in feet])
     swinging = ~standing[:, robot.torque_controlled][samples.support]
@@ -211,7 +211,7 @@ def _swinging(samples: FrictionSamples, robot: Robot) -> FrictionSamples:
 
 
 def _with_model_armature(fit: JointFit, name: str, robot: Robot) -> JointFit:
-    """Add what the model already has to a fitted rotor inertia, which is what it lacks."""
+    """Add the model's rotor inertia to the fitted one, which is the difference from the model."""
     rotor = np.array([parameter.name == "armature" for parameter in fit.parameters])
     if name not in robot.joint_names or not rotor.any():
         return fit

@@ -1,4 +1,4 @@
-"""Errors a user can meet: one sentence with the file, the place, what was found and what would be valid."""
+"""Errors that users meet: one sentence with the file, the place, the wrong value and the valid choices."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -6,10 +6,10 @@ from difflib import get_close_matches
 
 
 class StribeckError(Exception):
-    """The input or the settings are wrong; the command line prints the message and ends with exit code 2.
+    """The input or the settings are wrong. The command line prints the message and ends with exit code 2.
 
-    The message is one line, whatever line breaks there are in the names that it quotes. What was found before it came
-    are its notes (`__notes__`), which a traceback shows too.
+    The message is one line, even if it quotes names with line breaks. Findings from before the error are its notes
+    (`__notes__`), which a traceback shows too.
 
     Examples
     --------
@@ -31,7 +31,7 @@ def _one_line(text: str) -> str:
 
 
 class RobotFileError(StribeckError):
-    """A robot file, or the model it names, cannot be used.
+    """A robot file or its model cannot be used.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class RobotFileError(StribeckError):
 
 
 class LogError(StribeckError):
-    """A log cannot be read, or what it holds cannot be used.
+    """A log cannot be read, or its content cannot be used.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class SettingsError(StribeckError):
 
 
 class NothingIdentifiedError(StribeckError):
-    """The input is sound, but no joint's friction can be identified from it; exit code 3.
+    """The input is valid, but shows no joint's friction, e.g. because no joint moves; exit code 3.
 
     Examples
     --------
@@ -80,7 +80,7 @@ class NothingIdentifiedError(StribeckError):
 
 
 def did_you_mean(word: str, valid: Iterable[str]) -> str:
-    """Return what to add to a message about a name that there is not: the nearest of those there are, or nothing.
+    """Suggest the valid name nearest to an unknown one, as the end of a message; empty if none is near.
 
     >>> did_you_mean("stribek", ["coulomb-viscous", "stribeck"])
     "; did you mean 'stribeck'?"
@@ -91,7 +91,7 @@ def did_you_mean(word: str, valid: Iterable[str]) -> str:
 
 @contextmanager
 def findings_kept(found: Sequence[str] = ()) -> Iterator[list[str]]:
-    """Give a list of findings to add to; an error takes along what is in it, each finding once."""
+    """Provide a list that collects findings; an error raised inside gets each of them as a note."""
     findings = list(found)
     try:
         yield findings
@@ -105,7 +105,7 @@ def findings_kept(found: Sequence[str] = ()) -> Iterator[list[str]]:
 
 @contextmanager
 def errors_about(path: str) -> Iterator[None]:
-    """Put a log's path into errors that were raised where it is not known, and say "log: ..." instead."""
+    """Replace "log: ..." by the log's path in the messages of errors raised inside."""
     try:
         yield
     except LogError as error:

@@ -1,4 +1,4 @@
-"""The spine: from logs to a result, a line a stage."""
+"""The spine: from logs to a result, one line per stage."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -32,39 +32,39 @@ def identify(
     force: bool = False,
     progress: Progress = quiet,
 ) -> Result:
-    """Find the friction of every joint of a robot from one log or several: the main job.
+    """Identify the friction of every joint of a robot from one or more logs.
 
     Parameters
     ----------
     logs
-        Logs or their paths. What does not fit in memory lies on disk.
+        Logs or their paths. Large logs are kept on disk.
     robot
-        The robot, or the path of its robot file.
+        Robot, or the path of its robot file.
     settings
-        The robot file's if None.
+        Settings of the method; default: the robot file's `[identify]`.
     law, method
-        In place of the settings'.
+        Override `settings.law` and `settings.method`.
     table
-        Where to write every sample's friction torque (friction_torque.parquet), if anywhere.
+        Path to write the friction torque of every sample to (friction_torque.parquet).
     validate
-        Logs or their paths that no fit sees: how well it explains their torques stands in `Result.held_out`.
+        Logs or their paths for validation only. `Result.held_out` reports how well the result predicts their torques.
     force
-        Whether to go on with a log in which the audit finds what makes every number wrong.
+        Continue even if the audit finds an error that invalidates all results.
     progress
-        Told how far the work is.
+        Callback `progress(message, fraction)` with fraction in [0, 1].
 
     Returns
     -------
     result
-        With the evidence that `write_report` draws.
+        Result, including the samples that `write_report` draws.
 
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If the input or the settings are wrong, two logs hold the same samples, or, unless forced, the audit finds what
-        makes every number wrong.
+        If the input or the settings are wrong, two logs share samples, or the audit finds an error that invalidates all
+        results and `force` is not set.
     NothingIdentifiedError
-        If no joint moves enough for any number; what was found before an error are its notes.
+        If no joint moves enough. The notes of an error are the findings from before it.
 
     Examples
     --------
@@ -82,7 +82,7 @@ def identify(
             log.path if isinstance(log, RobotLog) else log
             for log in (*sources, *validate, robot.path, robot.model_path)
         ]
-        check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # in memory: no file
+        check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # a log in memory has none
     where = whole_or_not_at_all(table) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
         every = []
@@ -115,7 +115,7 @@ def identify(
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
-    """Refuse rotor inertias of joints that get no friction."""
+    """Refuse `fit_armature` for joints whose friction is not identified."""
     asked = settings.fit_armature if isinstance(settings.fit_armature, list) else []
     known = [*(robot.joint_names[column] for column in robot.torque_controlled), *robot.couplings]
     unknown = [joint for joint in asked if joint not in known]

@@ -12,11 +12,11 @@ from stribeck.base.typing import TorqueSource
 
 Positive = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
-Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]  # an offset of time stamps may be that large
+Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]  # wide enough for offsets of time stamps
 Cutoff = Annotated[float, Field(ge=0.5, le=1e5, allow_inf_nan=False)]
-"""[Hz]; no robot moves as slowly as a lower one, and its filter would be seconds long."""
+"""Cutoff frequency [Hz]. Below 0.5 Hz, no robot moves and the filter would be seconds long."""
 Prior = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
-"""Standard deviation; squares of smaller or larger ones are lost in rounding."""
+"""Standard deviation. Outside these limits, its square is lost in rounding."""
 Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [m/s^2]
 Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)]
 PerJoint = Finite | list[Finite] | dict[str, Finite]
@@ -24,27 +24,27 @@ PerJoint = Finite | list[Finite] | dict[str, Finite]
 
 
 class Table(BaseModel):
-    """A table of a settings file: unknown keys and wrong types are errors."""
+    """Table of a settings file. Unknown keys and wrong types are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class CouplingTable(Table):
-    """`[[robot.couplings]]`: a friction of its own that acts on a sum of joint speeds, as of a shared motor."""
+    """`[[robot.couplings]]`: friction that acts on a sum of joint speeds, such as the friction of a shared motor."""
 
     joints: dict[str, Finite]  # joint -> its coefficient in the sum
     name: str | None = None
 
 
 class MotorTable(Table):
-    """`[robot.motors.<joint>]`: from what the log holds of a motor to the torque of its joint."""
+    """`[robot.motors.<joint>]`: conversion from a motor's signal in the log to the torque of its joint."""
 
-    torque_constant: Positive | None = None  # [N m/A], of a log in amperes
-    ratio: Positive = 1.0  # [1], of the gear; of a prismatic joint [1/m] or as its torque constant has it
+    torque_constant: Positive | None = None  # [N m/A], for a log in amperes
+    ratio: Positive = 1.0  # gear ratio [1]; for a prismatic joint [1/m] or matching its torque constant
 
 
 class LoopTable(Table):
-    """`[[robot.loops]]`: frames of the tree held together, by their origins (`point`) or rigidly (`weld`)."""
+    """`[[robot.loops]]`: two frames of the tree that are joined at their origins (`point`) or rigidly (`weld`)."""
 
     frames: Annotated[tuple[str, str], Field(strict=False)]
     kind: Literal["point", "weld"] = "point"
@@ -59,23 +59,23 @@ class LoopTable(Table):
 
 
 class RobotTable(Table):
-    """`[robot]`: which model, and the role of its joints."""
+    """`[robot]`: the model and the roles of its joints."""
 
     model: str
     name: str | None = None
     base: Literal["floating", "fixed"] = "floating"
-    base_frame: str | None = None  # frame whose orientation the log's base_orientation is; the model's root link
+    base_frame: str | None = None  # frame that base_orientation refers to; default: the model's root link
     torque_source: TorqueSource = "link_side_sensor"
     position_controlled: list[str] = []
-    locked: dict[str, Finite] = {}  # joint -> position [rad or m]; joints that the log leaves out
+    locked: dict[str, Finite] = {}  # joint that the log omits -> its position [rad or m]
     armature: dict[str, NonNegative] = {}  # joint -> reflected rotor inertia [kg m^2]
     couplings: list[CouplingTable] = []
-    passive: list[str] = []  # joints without a motor, which the loops move
+    passive: list[str] = []  # joints without a motor, moved by the loops
     loops: list[LoopTable] = []
     motors: dict[str, MotorTable] = {}
-    kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], of the law that commands torques
-    kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad]
-    gravity: Gravity = (0.0, 0.0, -9.81)  # world or fixed base
+    kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], drive gain, for torque_source "command"
+    kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad], drive gain, for torque_source "command"
+    gravity: Gravity = (0.0, 0.0, -9.81)  # [m/s^2], in the frame of the world or of a fixed base
 
 
 class ContactTable(Table):
@@ -86,10 +86,10 @@ class ContactTable(Table):
 
 
 class ChannelTable(Table):
-    """`[log.<channel>]`: how one of the log's channels differs from what stribeck reads by itself.
+    """`[log.<channel>]`: name, unit, sign and delay of a channel of the log, where they differ from the standard.
 
-    The value that stribeck uses is `scale * unit * value + offset`, taken `delay` seconds later: a channel that
-    arrives late has a positive delay.
+    stribeck uses `scale * unit * value + offset`, evaluated `delay` seconds later: a channel that arrives late has a
+    positive delay.
     """
 
     name: str | list[str] | None = None  # array, column prefix, list of columns, or topic
@@ -97,12 +97,12 @@ class ChannelTable(Table):
     scale: PerJoint = 1.0
     offset: PerJoint = 0.0  # in SI units, added after scale and unit
     delay: Finite = 0.0  # [s]
-    unwrap: bool = False  # remove jumps of a whole turn
+    unwrap: bool = False  # remove jumps by full turns
     order: Literal["xyzw", "wxyz"] | None = None  # quaternions only
 
 
 class LogTable(Table):
-    """`[log]`: only where the log's own names, units or signs differ from the contract."""
+    """`[log]`: names, units and signs of the log, where they differ from stribeck's standard."""
 
     time: ChannelTable = ChannelTable()
     position: ChannelTable = ChannelTable()
@@ -121,16 +121,16 @@ class LogTable(Table):
     foot_wrench: ChannelTable = ChannelTable()
     foot_force: ChannelTable = ChannelTable()
     joint_names: dict[str, str] = {}  # the log's name -> the model's name
-    joint_order: list[str] = []  # names of the columns of arrays that come without names
-    foot_names: dict[str, str] = {}  # the log's name (for wrenches in bags: the topic) -> the contact's name
+    joint_order: list[str] = []  # names of the columns of unnamed arrays
+    foot_names: dict[str, str] = {}  # the log's name (topic, for wrenches in bags) -> the contact's name
     foot_order: list[str] = []
-    columns: list[str] = []  # names of all columns of a CSV file that has no line of names
+    columns: list[str] = []  # names of all columns of a CSV file without a header line
     rate: Positive | None = None  # [Hz], for logs without a time channel
-    max_gap: Positive | None = None  # [s], longest step that is still interpolated; default 1.5 periods, 10 ms at least
+    max_gap: Positive | None = None  # [s], longest interpolated step; default 1.5 periods, at least 10 ms
 
 
 class FilterSettings(Table):
-    """Which zero-phase filter gives velocity and acceleration from positions."""
+    """Zero-phase filter that computes velocity and acceleration from positions."""
 
     kind: Literal["auto", "savitzky-golay", "butterworth", "log"] = "auto"
     window: int | None = Field(default=None, ge=3, le=99_999)  # samples, odd (savitzky-golay)
@@ -139,44 +139,44 @@ class FilterSettings(Table):
 
 
 class SupportSettings(Table):
-    """How support phases are found and trimmed."""
+    """Detection and trimming of support phases."""
 
-    trim_start: NonNegative = 0.10  # [s] left out at the beginning of each phase
-    trim_end: NonNegative = 0.05  # [s] left out at its end
+    trim_start: NonNegative = 0.10  # [s] removed at the start of each phase
+    trim_end: NonNegative = 0.05  # [s] removed at the end of each phase
     source: Literal["auto", "flags", "forces", "kinematics"] = "auto"
-    force_on: Positive = 0.15  # a foot lands when it carries more than this share of the weight
-    force_off: Positive = 0.05  # and lifts when it carries less than this
-    min_duration: NonNegative = 0.05  # [s] shorter phases are left out
+    force_on: Positive = 0.15  # share of the weight above which a foot lands
+    force_off: Positive = 0.05  # share of the weight below which a foot lifts
+    min_duration: NonNegative = 0.05  # [s]; shorter phases are ignored
 
 
 class Priors(Table):
-    """`[identify.priors]`: standard deviations of what the whole log corrects or fits, before the log speaks.
+    """`[identify.priors]`: prior standard deviations of model errors, sensor errors and friction (whole-log).
 
-    They say how wrong models and sensors usually are; how wrong the given ones are, the log itself tells from there.
-    The defaults are assumptions, of the size of the errors that the accuracy study gives its models and sensors.
+    They describe how wrong models and sensors usually are; `identify` refines them from the log. The defaults are
+    assumptions, as large as the errors in the models and sensors of the accuracy study.
     """
 
-    mass: Prior = 0.05  # [1] of a body's mass: drawings lack cables, screws and paint
+    mass: Prior = 0.05  # [1] relative to a body's mass: drawings omit cables, screws and paint
     centre_of_mass: Prior = 7.5e-3  # [m] along each axis
     moments: Prior = 0.12  # [1] principal second moments; uniform errors of 20 % have this standard deviation
-    torque_gain: Prior = 0.01  # [1] of a joint's torque sensor, calibrated once
-    encoder_zero: Prior = 2e-3  # [rad] of an encoder that was zeroed against a stop or a jig, 0.1 degrees
-    imu_tilt: Prior = 5e-3  # [rad] of an IMU screwed to its place, 0.3 degrees
-    torque_delay: Prior = 1e-3  # [s] of the torques against the encoders: a cycle of a 1 kHz bus
-    base_delay: Prior = 2e-3  # [s] of the base orientation against the encoders: IMUs filter
-    wrench_force: Prior = 20.0  # [N] zeros of foot wrench sensors: a few per cent of a humanoid's weight
-    wrench_moment: Prior = 2.0  # [N m] the same of moments
-    wrench_gain: Prior = 0.02  # [1] of foot wrench sensors
-    rotor: Prior = 1.0  # [kg m^2] where the model has none; wider than any joint's, as nothing is known
-    rotor_share: Prior = 0.2  # [1] of a rotor inertia that the model has: data sheets and gears are that wrong
-    log_offset: Prior = 0.1  # [1] of offsets in one log against those in all, over torques that move the joints
-    friction: Prior = 100.0  # [1] sizes of friction over the joint's torque: as good as no prior
-    scale: Prior = 1.0  # [1] logarithms of Stribeck velocity and slope around their starts: a factor of three
-    pure_number: Prior = 1.0  # [1] parameters without a unit, such as the Stribeck gain
+    torque_gain: Prior = 0.01  # [1] gain error of a joint's torque sensor, calibrated once
+    encoder_zero: Prior = 2e-3  # [rad] zero error of an encoder aligned at a stop or in a jig, 0.1 degrees
+    imu_tilt: Prior = 5e-3  # [rad] mounting error of a screwed-on IMU, 0.3 degrees
+    torque_delay: Prior = 1e-3  # [s] between torques and encoders: one cycle of a 1 kHz bus
+    base_delay: Prior = 2e-3  # [s] between base orientation and encoders: IMUs filter
+    wrench_force: Prior = 20.0  # [N] zero error of foot sensors: a few percent of a humanoid's weight
+    wrench_moment: Prior = 2.0  # [N m] zero error of the moments of foot sensors
+    wrench_gain: Prior = 0.02  # [1] gain error of foot sensors
+    rotor: Prior = 1.0  # [kg m^2] rotor inertia that the model omits; larger than any real one
+    rotor_share: Prior = 0.2  # [1] relative error of a rotor inertia in the model, from data sheets and gear ratios
+    log_offset: Prior = 0.1  # [1] offset of one log minus the mean offset, relative to the torques that move the joints
+    friction: Prior = 100.0  # [1] friction relative to the joint's torque: practically no prior
+    scale: Prior = 1.0  # [1] logarithm of Stribeck velocity and slope relative to their starts: a factor of three
+    pure_number: Prior = 1.0  # [1] dimensionless parameters, such as the Stribeck gain
 
 
 class Settings(Table):
-    """`[identify]`: all settings of `identify`; docs/robot-file.md says what each setting means.
+    """`[identify]`: all settings of `identify`, explained in docs/robot-file.md.
 
     Raises
     ------
@@ -190,30 +190,30 @@ class Settings(Table):
     'whole-log'
     """
 
-    law: str | None = None  # the method's own: "auto" (whole-log), "stribeck" (curve-fit)
+    law: str | None = None  # default depends on the method: "auto" (whole-log), "stribeck" (curve-fit)
     method: str = "whole-log"
-    corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # of the model, beside friction (whole-log)
-    regression: Literal["ordinary", "weighted", "robust"] = "weighted"  # how rows of all joints are weighed (direct)
+    corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # model errors to estimate (whole-log)
+    regression: Literal["ordinary", "weighted", "robust"] = "weighted"  # weights of the equations (direct)
     filter: FilterSettings = FilterSettings()
     support: SupportSettings = SupportSettings()
-    priors: Priors = Priors()  # of friction, model and sensors (whole-log)
+    priors: Priors = Priors()  # (whole-log)
     tilt: Literal["auto", "imu", "flat"] = "auto"
     double_support: Literal["skip", "fit"] = "skip"
-    standing_legs: bool | Literal["measured"] = False  # let them into the fits, by the model or by measured wrenches
+    standing_legs: bool | Literal["measured"] = False  # fit standing legs too, by model or wrenches
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear"
-    fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: where rotors turn, but not curve-fit
+    fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: joints with rotors, except in curve-fit
     filter_torque: bool = False
-    averaged_law: bool = False  # torque and law are averaged over time as the filter averages the acceleration
+    averaged_law: bool = False  # filter torque and law like the acceleration
     observer_bandwidth: Literal["auto"] | Cutoff | None = (
-        None  # [Hz] (observer, which fills in "auto": the log's cutoff)
+        None  # [Hz] (observer, where the default is "auto": the cutoff found for the log)
     )
-    rest: Annotated[float, Field(ge=0, le=0.99)] = 0.005  # share of top speed, slower is at rest: for laws with a jump
-    block: Positive = 1.0  # [s], length of a block where no step limits it
+    rest: Annotated[float, Field(ge=0, le=0.99)] = 0.005  # share of top speed that counts as rest, for laws with a jump
+    block: Positive = 1.0  # [s], longest block
     holdout: int = Field(default=5, ge=2, le=1_000_000)  # every n-th block is used only for validation
 
 
 def flat(table: Table, prefix: str = "") -> dict[str, object]:
-    """Return settings with dotted keys, as they are typed after `--set`."""
+    """Flatten settings to dotted keys, as typed after `--set`."""
     found: dict[str, object] = {}
     for key, value in table:
         found |= flat(value, f"{prefix}{key}.") if isinstance(value, Table) else {prefix + key: value}
@@ -221,7 +221,7 @@ def flat(table: Table, prefix: str = "") -> dict[str, object]:
 
 
 class RobotFile(Table):
-    """The whole robot file."""
+    """Contents of a robot file."""
 
     robot: RobotTable
     contacts: dict[str, ContactTable] = {}
@@ -230,10 +230,11 @@ class RobotFile(Table):
 
 
 def describe(error: ValidationError, table: type[BaseModel] | None = None) -> str:
-    """Return pydantic's first complaint as one sentence: which key, what was found, what would be valid.
+    """Describe pydantic's first error in one sentence: the key, its value, and the valid choices.
 
-    `table` is what was validated; its nearest key is named where one is unknown. An unknown key comes first: another
-    one may be missing because it is misspelt.
+    `table` is the validated class; it provides a suggestion for an unknown key. Unknown keys come first, because a
+    missing
+    key may be a misspelled one.
     """
     first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in first["loc"])
@@ -244,13 +245,13 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
         return f"key '{key}' is missing"
     if first["type"].startswith(("greater_than", "less_than", "finite_number")) and table:
         return f"key '{key}' is {_shown(first['input'])}; expected {_range(list(first['loc']), table)}"
-    if not key:  # of the document as a whole
+    if not key:  # the error concerns the whole document
         return message.removeprefix("Value error, ")
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
 
 
 def _nearest(loc: list[str], table: type[BaseModel]) -> str:
-    """Return the key that an unknown one may mean: beside it, or of this name elsewhere; else all keys beside it."""
+    """Suggest keys that an unknown one may mean: a similar one, the same one in another table, or any in its table."""
     *tables, last = loc
     beside = table
     for part in tables:
@@ -263,7 +264,7 @@ def _nearest(loc: list[str], table: type[BaseModel]) -> str:
 
 
 def _range(loc: list[object], table: type[BaseModel]) -> str:
-    """Return the range of the number that a location leads to."""
+    """Describe the range of the number at a location."""
     inner: type[BaseModel] | None = table
     notes: list[Any] = []
     for part in loc:
@@ -281,14 +282,14 @@ def _range(loc: list[object], table: type[BaseModel]) -> str:
 
 
 def _table_of(table: type[BaseModel], key: str) -> type[BaseModel] | None:
-    """Return the table that a key of a table is, or holds by name; None of other keys."""
+    """Find the table class of a key; None if the key has a plain value."""
     annotation = table.model_fields[key].annotation
     inner = [annotation, *get_args(annotation)]
     return next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), None)
 
 
 def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
-    """Yield the keys of a table and of the tables in it, as they are typed after `--set`."""
+    """Yield the dotted keys of a table and of its inner tables, as typed after `--set`."""
     for key in table.model_fields:
         inner = table.model_fields[key].annotation
         yield prefix + key
@@ -299,18 +300,18 @@ def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
 def _shown(value: object) -> str:
     try:
         found = repr(value)
-    except (RecursionError, ValueError):  # deep tables, and integers beyond the digits that Python prints
+    except (RecursionError, ValueError):  # deep tables, and integers with more digits than Python prints
         return f"a value of type {type(value).__name__} too large to show"
     return found if len(found) < 80 else found[:77] + "..."
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return a TOML document.
+    """Parse a TOML document.
 
     Raises
     ------
     ValueError
-        If it is none (as its subclass TOMLDecodeError), has an integer of too many digits, or is nested too deeply.
+        If the text is not TOML (as its subclass TOMLDecodeError), has a too long integer, or is nested too deeply.
     """
     try:
         return tomllib.loads(text)
