@@ -33,11 +33,11 @@ UNSOUND_URDF = {
     "limit not a number": ('upper="1"', 'upper="nan"', "line 9: upper of joint 'elbow' is 'nan'"),
     "no limit": ('<limit lower="-2" upper="1" effort="1" velocity="1"/>', "", "line 8: joint 'elbow' has no limit"),
     "joint type": ('"revolute"', '"hinge"', "line 8: joint 'elbow' has the type 'hinge'; expected one of revolute"),
-    "two links": ('name="lower"', 'name="upper"', "line 5: link 'upper' is there already, in line 3"),
-    "two joints": ('"elbow" type', '"shoulder" type', "line 8: joint 'shoulder' is there already, in line 7"),
+    "two links": ('name="lower"', 'name="upper"', "line 5: link 'upper' is already defined in line 3"),
+    "two joints": ('"elbow" type', '"shoulder" type', "line 8: joint 'shoulder' is already defined in line 7"),
     "nameless joint": ('name="elbow" ', "", "line 8: a <joint> has no name"),
     "two parents": ('<child link="lower"/>', '<child link="upper"/>', "'elbow' gives link 'upper' a second parent"),
-    "two roots": ("</robot>", '<link name="loose"/></robot>', "link 'loose' is a root, as 'base' is"),
+    "two roots": ("</robot>", '<link name="loose"/></robot>', "links 'base' and 'loose' are both roots"),
     "macros": ("</robot>", "<xacro:arm/></robot>", "line 10: <xacro:arm> is a macro; expected the URDF that `xacro`"),
     "entities": ("<robot", '<!DOCTYPE r [<!ENTITY m "1">]><robot', "line 1: defines the entity 'm'"),
 }
@@ -91,18 +91,18 @@ ABSURD = {
     "links": (
         chain(MOST_BODIES + 1),
         "arm.urdf",
-        f"line 1: is the {MOST_BODIES + 1}th of {MOST_BODIES + 1} <link>; expected {MOST_BODIES}",
+        f"line 1: the model has {MOST_BODIES + 1} <link>; expected at most {MOST_BODIES}",
     ),
-    "joints": (chain(MOST_JOINTS + 2), "arm.urdf", f"is the {MOST_JOINTS + 1}th of {MOST_JOINTS + 1} <joint>"),
-    "depth": ("<robot>" + "<a>" * 10**6, "arm.urdf", f"lies {DEEPEST + 1} deep; expected"),
-    "elements": ("<robot>" + "<a/>" * 10**6, "arm.urdf", "is the 200,001th element"),
+    "joints": (chain(MOST_JOINTS + 2), "arm.urdf", f"the model has {MOST_JOINTS + 1} <joint>"),
+    "depth": ("<robot>" + "<a>" * 10**6, "arm.urdf", f"at depth {DEEPEST + 1}; expected"),
+    "elements": ("<robot>" + "<a/>" * 10**6, "arm.urdf", "is element 200,001 at depth"),
     "size": ("<robot>" + " " * (1 << 25), "arm.urdf", "has 33,554,439 bytes; expected"),
     "bodies": (
         MJCF.replace(HIP, "".join(f'<body name="b{k}"/>' for k in range(MOST_BODIES)) + HIP),
         "hopper.xml",
-        f"is the {MOST_BODIES + 1}th of {MOST_BODIES + 3} <body>",
+        f"the model has {MOST_BODIES + 3} <body>",
     ),
-    "deep bodies": ("<mujoco><worldbody>" + "<body>" * 10**5, "hopper.xml", "deep; expected"),
+    "deep bodies": ("<mujoco><worldbody>" + "<body>" * 10**5, "hopper.xml", f"at depth {DEEPEST + 1}; expected"),
     "numbers of users": (
         MJCF.replace("<worldbody>", '<size nuser_body="2000000000"/><worldbody>'),
         "hopper.xml",
@@ -114,7 +114,7 @@ ABSURD = {
             '<asset><texture name="t" type="2d" builtin="flat" width="99999" height="99999"/></asset><worldbody>',
         ),
         "hopper.xml",
-        "line 1: width of <texture> is 99999; expected 5000 at most",
+        "line 1: width of <texture> is 99999; expected at most 5000",
     ),
 }
 
@@ -138,9 +138,13 @@ UNSOUND_MJCF = {
     "own file": (
         "<worldbody>",
         '<asset><model name="m" file="hopper.xml"/></asset><worldbody>',
-        "<model> makes",
+        "<model> generates",
     ),
-    "copies": ("<worldbody>", '<worldbody><replicate count="1000000000"/>', "<replicate> makes bodies that Pinocchio"),
+    "copies": (
+        "<worldbody>",
+        '<worldbody><replicate count="1000000000"/>',
+        "<replicate> generates bodies, which",
+    ),
 }
 
 
@@ -185,7 +189,7 @@ def test_an_mjcf_in_another_encoding_is_refused(tmp_path: Path) -> None:
 def test_an_mjcf_reads_no_pipes(tmp_path: Path, asset: str) -> None:
     os.mkfifo(tmp_path / "pipe.stl")
     text = MJCF.replace("<worldbody>", f"<asset>{asset}</asset><worldbody>")
-    refuse(write_robot(tmp_path, "", text, "hopper.xml"), "line 1: .* which is a pipe, a device or a socket")
+    refuse(write_robot(tmp_path, "", text, "hopper.xml"), "line 1: .*, a pipe, a device or a socket")
 
 
 def test_what_an_mjcf_includes_is_checked_too(tmp_path: Path) -> None:
@@ -219,7 +223,7 @@ UNSOUND_ROBOTS = {
     "base in the world": ("base_frame = 'universe'", "base_frame = 'universe' is not in the model"),
     "one frame": (
         "[contacts.left]\nframe = 'lower'\n[contacts.right]\nframe = 'lower'",
-        r"\[contacts.right\] and \[contacts.left\] have the frame 'lower'; expected a frame for each contact",
+        r"\[contacts.right\] and \[contacts.left\] have the frame 'lower'; expected a different frame for each contact",
     ),
     "near key": ("[identify]\nlow = 'auto'", "unknown key 'identify.low'; did you mean 'identify.law'?"),
     "near key of a channel": (
@@ -262,4 +266,4 @@ def test_a_model_without_masses_is_named(tmp_path: Path) -> None:
     text = URDF.replace('<mass value="2"/>', '<mass value="0"/>').replace('<mass value="1"/>', '<mass value="0"/>')
     for number in ("0.02", "0.01", "0.005"):
         text = text.replace(f'"{number}"', '"0"')
-    refuse(write_robot(tmp_path, "", text), "arm.urdf: no link that moves has a mass; expected the masses and inertias")
+    refuse(write_robot(tmp_path, "", text), "arm.urdf: no moving link has a mass; expected the masses and inertias")

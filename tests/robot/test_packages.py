@@ -40,9 +40,9 @@ def test_robots_are_made_of_packages_by_file_and_by_hand(tmp_path: Path) -> None
         ("go3_description", "nearest are .*'package:go2_description'"),
         (
             "anymal",
-            "2 of this name; expected 'anymal_b_simple_description/anymal', 'anymal_c_simple_description/anymal'",
+            "2 models of this name; .* 'anymal_b_simple_description/anymal', 'anymal_c_simple_description/anymal'",
         ),
-        ("ur5e_description", "xacro alone; expected 'package:ur5e_mj_description'"),
+        ("ur5e_description", "only a xacro file; expected 'package:ur5e_mj_description'"),
         ("??", "no installed package has a model of this name; 'package:talos_reduced' is one"),
     ],
 )
@@ -61,8 +61,8 @@ def test_what_packages_do_not_have_is_refused(
 @pytest.mark.parametrize(
     ("absent", "words"),
     [
-        (("robot_descriptions",), "robot_descriptions is not installed"),
-        (("example-robot-data",), "nobody is not installed"),
+        (("robot_descriptions",), "robot_descriptions, which is not installed, may have it"),
+        (("example-robot-data",), "nobody, which is not installed, may have it"),
         (("robot_descriptions", "example-robot-data"), "need robot_descriptions or nobody: pip install"),
     ],
 )

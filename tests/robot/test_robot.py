@@ -16,8 +16,13 @@ EXPECTED = {
     "g1": (29, 33.34, {"left_hip_pitch_joint", "waist_yaw_joint", "right_wrist_yaw_joint"}, []),
     "go2": (12, 16.085, {"FL_hip_joint", "RR_calf_joint"}, []),
     "cassie": (22, 32.94, {"left-knee-op", "right-crank-rod-joint"}, []),
-    "icub": (32, 28.346871, {"l_hip_pitch", "neck_yaw"}, ["no rigid body has the inertia given"]),
-    "panda": (9, 17.451901, {"panda_joint1", "panda_finger_joint2"}, ["mimic joints are taken as independent: panda"]),
+    "icub": (32, 28.346871, {"l_hip_pitch", "neck_yaw"}, ["these joints carry links whose inertia is impossible"]),
+    "panda": (
+        9,
+        17.451901,
+        {"panda_joint1", "panda_finger_joint2"},
+        ["joints are treated as independent: panda"],
+    ),
     "ur5": (6, 20.9939, {"shoulder_pan_joint", "wrist_3_joint"}, []),
     "kinova": (6, 4.83784, {"j2s6s200_joint_1"}, []),
 }
@@ -105,7 +110,7 @@ def test_a_robot_file_is_read_whole(tmp_path):
 def test_a_rotor_behind_a_torque_sensor_is_warned_of(tmp_path):
     robot = Robot.from_file(write_robot(tmp_path, "armature = { elbow = 0.5 }"))
     assert len(robot.warnings) == 1
-    assert "does not feel the rotor" in robot.warnings[0]
+    assert "does not measure the rotor" in robot.warnings[0]
 
 
 @pytest.mark.parametrize("base", ["floating", "fixed"])
@@ -145,14 +150,14 @@ def test_a_floating_base_is_put_under_an_mjcf_without_one(tmp_path):
 def test_coupled_joints_of_mjcf_are_warned_of(tmp_path):
     text = MJCF.replace("</mujoco>", '<equality><joint joint1="hip" joint2="slide"/></equality></mujoco>')
     robot = Robot.from_file(write_robot(tmp_path, 'torque_source = "command"', text, "hopper.xml", "floating"))
-    assert robot.warnings == ("hopper.xml: 1 equality constraint(s) are left out: the tree alone is modelled",)
+    assert robot.warnings == ("hopper.xml: 1 equality constraint(s) are ignored: only the tree is modeled",)
 
 
 def test_impossible_and_missing_inertias_are_warned_of(tmp_path):
     bad = URDF.replace('iyy="0.01" izz="0.005"', 'iyy="0.5" izz="0.005"')
     (warning,) = Robot.from_file(write_robot(tmp_path, "", bad)).warnings
     assert warning.endswith(
-        "no rigid body has the inertia given for what these joints carry: elbow (link 'lower' in line 5)"
+        "these joints carry links whose inertia is impossible for a rigid body: elbow (link 'lower' in line 5)"
     )
     empty = URDF.replace('<mass value="1"/>', '<mass value="0"/>').replace(
         'ixx="0.01" iyy="0.01" izz="0.005"', 'ixx="0" iyy="0" izz="0"'
@@ -187,10 +192,13 @@ WRONG_TABLES = {
     ),
     "coupling without a part": (
         "[[robot.couplings]]\njoints = { shoulder = 0.0, elbow = 1.0 }",
-        "'shoulder.elbow' needs two joints or more, each with a coefficient that is not 0",
+        "'shoulder.elbow' needs at least two joints, each with a nonzero coefficient",
     ),
-    "coupling of one": ("[[robot.couplings]]\njoints = { elbow = 1.0 }", "'elbow' needs two joints or more"),
-    "coupling without joints": ("[[robot.couplings]]\njoints = {}\nname = 'motor'", "'motor' needs two joints or more"),
+    "coupling of one": ("[[robot.couplings]]\njoints = { elbow = 1.0 }", "'elbow' needs at least two joints"),
+    "coupling without joints": (
+        "[[robot.couplings]]\njoints = {}\nname = 'motor'",
+        "'motor' needs at least two",
+    ),
     "coupling called like a joint": (
         "[[robot.couplings]]\nname = 'elbow'\njoints = { shoulder = 1.0, elbow = 1.0 }",
         "'elbow' has the name of another coupling or joint",
@@ -248,7 +256,7 @@ WRONG_MODELS = {
             "</body></body></body>", "</body></body></frame></body>"
         ),
         "hopper.xml",
-        "made up joint\\(s\\) hip, slide when it read the model; move bodies out of <frame> elements",
+        "added joint\\(s\\) hip, slide when it read the model; move bodies out of <frame> elements",
     ),
     "ball joint": (
         MJCF.replace('<joint name="hip" axis="0 1 0" armature="0.02"/>', '<joint name="hip" type="ball"/>'),
@@ -256,7 +264,11 @@ WRONG_MODELS = {
         "joint 'hip' is a Spherical.*or lock it",
     ),
     "no MuJoCo": (MJCF.replace('type="capsule"', 'type="blob"'), "hopper.xml", "hopper.xml: "),
-    "SDF": ('<sdf version="1.6"/>', "post.sdf", "post.sdf: SDF models are not read; convert this one to URDF or MJCF"),
+    "SDF": (
+        '<sdf version="1.6"/>',
+        "post.sdf",
+        "post.sdf: SDF models are not supported; convert the model to",
+    ),
     "no direction": (
         URDF.replace('<axis xyz="0 1 0"/><limit', '<axis xyz="0 0 0"/><limit'),
         "arm.urdf",
@@ -286,9 +298,7 @@ def test_a_lost_body_is_noticed_by_its_mass(tmp_path):
     text = MJCF.replace(
         "</worldbody>", '<frame><body name="lost"><geom type="sphere" size=".1" mass="7"/></body></frame></worldbody>'
     )
-    refuse(
-        write_robot(tmp_path, "", text, "hopper.xml", "floating"), "read a mass of 4.5 kg where the file has 11.5 kg"
-    )
+    refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "read a mass of 4.5 kg, but the file has 11.5 kg")
 
 
 def test_an_mjcf_that_pinocchio_and_mujoco_read_differently_is_refused(tmp_path):
@@ -308,7 +318,7 @@ def test_mujoco_leaves_no_file_behind(tmp_path, monkeypatch):
 
 def test_two_joints_in_one_body_are_refused(tmp_path):
     text = MJCF.replace('armature="0.02"/>', 'armature="0.02"/><joint name="hip_roll" axis="1 0 0"/>')
-    refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "made up joint.* give each body one joint")
+    refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "added joint.* give each body one joint")
 
 
 def test_a_robot_may_be_made_from_a_validated_file():

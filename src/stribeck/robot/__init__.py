@@ -1,4 +1,4 @@
-"""What the robot is: its file, its model, and the tree of its bodies rooted where it stands."""
+"""Robot file, robot model, and its kinematic tree rooted at a standing foot."""
 
 from stribeck.robot.packages import model_path as model_path
 from stribeck.robot.robot import Robot as Robot

@@ -1,7 +1,7 @@
-"""A body's ten inertial parameters, and the 4 x 4 matrix that is positive definite for every body that can exist.
+"""Inertial parameters of a body, and its pseudo-inertia, which is positive definite for every physical body.
 
-The parameters are Pinocchio's: mass m [kg], first moments m c [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz [kg m^2] about
-the origin. With Sigma = tr(I)/2 - I the pseudo-inertia is (Wensing, Kim, Slotine 2018)
+The ten parameters are Pinocchio's: mass m [kg], first moments m c [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz [kg m^2]
+about the origin. With Sigma = tr(I)/2 - I the pseudo-inertia is (Wensing, Kim, Slotine 2018)
 
     P = [ Sigma    m c ]
         [ (m c)^T  m   ]
@@ -12,17 +12,17 @@ import numpy as np
 from stribeck.base.typing import Array
 
 SIZE = 10
-"""Inertial parameters of a body."""
+"""Number of inertial parameters of a body."""
 
 _ENTRIES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-"""Rows and columns of I in the order of the parameters."""
+"""Row and column of each of the six moments in I."""
 
 _ABOVE = ((0, 1), (1, 2), (0, 2))
-"""Entries above the diagonal of K, in the order of the coordinates of a shape."""
+"""Entries above the diagonal of K, in the order of the shape coordinates."""
 
 
 def pseudo_inertia(parameters: Array) -> Array:
-    """Return the pseudo-inertia, shape (..., 4, 4), of parameters, shape (..., 10); it is linear in them."""
+    """Build the pseudo-inertia, shape (..., 4, 4), which is linear in the parameters, shape (..., 10)."""
     matrix = np.zeros((*parameters.shape[:-1], 4, 4))
     half_trace = 0.5 * (parameters[..., 4] + parameters[..., 6] + parameters[..., 9])
     for k, (i, j) in enumerate(_ENTRIES):
@@ -35,7 +35,7 @@ def pseudo_inertia(parameters: Array) -> Array:
 
 
 def inertial_parameters(matrix: Array) -> Array:
-    """Return the parameters, shape (..., 10), of a pseudo-inertia, shape (..., 4, 4)."""
+    """Extract the parameters, shape (..., 10), from a pseudo-inertia, shape (..., 4, 4)."""
     parameters = np.empty((*matrix.shape[:-2], SIZE))
     trace = matrix[..., 0, 0] + matrix[..., 1, 1] + matrix[..., 2, 2]
     parameters[..., 0] = matrix[..., 3, 3]
@@ -46,11 +46,12 @@ def inertial_parameters(matrix: Array) -> Array:
 
 
 def shape_coordinates(matrix: Array) -> Array:
-    """Return the coordinates of a body's shape, shape (..., 6), of a pseudo-inertia, shape (..., 4, 4).
+    """Compute coordinates of a body's shape, shape (..., 6), from its pseudo-inertia, shape (..., 4, 4).
 
-    With second moments about the centre of mass Sigma_c = m K K^T, K upper triangular, they are the logarithms of its
-    diagonal, in meters, and K_01, K_12, K_02 [m]: log-Cholesky coordinates (Rucker and Wensing 2022), in which every
-    value is a body that can exist. It has none if Sigma_c is not positive definite: NaN.
+    With the second moments about the center of mass Sigma_c = m K K^T, K upper triangular, the coordinates are the
+    logarithms of K's diagonal (K in meters) and K_01, K_12, K_02 [m]: log-Cholesky coordinates (Rucker and Wensing
+    2022).
+    All their values are physical bodies. They are NaN if Sigma_c is not positive definite.
     """
     mass = matrix[..., 3, 3]
     centre = matrix[..., :3, 3] / mass[..., None]
@@ -64,13 +65,13 @@ def shape_coordinates(matrix: Array) -> Array:
 
 
 def log_cholesky(matrix: Array) -> Array:
-    """Return log mass, centre of mass [m] and shape of bodies, shape (..., 10), from pseudo-inertias, (..., 4, 4)."""
+    """Compute log mass, center of mass [m] and shape, shape (..., 10), from pseudo-inertias, shape (..., 4, 4)."""
     mass = matrix[..., 3, 3:]
     return np.concatenate([np.log(mass), matrix[..., :3, 3] / mass, shape_coordinates(matrix)], axis=-1)
 
 
 def inertia_of_shape(mass: float, coordinates: Array) -> Array:
-    """Return Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre, shape (6,), of a body [kg] of such a shape, shape (6,)."""
+    """Compute Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the center of mass, shape (6,), from mass [kg] and shape, (6,)."""
     factor = np.diag(np.exp(coordinates[:3]))
     for (i, j), value in zip(_ABOVE, coordinates[3:].tolist(), strict=True):
         factor[i, j] = value
@@ -80,7 +81,7 @@ def inertia_of_shape(mass: float, coordinates: Array) -> Array:
 
 
 def carried(homogeneous: Array) -> Array:
-    """Return the matrix, shape (10, 10), that turns parameters in one frame into those in another.
+    """Compute the matrix, shape (10, 10), that transforms parameters from one frame to another.
 
     `homogeneous` is the pose of the first frame in the second, shape (4, 4): P becomes H P H^T.
     """

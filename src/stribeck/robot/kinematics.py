@@ -1,4 +1,4 @@
-"""Vectorised kinematics of chains of one-degree-of-freedom joints: all samples at once."""
+"""Vectorized kinematics of joint chains, for all samples at once."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,56 +11,56 @@ from stribeck.base.typing import Array
 from stribeck.robot.rooting import Axis, RootedModel
 
 
-def _turns(axis: Array, angle: Array) -> Rotation:
-    """Return the rotations about a unit axis by angles [rad], shape (T,)."""
+def _rotations(axis: Array, angle: Array) -> Rotation:
+    """Build rotations about a unit axis by angles [rad], shape (T,)."""
     return Rotation.from_rotvec(angle[:, None] * axis)
 
 
-def _turned(axis: Array, angle: Array, vectors: Array) -> Array:
-    """Return vectors, shape (T, 3), turned about a unit axis by angles [rad], shape (T, 1): Rodrigues' formula."""
+def _rotate(axis: Array, angle: Array, vectors: Array) -> Array:
+    """Rotate vectors, shape (T, 3), about a unit axis by angles [rad], shape (T, 1), with Rodrigues' formula."""
     along = (vectors @ axis)[:, None] * axis
     return np.asarray(along + np.cos(angle) * (vectors - along) + np.sin(angle) * (vectors @ pin.skew(axis).T))
 
 
-def _path(rooted: RootedModel, frame: int) -> Iterator[tuple[Axis, int, pin.SE3]]:
+def _walk_to_root(rooted: RootedModel, frame: int) -> Iterator[tuple[Axis, int, pin.SE3]]:
     """Yield axis, column and placement of the joints from a frame to the root."""
     for joint in rooted.path_to_root(int(rooted.model.frames[frame].parentJoint)):
         yield rooted.axis(joint), rooted.column(joint), rooted.model.jointPlacements[joint]
 
 
 def direction_in_root(rooted: RootedModel, frame: int, position: Array, direction: Array) -> Array:
-    """Return directions given in a frame, shape (T, 3), in the root's coordinates.
+    """Transform directions from a frame to the root's coordinates, shape (T, 3).
 
     Parameters
     ----------
     rooted
-        The tree.
+        Rooted tree.
     frame
         Index of the frame in `rooted.model`.
     position
-        The robot's joint positions, shape (T, n).
+        Joint positions of the robot, shape (T, n).
     direction
-        Vectors in the frame, shape (T, 3).
+        Directions in the frame, shape (T, 3).
     """
     direction = direction @ rooted.model.frames[frame].placement.rotation.T
-    for axis, column, placement in _path(rooted, frame):
+    for axis, column, placement in _walk_to_root(rooted, frame):
         if not axis.prismatic:
-            direction = _turned(axis.direction, position[:, column, None], direction)
+            direction = _rotate(axis.direction, position[:, column, None], direction)
         direction = direction @ placement.rotation.T
     return direction
 
 
 def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array, Array]:
-    """Return rotation (T, 3, 3) and translation (T, 3) of a frame in the root's coordinates."""
+    """Compute rotation (T, 3, 3) and translation (T, 3) of a frame in the root's coordinates."""
     own = rooted.model.frames[frame].placement
     rotation = np.broadcast_to(own.rotation, (len(position), 3, 3))
-    translation = np.tile(own.translation, (len(position), 1))  # writable, as SciPy wants it
-    for axis, column, placement in _path(rooted, frame):
+    translation = np.tile(own.translation, (len(position), 1))  # SciPy requires a writable array
+    for axis, column, placement in _walk_to_root(rooted, frame):
         angle = position[:, column]
         if axis.prismatic:
             translation = translation + angle[:, None] * axis.direction
         else:
-            turn = _turns(axis.direction, angle)
+            turn = _rotations(axis.direction, angle)
             rotation, translation = turn.as_matrix() @ rotation, turn.apply(translation)
         rotation = placement.rotation @ rotation
         translation = translation @ placement.rotation.T + placement.translation
@@ -68,7 +68,7 @@ def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array,
 
 
 def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wrench: Array) -> Array:
-    """Return J^T w, what a wrench on a frame does to the joints while the root is held, (T, n) in the robot's order.
+    """Compute J^T w, the joint torques of a wrench on a frame while the root is fixed, (T, n) in robot order.
 
     Parameters
     ----------
@@ -77,28 +77,28 @@ def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wre
     wrench
         Force [N] and moment [N m] at the frame's origin, in its coordinates, shape (T, 6).
     """
-    force, moment = _carried(rooted.model.frames[frame].placement, wrench[:, :3], wrench[:, 3:])
+    force, moment = _transform_wrench(rooted.model.frames[frame].placement, wrench[:, :3], wrench[:, 3:])
     torque = np.zeros_like(position)
-    for axis, column, placement in _path(rooted, frame):
+    for axis, column, placement in _walk_to_root(rooted, frame):
         torque[:, column] = (force if axis.prismatic else moment) @ axis.direction
         if axis.prismatic:
             moment = moment + np.cross(position[:, column, None] * axis.direction, force)
         else:
-            turn = _turns(axis.direction, position[:, column])
+            turn = _rotations(axis.direction, position[:, column])
             force, moment = turn.apply(force), turn.apply(moment)
-        force, moment = _carried(placement, force, moment)
+        force, moment = _transform_wrench(placement, force, moment)
     return torque
 
 
-def _carried(placement: pin.SE3, force: Array, moment: Array) -> tuple[Array, Array]:
-    """Return force and moment, shape (T, 3) each, at the origin and in the coordinates of what a frame is placed in."""
+def _transform_wrench(placement: pin.SE3, force: Array, moment: Array) -> tuple[Array, Array]:
+    """Transform force and moment, shape (T, 3) each, from a frame to the frame that it is placed in."""
     force = force @ placement.rotation.T
     return force, moment @ placement.rotation.T + np.cross(placement.translation, force)
 
 
 @dataclass(frozen=True, eq=False)
 class PointMotion:
-    """A point's position, velocity and acceleration relative to the root, in the root's coordinates, each (T, 3)."""
+    """Position, velocity and acceleration of a point relative to the root, in its coordinates, shape (T, 3) each."""
 
     position: Array
     velocity: Array
@@ -106,15 +106,15 @@ class PointMotion:
 
 
 def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Array, acceleration: Array) -> PointMotion:
-    """Return the motion of a frame's origin as seen from the root, as if the root did not move.
+    """Compute the motion of a frame's origin relative to the root.
 
-    Each array is (T, n) in the robot's joint order. From a joint's child to its parent, with u the axis and R the turn,
+    Each array is (T, n) in robot order. From a joint's child to its parent, with axis u and rotation R,
 
         p -> R p,    p' -> R (p' + q' u x p),    p'' -> R (p'' + 2 q' u x p' + q'' u x p + q'^2 u x (u x p))
     """
     point = np.tile(rooted.model.frames[frame].placement.translation, (len(position), 1))
     rate, change = np.zeros((2, *point.shape))
-    for about, column, placement in _path(rooted, frame):
+    for about, column, placement in _walk_to_root(rooted, frame):
         axis = about.direction
         q, dq, ddq = (motion[:, column, None] for motion in (position, velocity, acceleration))
         if about.prismatic:
@@ -123,7 +123,7 @@ def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Arr
             cross = pin.skew(axis).T  # u x p = p @ cross, for all samples at once
             swept = point @ cross
             change = change + 2 * dq * (rate @ cross) + ddq * swept + dq**2 * (swept @ cross)
-            point, rate, change = (_turned(axis, q, vectors) for vectors in (point, rate + dq * swept, change))
+            point, rate, change = (_rotate(axis, q, vectors) for vectors in (point, rate + dq * swept, change))
         point = point @ placement.rotation.T + placement.translation
         rate, change = (vectors @ placement.rotation.T for vectors in (rate, change))
     return PointMotion(point, rate, change)

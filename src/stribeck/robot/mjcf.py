@@ -1,6 +1,6 @@
-"""Check an MJCF file by line, and compare what Pinocchio read from it with what MuJoCo reads.
+"""Check an MJCF file, and compare Pinocchio's model with MuJoCo's.
 
-Only robots with MJCF models need MuJoCo, which is slow to import.
+Only robots with MJCF models import MuJoCo, because that is slow.
 """
 
 from collections.abc import Iterator
@@ -20,22 +20,22 @@ from stribeck.robot.rooting import is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml, require_few
 
 MOST_FILES, LARGEST_COUNT = 100, 5000
-"""Largest number of files of a model, and of what MuJoCo makes as many of as the file asks: pixels, samples [1]."""
+"""Largest number of files of a model, and largest value [1] of attributes that count pixels, samples and the like."""
 COUNTS = {"nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params"}
 MEASURES = {
     *("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "axis", "ref", "armature"),
     *("mass", "diaginertia", "fullinertia", "density", "size", "fromto"),
 }
-"""Attributes with the places and masses of bodies; MuJoCo takes `nan` for a missing number."""
+"""Attributes with poses and masses of bodies; MuJoCo reads `nan` as a missing number."""
 
 
 def check_file(xml: XmlFile) -> None:
-    """Refuse what would make native readers hang or crash, or drop a number, in the file and those that it includes.
+    """Refuse elements in a file and its includes that make native readers hang, crash or drop numbers.
 
     Raises
     ------
     RobotFileError
-        Naming the element and its line.
+        Names the element and its line.
     """
     files = list(_with_included(xml))
     require_few(files)
@@ -43,14 +43,14 @@ def check_file(xml: XmlFile) -> None:
     names = ("assetdir", "meshdir", "texturedir")
     folders = [xml.path.parent / compiler.get(name, "") for compiler in compilers for name in names]
     for file in files:
-        read_text(file.path, "an MJCF model", RobotFileError)  # MuJoCo takes bytes as they are, whatever the encoding
+        read_text(file.path, "an MJCF model", RobotFileError)  # MuJoCo ignores the encoding
         for element in file.root.iter():
             _check_element(file, element)
             _refuse_pipes(file, element, [xml.path.parent, file.path.parent, *folders])
 
 
 def _with_included(xml: XmlFile) -> Iterator[XmlFile]:
-    """Yield a file and all that it includes, each once."""
+    """Yield a file and all files that it includes, each once."""
     pending, seen = [xml], {xml.path.resolve()}
     while pending:
         file = pending.pop()
@@ -60,15 +60,15 @@ def _with_included(xml: XmlFile) -> Iterator[XmlFile]:
             for path in (xml.path.parent / name, file.path.parent / name):
                 if name and path.exists() and path.resolve() not in seen:
                     if len(seen) >= MOST_FILES:
-                        file.refuse(include, f"includes the {MOST_FILES + 1}th file; expected {MOST_FILES} at most")
+                        file.refuse(include, f"includes file number {MOST_FILES + 1}; expected at most {MOST_FILES}")
                     seen.add(path.resolve())
                     pending.append(read_xml(path))
 
 
 def _check_element(xml: XmlFile, element: Element) -> None:
     tag = element.tag
-    if tag in ("replicate", "composite", "flexcomp", "attach", "model"):  # <model> may even name its own file
-        xml.refuse(element, f"<{tag}> makes bodies that Pinocchio does not read; write the bodies themselves")
+    if tag in ("replicate", "composite", "flexcomp", "attach", "model"):  # a <model> could include itself
+        xml.refuse(element, f"<{tag}> generates bodies, which Pinocchio does not read; write out the bodies")
     for name, text in element.items():
         counts = name in COUNTS or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
         measures = tag in ("body", "frame", "inertial", "joint", "geom") and name in MEASURES
@@ -76,24 +76,24 @@ def _check_element(xml: XmlFile, element: Element) -> None:
             continue
         values = xml.numbers(element, text, len(text.split()), f"{name} of <{tag}>")
         if counts and max(values, default=0.0) > LARGEST_COUNT:
-            xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected {LARGEST_COUNT} at most")
+            xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected at most {LARGEST_COUNT}")
         if name in ("mass", "diaginertia", "density", "armature") and min(values, default=0.0) < 0:
             xml.refuse(element, f"{name} of <{tag}> is {text}; expected zero or more")
 
 
 def _refuse_pipes(xml: XmlFile, element: Element, folders: list[Path]) -> None:
-    """Refuse named pipes and devices as meshes, textures and the like: reading them would never end."""
+    """Refuse named pipes and devices as meshes or textures, because reading them would never end."""
     paths = [Path(text) for name, text in element.items() if name.startswith("file") and text]
     for candidate in (folder / path for folder in folders for own in paths for path in (own, Path(own.name))):
         if candidate.exists() and not candidate.is_file() and not candidate.is_dir():
-            xml.refuse(element, f"<{element.tag}> names {candidate}, which is a pipe, a device or a socket")
+            xml.refuse(element, f"<{element.tag}> names {candidate}, a pipe, a device or a socket; expected a file")
 
 
 @contextmanager
 def quiet_mujoco() -> Iterator[None]:
-    """Keep MuJoCo's warnings from becoming Python's, and from a MUJOCO_LOG.TXT in the working folder.
+    """Silence MuJoCo's warnings, which would become Python warnings and a MUJOCO_LOG.TXT in the working folder.
 
-    What they are about, masses too small to simulate and NaN in the file, is found and said by the checks here.
+    They concern masses too small to simulate and NaN in the file; the checks here detect both.
     """
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
@@ -107,12 +107,12 @@ def quiet_mujoco() -> Iterator[None]:
 
 @quiet_mujoco()
 def check_mjcf(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
-    """Compare joints, mass and inertia matrix with those that MuJoCo reads, and collect warnings.
+    """Compare joints, mass and inertia matrix with MuJoCo's, and collect warnings.
 
     Raises
     ------
     RobotFileError
-        If the two read different robots from the file.
+        If Pinocchio and MuJoCo read different robots from the file.
     """
     kinds = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
     joints = [joint for joint in map(compiled.joint, range(compiled.njnt)) if int(joint.type[0]) in kinds]
@@ -131,10 +131,10 @@ def check_mjcf(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[s
 
 
 def _inertia_difference(compiled: mujoco.MjModel, model: pin.Model, names: list[str]) -> float:
-    """Return the largest relative difference of the two joint-space inertia matrices at a few configurations."""
+    """Compute the largest relative difference of the two joint-space inertia matrices at three configurations."""
     data, simulated = model.createData(), mujoco.MjData(compiled)
     generator = np.random.default_rng(0)
-    root = range(6 if is_floating(model) else 0)  # upright, world and body coordinates of the free joint are the same
+    root = range(6 if is_floating(model) else 0)  # if upright, its world and body coordinates agree
     theirs = [*root, *(int(compiled.joint(name).dofadr[0]) for name in names)]
     ours = [*root, *(int(model.joints[model.getJointId(name)].idx_v) for name in names)]
     places = [int(compiled.joint(name).qposadr[0]) for name in names]
@@ -159,9 +159,9 @@ def _inertia_difference(compiled: mujoco.MjModel, model: pin.Model, names: list[
 
 
 def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
-    """Add frames where `<connect>` holds bodies together, and say how to use them, and what is left out otherwise.
+    """Add frames where `<connect>` joins bodies, and describe how to use them.
 
-    Those of equality NAME are NAME.1 and NAME.2, in the place of a missing name stands its number.
+    The frames of equality NAME are NAME.1 and NAME.2; without a name, its number is used.
     """
     if not compiled.neq:
         return []
@@ -177,13 +177,13 @@ def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> l
             joint, placement = (carrier.parentJoint, carrier.placement * anchor) if carrier else (0, anchor)
             model.addFrame(pin.Frame(f"{name}.{place + 1}", joint, 0, placement, pin.FrameType.OP_FRAME), False)
         pairs.append(f"['{name}.1', '{name}.2']")
-    cure = f"; [[robot.loops]] frames = {' and '.join(pairs)} close it" if pairs else ""
-    return [f"{path.name}: {compiled.neq} equality constraint(s) are left out: the tree alone is modelled{cure}"]
+    remedy = f"; to close the loops, set [[robot.loops]] frames = {' and '.join(pairs)}" if pairs else ""
+    return [f"{path.name}: {compiled.neq} equality constraint(s) are ignored: only the tree is modeled{remedy}"]
 
 
 @quiet_mujoco()
 def compile_mjcf(path: Path) -> mujoco.MjModel:
-    """Compile with MuJoCo; where meshes are missing, without them if every moving body states its inertia.
+    """Compile a model with MuJoCo; if meshes are missing, without them, provided that all moving bodies state inertias.
 
     Raises
     ------
@@ -191,16 +191,16 @@ def compile_mjcf(path: Path) -> mujoco.MjModel:
         If MuJoCo cannot compile the file.
     """
     try:
-        return _compiled(path, with_meshes=True)
+        return _compile(path, with_meshes=True)
     except ValueError:
         pass
     try:
-        return _compiled(path, with_meshes=False)
+        return _compile(path, with_meshes=False)
     except (ValueError, mujoco.FatalError) as error:
         raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
 
 
-def _compiled(path: Path, *, with_meshes: bool) -> mujoco.MjModel:
+def _compile(path: Path, *, with_meshes: bool) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_file(str(path))
     spec.memory = spec.njmax = spec.nconmax = spec.nstack = -1  # nothing is simulated
     spec.nuserdata = 0

@@ -1,7 +1,7 @@
-"""Check a URDF by link and line, and compare what Pinocchio read with what the model file contains.
+"""Check a URDF, and compare Pinocchio's model with the file.
 
-Pinocchio drops what it does not understand, opens loops, and treats coupled joints as independent. `mjcf` makes the
-same comparison for MJCF, with the model that MuJoCo compiles.
+Pinocchio drops unknown elements, opens loops, and treats coupled joints as independent. `mjcf` does the same for MJCF,
+with MuJoCo's model as the reference.
 """
 
 from collections.abc import Mapping
@@ -24,11 +24,11 @@ NUMBERS = {
     "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
     "calibration": ("rising", "falling", "reference_position"),
 }
-"""Attributes of a joint's elements that are one number each."""
+"""Attributes of a joint's elements that contain a single number."""
 LEAST_MOMENT = -1e-9
 """Smallest moment of inertia [kg m^2] that counts as zero."""
 RELATIVE_TOLERANCE = 1e-5
-"""Largest relative difference of mass and inertia matrix that counts as equal; model files have six digits."""
+"""Relative tolerance of mass and inertia matrix; numbers in model files have six digits."""
 
 
 def check_finite(path: Path, model: pin.Model) -> None:
@@ -43,7 +43,7 @@ def check_finite(path: Path, model: pin.Model) -> None:
 
 
 def check_inertias(name: str, model: pin.Model, lines: Mapping[str, str]) -> list[str]:
-    """Warn about joints that carry an inertia no rigid body can have, or that move neither mass nor inertia.
+    """Warn about joints whose link has a physically impossible inertia, or that move neither mass nor inertia.
 
     `lines` maps each link of impossible inertia to its line in the file.
     """
@@ -58,61 +58,62 @@ def check_inertias(name: str, model: pin.Model, lines: Mapping[str, str]) -> lis
         if model.joints[joint].nv == 1 and matrix[place, place] <= 0:
             empty.append(str(model.names[joint]))
     texts = {
-        "no rigid body has the inertia given for what these joints carry": impossible,
+        "these joints carry links whose inertia is impossible for a rigid body": impossible,
         "these joints move neither mass nor inertia": empty,
     }
     return [f"{name}: {text}: {', '.join(joints)}" for text, joints in texts.items() if joints]
 
 
 def is_possible(moments: Array) -> bool:
-    """Return whether moments of inertia, shape (3, 3), are positive semidefinite and obey the triangle inequality."""
+    """Check that moments of inertia, shape (3, 3), are positive semidefinite and obey the triangle inequality."""
     least, middle, most = np.linalg.eigvalsh(moments)
-    return bool(least >= LEAST_MOMENT and least + middle >= most * (1 - 1e-3))  # [1], as digits are few
+    return bool(least >= LEAST_MOMENT and least + middle >= most * (1 - 1e-3))  # [1], files have few digits
 
 
 def require_same_joints(path: Path, expected: set[str], model: pin.Model) -> None:
-    """Refuse a model whose joints are not those of its file."""
+    """Refuse a model whose joints differ from the file's."""
     joints = range(1, model.njoints)
     read = {str(model.names[k]) for k in joints if model.joints[k].nv == 1 or str(model.names[k]) in expected}
     if odd := sorted(expected ^ read):
         hint = "; move bodies out of <frame> elements and give each body one joint" if path.suffix != ".urdf" else ""
         raise RobotFileError(
-            f"{path}: Pinocchio lost or made up joint(s) {', '.join(odd)} when it read the model{hint}"
+            f"{path}: Pinocchio dropped or added joint(s) {', '.join(odd)} when it read the model{hint}"
         )
 
 
 def require_same_mass(path: Path, expected: float, model: pin.Model) -> None:
-    """Refuse a model whose mass is not that of its file [kg]."""
+    """Refuse a model whose mass differs from the file's [kg]."""
     read = sum(inertia.mass for inertia in model.inertias)
     if not abs(read - expected) <= RELATIVE_TOLERANCE * max(abs(expected), 1e-9):
         raise RobotFileError(
-            f"{path}: Pinocchio read a mass of {read:.6g} kg where the file has {expected:.6g} kg; "
+            f"{path}: Pinocchio read a mass of {read:.6g} kg, but the file has {expected:.6g} kg; "
             "some body was dropped or counted twice"
         )
 
 
 def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
-    """Check links, joints, the tree of both, and every number that Pinocchio reads.
+    """Check links, joints, their tree, and all numbers that Pinocchio reads.
 
     Returns
     -------
     warnings
-        Parts that are read differently from what the file describes.
+        Parts that stribeck models differently from the file.
     impossible
-        Links whose moments of inertia no rigid body has, by name, with their lines. They are not refused: 14 of the 70
+        Links with physically impossible moments of inertia, by name, with their lines. They are not refused: 14 of the
+        70
         URDFs of example-robot-data have some, most of them light.
 
     Raises
     ------
     RobotFileError
-        Naming the link or joint and its line.
+        Names the link or joint and its line.
     """
     root = xml.root
     if not root.get("name"):
         raise RobotFileError(f'{xml.path}: the <robot> element has no name; write <robot name="...">')
     macro = next((element for element in root.iter() if element.tag.startswith("xacro:")), None)
     if macro is not None:
-        xml.refuse(macro, f"<{macro.tag}> is a macro; expected the URDF that `xacro` makes of this file")
+        xml.refuse(macro, f"<{macro.tag}> is a macro; expected the URDF that `xacro` generates from this file")
     require_few([xml])
     links, joints = xml.named("link"), xml.named("joint")
     if not links:
@@ -122,17 +123,17 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
         _check_joint(xml, joint, f"joint '{name}'", links)
     _check_tree(xml, links, joints)
     coupled = sorted(name for name in moving_joints(root) if joints[name].find("mimic") is not None)
-    warnings = [f"{xml.path.name}: mimic joints are taken as independent: {', '.join(coupled)}"] if coupled else []
+    warnings = [f"{xml.path.name}: mimic joints are treated as independent: {', '.join(coupled)}"] if coupled else []
     return warnings, {name: f"line {xml.lines[links[name]]}" for name in links if not is_possible(moments[name])}
 
 
 def moving_joints(root: Element) -> set[str]:
-    """Return the names of the joints of a URDF that have one degree of freedom."""
+    """Collect the names of a URDF's joints with one degree of freedom."""
     return {str(joint.get("name")) for joint in root.findall("joint") if joint.get("type") in MOVING}
 
 
 def _check_inertial(xml: XmlFile, link: Element, of: str) -> Array:
-    """Check a link's inertia and return its moments, shape (3, 3); zero if the link is only a frame."""
+    """Check a link's inertia, and return its moments, shape (3, 3); zero if the link is only a frame."""
     inertial = xml.only(link, "inertial", of)
     if inertial is None:
         return np.zeros((3, 3))
@@ -189,7 +190,7 @@ def _check_joint(xml: XmlFile, joint: Element, of: str, links: Mapping[str, Elem
 
 
 def _check_tree(xml: XmlFile, links: Mapping[str, Element], joints: Mapping[str, Element]) -> None:
-    """Refuse links that are no tree: with two parents, in a loop, or apart from the others."""
+    """Refuse links with two parents, in a loop, or disconnected from the others."""
     above: dict[str, str] = {}
     for name, joint in joints.items():
         parent, child = (str(end.get("link")) for tag in ("parent", "child") for end in joint.findall(tag))
@@ -198,7 +199,7 @@ def _check_tree(xml: XmlFile, links: Mapping[str, Element], joints: Mapping[str,
         above[child] = parent
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        xml.refuse(links[roots[1]], f"link '{roots[1]}' is a root, as '{roots[0]}' is; expected one tree of links")
+        xml.refuse(links[roots[1]], f"links '{roots[0]}' and '{roots[1]}' are both roots; expected one tree of links")
     for name in links:
         link, steps = name, 0
         while link in above and steps <= len(links):

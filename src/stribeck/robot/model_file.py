@@ -1,4 +1,4 @@
-"""Read a model file (URDF or MJCF) into Pinocchio, checked, with locked joints removed."""
+"""Read a model file (URDF or MJCF) into Pinocchio, check it, and lock joints."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,26 +21,26 @@ from stribeck.robot.rooting import FREE_FLYER, is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
 
 MARK = " (body)"
-"""Suffix for the names of frames while they could be confused with joints."""
+"""Suffix that temporarily distinguishes body frames from joints of the same name."""
 
 
 def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
-    """Read the model of a file, and collect warnings about it.
+    """Read a model file, and collect warnings.
 
     Parameters
     ----------
     path
-        A URDF or MJCF (MuJoCo) file.
+        Path of a URDF or MJCF (MuJoCo) file.
     base
-        Whether the root moves freely. A root fixed in a floating model stays where the file puts it.
+        Whether the root moves freely. If fixed, the root of a floating model stays at its pose in the file.
 
     Raises
     ------
     RobotFileError
-        If the file cannot be read, or Pinocchio reads another robot from it than it describes.
+        If the file cannot be read, or Pinocchio's model differs from the file.
     """
     xml = read_xml(path)
-    kind = _kind(xml)
+    kind = _detect_kind(xml)
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     try:
         model, notes = _build_from_urdf(xml, root) if kind == "urdf" else _build_from_mjcf(xml, root)
@@ -53,7 +53,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
 
 
 def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
-    """Build the model of a URDF, whatever its encoding; elements without dynamics would make Pinocchio complain."""
+    """Build the model of a URDF of any encoding, without the elements that make Pinocchio complain."""
     notes, impossible = check_urdf(xml)
     for parent, kept in ((xml.root, ("link", "joint")), *((link, ("inertial",)) for link in xml.root.findall("link"))):
         for element in list(parent):
@@ -68,9 +68,9 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
 
 
 def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
-    """Build the model of an MJCF, with a free flyer between it and the world where it has none.
+    """Build the model of an MJCF; a free flyer connects it to the world if it has none.
 
-    Pinocchio's own way of reading MJCF with a root refuses files with keyframes; its `appendModel` loses armature.
+    Pinocchio's reader with a root refuses files with keyframes, and its `appendModel` loses armature.
     """
     try:
         from stribeck.robot.mjcf import add_loop_frames, check_file, check_mjcf, compile_mjcf
@@ -90,19 +90,19 @@ def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
 
 
 def kind_of(path: Path) -> Literal["urdf", "mjcf"]:
-    """Tell the format of a model file by its root element.
+    """Detect the format of a model file by its root element.
 
     Raises
     ------
     RobotFileError
-        If there is no such file, or its format is another one.
+        If the file does not exist or has another format.
     """
-    return _kind(read_xml(path))
+    return _detect_kind(read_xml(path))
 
 
-def _kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
+def _detect_kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
     if xml.root.tag == "sdf":
-        raise RobotFileError(f"{xml.path}: SDF models are not read; convert this one to URDF or MJCF")
+        raise RobotFileError(f"{xml.path}: SDF models are not supported; convert the model to URDF or MJCF")
     if xml.root.tag not in ("robot", "mujoco"):
         raise RobotFileError(
             f"{xml.path}: the root element is <{xml.root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
@@ -111,7 +111,7 @@ def _kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
 
 
 def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
-    """Return the model with these of its joints fixed at the given positions [rad or m]."""
+    """Fix joints at positions [rad or m]."""
     joints, positions = [int(model.getJointId(name)) for name in locked], np.zeros(model.nv)
     for joint, value in zip(joints, locked.values(), strict=True):
         if model.joints[joint].nv == 1:
@@ -120,9 +120,9 @@ def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
 
 
 def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -> pin.Model:
-    """Return the model with joints fixed; a body that has a joint's name keeps it.
+    """Fix joints; a body with a joint's name keeps its name.
 
-    Pinocchio looks frames up by name only, and could not tell the two apart.
+    Pinocchio looks up frames by name only and would confuse the two.
     """
     marked = pin.Model(model)
     taken = {frame.name for frame in model.frames if frame.type == pin.FrameType.JOINT}
@@ -139,6 +139,6 @@ def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -
 
 
 def joint_names(model: pin.Model) -> list[str]:
-    """Return the names of the joints other than the root, in the model's order."""
+    """List the joints other than the root, in the model's order."""
     joints = zip(list(model.names)[1:], list(model.joints)[1:], strict=True)
     return [str(name) for name, joint in joints if joint.shortname() != FREE_FLYER]

@@ -1,4 +1,4 @@
-"""What it is: the robot's model, the roles of its joints, its contacts, and how its logs differ from the contract."""
+"""`Robot`: model, roles of the joints, contacts, and settings for its logs."""
 
 from __future__ import annotations
 
@@ -21,41 +21,41 @@ from stribeck.settings import LogTable, LoopTable, MotorTable, RobotFile, Settin
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Robot:
-    """A robot: its tree of one-degree-of-freedom joints and what is known about them.
+    """Robot: a tree of joints with one degree of freedom, its contacts and settings.
 
     Attributes
     ----------
     name
-        For people.
+        Name for reports.
     tree
-        The tree under its own root: a free flyer at the base, or fixed.
+        Kinematic tree under its own root, which is a free flyer at the base or fixed.
     joint_names
-        The n joints, in the order of all (T, n) arrays.
+        Names of the n joints, in the order of all (T, n) arrays.
     position_controlled
         Joints whose torque is not measured and whose motion is taken as given (5.3), (5.4c).
     contacts
-        By name; empty for a fixed base.
+        Contacts by name; empty for a fixed base.
     base_frame
-        The frame whose orientation a log's `base_orientation` is.
+        Frame that a log's `base_orientation` refers to.
     gravity
-        In the world, or in the frame of a fixed base [m/s^2], shape (3,).
+        Gravity in the frame of the world or of a fixed base [m/s^2], shape (3,).
     torque_source, log_table, settings
-        As the robot file says.
+        Entries of the robot file.
     passive, loops
-        Joints without a motor, which are among those under position control, and what moves them (`dynamics.loops`).
+        Joints without a motor (also listed as position-controlled), and the loops that move them (`dynamics.loops`).
     motors
-        By joint: what its torque is made of, where the log holds currents or torques before the gear.
+        Conversion from currents or torques before the gear to joint torques, by joint.
     command_gains
-        kp [N m/rad] and kd [N m s/rad] of the law that commands torques, shape (n,) each; zero for joints under
-        position control. None where the log holds torques.
+        Drive gains kp [N m/rad] and kd [N m s/rad] for commanded torques, shape (n,) each; zero for position-controlled
+        joints. None if the log contains torques.
     couplings
-        By name, coefficients b_j of torque-controlled joints: friction R(sum_j b_j v_j) acts on joint j as b_j R.
+        Coefficients b_j of torque-controlled joints by coupling: friction R(sum_j b_j v_j) acts on joint j as b_j R.
     warnings
-        What is odd about the model.
+        Problems of the model.
     path
-        The robot file, or the model where there is none.
+        Path of the robot file, or of the model if there is no robot file.
     model_path
-        The model file.
+        Path of the model file.
 
     Examples
     --------
@@ -91,12 +91,12 @@ class Robot:
 
     @classmethod
     def from_file(cls, path: str | Path) -> Robot:
-        """Read a robot file (robot.toml) and the model it names.
+        """Read a robot file (robot.toml) and its model.
 
         Raises
         ------
         RobotFileError
-            If the file or the model cannot be used; the message says where and what would be valid.
+            If the file or the model cannot be used; the message names the place and the valid choices.
 
         Examples
         --------
@@ -116,24 +116,23 @@ class Robot:
         position_controlled: Sequence[str] = (),
         gravity: Sequence[float] = (0.0, 0.0, -9.81),
     ) -> Robot:
-        """Read a URDF or MJCF model, without a robot file; `from_urdf` is another name of this.
+        """Read a URDF or MJCF model without a robot file. `from_urdf` is an alias.
 
         Parameters
         ----------
         path
-            The model file, or `package:NAME` of a package that brings it, as in a robot file.
+            Path of the model file, or `package:NAME` for a model of an installed package.
         base
-            Whether the base moves freely.
+            Whether the base moves freely ("floating") or not ("fixed").
         contacts
-            Of a floating base: name of each foot -> its frame in the model, a surface; or, as in a robot file, a
-            mapping `{"frame": ..., "kind": "point"}`.
+            Feet of a floating base: name -> frame in the model, for a surface contact, or name -> a mapping
+            `{"frame": ..., "kind": "point"}`.
         torque_source
-            Where the torques of its logs come from: "link_side_sensor", "motor_side_sensor", "motor_current" or
-            "command".
+            Source of the torques in the logs: "link_side_sensor", "motor_side_sensor", "motor_current" or "command".
         position_controlled
             Joints whose torque is not measured and whose motion is taken as given.
         gravity
-            In the world, or in the frame of a fixed base [m/s^2], shape (3,).
+            Gravity in the frame of the world or of a fixed base [m/s^2], shape (3,).
 
         Raises
         ------
@@ -164,40 +163,40 @@ class Robot:
 
     @property
     def base(self) -> Literal["floating", "fixed"]:
-        """Whether the base moves freely."""
+        """Whether the base moves freely ("floating") or not ("fixed")."""
         return "floating" if self.tree.floating else "fixed"
 
     @cached_property
     def mass(self) -> float:
-        """Total mass of the model, a fixed base included [kg]."""
+        """Total mass of the model, including a fixed base [kg]."""
         return float(sum(inertia.mass for inertia in self.tree.model.inertias))
 
     @cached_property
     def armature(self) -> Array:
-        """Reflected rotor inertia that the dynamics include [kg m^2], shape (n,)."""
+        """Reflected rotor inertia in the dynamics [kg m^2], shape (n,)."""
         return self._in_order("armature")
 
     @cached_property
     def position_limits(self) -> tuple[Array, Array]:
         """Lowest and highest position of each joint [rad] or [m], shape (n,) each; infinite where unlimited."""
         low, high = self._in_order("lowerPositionLimit"), self._in_order("upperPositionLimit")
-        endless = (low < -4 * np.pi) | (high > 4 * np.pi) | (high <= low)  # [rad] or [m]; a wider limit is none
+        endless = (low < -4 * np.pi) | (high > 4 * np.pi) | (high <= low)  # [rad] or [m]; wider counts as unlimited
         return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
     @cached_property
     def effort_limits(self) -> Array:
-        """Largest torque of each joint [N m] or [N] by the model, shape (n,); infinite where it says none."""
+        """Largest torque of each joint in the model [N m] or [N], shape (n,); infinite if not given."""
         found = self._in_order("effortLimit")
         return np.where(found > 0, found, np.inf)
 
     @cached_property
     def speed_limits(self) -> Array:
-        """Largest speed of each joint [rad/s] or [m/s] by the model, shape (n,); infinite where it says none."""
+        """Largest speed of each joint in the model [rad/s] or [m/s], shape (n,); infinite if not given."""
         found = self._in_order("velocityLimit")
         return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
 
     def _in_order(self, attribute: str) -> Array:
-        """Return an attribute of the tree's joints in the order of `joint_names`, shape (n,)."""
+        """Sort an attribute of the tree's joints in the order of `joint_names`, shape (n,)."""
         found = np.empty(len(self.joint_names))
         found[self.tree.columns] = getattr(self.tree.model, attribute)[-len(found) :]
         return found
@@ -209,7 +208,7 @@ class Robot:
 
     @cached_property
     def torque_controlled(self) -> NDArray[np.int64]:
-        """Columns of the joints whose torque is measured (the selection S_tc of (5.3))."""
+        """Columns of the joints with measured torque (the selection S_tc of (5.3))."""
         given = [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
         return np.array(given, dtype=np.int64)
 
@@ -220,11 +219,11 @@ class Robot:
 
     @cached_property
     def independent(self) -> NDArray[np.int64]:
-        """Columns of all other joints, whose motion is that of the passive ones too."""
+        """Columns of all other joints; their motion determines the motion of the passive joints."""
         return np.setdiff1d(np.arange(len(self.joint_names)), self.passive_columns)
 
     def coefficients(self, joints: Sequence[str], couplings: Sequence[str]) -> Array:
-        """Return the coefficients of some joints in some couplings, shape (joints, couplings)."""
+        """Return the coefficients of joints in couplings, shape (joints, couplings)."""
         rows = [[self.couplings[coupling].get(joint, 0.0) for coupling in couplings] for joint in joints]
         return np.array(rows).reshape(len(joints), len(couplings))
 
@@ -233,26 +232,26 @@ class Robot:
         return {}
 
     def rooted_at(self, contact: str) -> RootedModel:
-        """Return the tree re-rooted at a contact's frame; it is built once."""
+        """Root the tree at a contact's frame. The result is cached."""
         if contact not in self._rooted:
             self._rooted[contact] = root_at(self.tree.model, self.contacts[contact].frame)
         return self._rooted[contact]
 
     def standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
-        """Return which joints lie between the base and a standing foot, or in a loop with one of them, shape (n,)."""
+        """Find the joints between the base and a standing foot, or in a loop with one of them, shape (n,)."""
         found = set[int]().union(*(self._path(self.contacts[foot].frame) for foot in feet))
-        for group in self._loop_groups():  # the ground's force on a loop acts on all of its joints
+        for group in self._loop_groups():  # a ground force on a loop acts on all of its joints
             if found & group:
                 found |= group
         return np.isin(np.arange(len(self.joint_names)), list(found))
 
     def _path(self, frame: str) -> set[int]:
-        """Return the columns of the joints between the base and a frame."""
+        """Find the columns of the joints between the base and a frame."""
         joint = int(self.tree.model.frames[self.tree.model.getFrameId(frame)].parentJoint)
         return {self.tree.column(above) for above in self.tree.path_to_root(joint)}
 
     def _loop_groups(self) -> list[set[int]]:
-        """Return the columns of the joints that loops tie together, group by group."""
+        """Group the columns of joints that loops connect."""
         groups: list[set[int]] = []
         for loop in self.loops:
             first, second = map(self._path, loop.frames)
@@ -262,17 +261,17 @@ class Robot:
         return groups
 
     def foot_pose(self, contact: str, position: Array) -> tuple[Array, Array]:
-        """Return rotation (T, 3, 3) and translation (T, 3) [m] of a contact's frame in the base frame."""
+        """Compute rotation (T, 3, 3) and translation (T, 3) [m] of a contact's frame in the base frame."""
         frame = self.tree.model.getFrameId(self.contacts[contact].frame)
         return frame_pose(self.tree, frame, position)
 
 
 def from_robot_file(file: RobotFile, path: Path) -> Robot:
-    """Build the robot that a validated robot file describes; the model's path is relative to `path`.
+    """Build the robot of a validated robot file; the model's path is relative to `path`.
 
     Raises
     ------
     RobotFileError
-        If the model cannot be read, or the file names joints or frames that it does not have.
+        If the model cannot be read, or lacks joints or frames that the file names.
     """
     return Robot(**robot_fields(file, path))

@@ -1,4 +1,4 @@
-"""Read a robot file (TOML): the model it names, checked against what the file says about joints and frames."""
+"""Read a robot file (TOML) and check the joints and frames that it names against its model."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,17 +18,17 @@ from stribeck.robot.rooting import BASE_FRAME, root_at
 from stribeck.settings import MotorTable, RobotFile, RobotTable, describe, parse_toml
 
 ARMATURE_ADVICE = {
-    "link_side_sensor": "a torque sensor behind the gear does not feel the rotor; set [robot] armature to 0 for those "
-    "joints if the model's is the rotor's",
-    "motor_side_sensor": "a torque sensor between motor and gear feels what turns behind it, not the rotor; set "
-    "[robot] armature to the gear's own part for those joints if the model's is the rotor's",
+    "link_side_sensor": "a torque sensor behind the gear does not measure the rotor; set [robot] armature to 0 for "
+    "those joints if the model's armature is the rotor's",
+    "motor_side_sensor": "a torque sensor between motor and gear does not measure the rotor; set "
+    "[robot] armature to the inertia of the gear for those joints if the model's armature includes the rotor",
 }
 """Advice about an armature in the model, for torque sources that do not measure the rotor's inertia."""
 
 
 @dataclass(frozen=True)
 class Contact:
-    """A frame that can stand on the ground: a `surface` holds six degrees of freedom, a `point` three."""
+    """Frame that can stand on the ground: a `surface` constrains six degrees of freedom, a `point` three."""
 
     name: str
     frame: str
@@ -65,12 +65,12 @@ def validated(document: dict[str, Any], path: Path) -> RobotFile:
 
 
 def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
-    """Build the fields of the `Robot` that a validated robot file describes; the model is relative to `path`.
+    """Build the fields of `Robot` from a validated robot file; the model's path is relative to `path`.
 
     Raises
     ------
     RobotFileError
-        If the model cannot be read, or the file names joints or frames that it does not have.
+        If the model cannot be read, or lacks joints or frames that the file names.
     """
     table = file.robot
     try:
@@ -79,9 +79,9 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
         raise RobotFileError(f"{path}: [robot] model = {error}") from error
     model, warnings = load_model(file_of_model, table.base)
     if table.loops:
-        warnings = [warning for warning in warnings if "equality constraint(s) are left out" not in warning]
+        warnings = [warning for warning in warnings if "equality constraint(s) are ignored" not in warning]
     model = _with_roles(model, table, f"{path}: [robot]")
-    contacts = _contacts(file, model, path)
+    contacts = _build_contacts(file, model, path)
     model.gravity.linear = np.array(table.gravity)
     try:
         tree = root_at(model)
@@ -89,10 +89,10 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
         raise RobotFileError(f"{path}: {error}") from error
     if not any(inertia.mass > 0 or np.any(inertia.inertia) for inertia in list(tree.model.inertias)[1:]):
         raise RobotFileError(
-            f"{file_of_model}: no link that moves has a mass; expected the masses and inertias of the links"
+            f"{file_of_model}: no moving link has a mass; expected the masses and inertias of the links"
         )
     names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
-    joints = [names[k] for k in np.argsort(tree.columns)]  # columns count the joints of the model
+    joints = [names[k] for k in np.argsort(tree.columns)]  # columns are joints of the original model
     measured = [name for name in joints if name not in table.position_controlled]
     if table.torque_source in ARMATURE_ADVICE and np.any(tree.model.armature):
         warnings.append(
@@ -110,9 +110,9 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
         "base_frame": table.base_frame or BASE_FRAME,
         "gravity": np.array(table.gravity),
         "torque_source": table.torque_source,
-        "motors": _motors(table, measured, f"{path}: [robot.motors."),
-        "command_gains": _command_gains(table, joints, measured, f"{path}: [robot]"),
-        "couplings": _couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
+        "motors": _check_motors(table, measured, f"{path}: [robot.motors."),
+        "command_gains": _sort_gains(table, joints, measured, f"{path}: [robot]"),
+        "couplings": _check_couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
         "log_table": file.log,
         "settings": file.identify,
         "warnings": tuple(warnings),
@@ -130,7 +130,7 @@ def _require(names: Iterable[str], known: Sequence[str], where: str, kind: str =
 
 
 def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
-    """Lock joints, set armatures, and check every joint that `[robot]` names."""
+    """Lock joints, set armatures, and check all joint names in `[robot]`."""
     _require(table.locked, joint_names(model), f"{where} locked", "joints")
     model = lock_joints(model, table.locked)
     left = joint_names(model)
@@ -148,14 +148,14 @@ def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
         )
     if bool(table.passive) != bool(table.loops):
         raise RobotFileError(
-            f"{where} passive and [[robot.loops]] belong together; expected the joints without a motor that the loops "
-            "move, and the frames that are held together"
+            f"{where} passive and [[robot.loops]] belong together; expected both the joints without a motor and "
+            "the frames that close the loops"
         )
     return model
 
 
-def _contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, Contact]:
-    """Build the contacts by name, and check every frame that the file names."""
+def _build_contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, Contact]:
+    """Build the contacts by name, and check all frame names in the file."""
     if file.robot.base == "fixed" and file.contacts:
         raise RobotFileError(
             f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
@@ -175,12 +175,12 @@ def _contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, Contac
         if (other := by_frame.setdefault(contact.frame, name)) != name:
             raise RobotFileError(
                 f"{path}: [contacts.{name}] and [contacts.{other}] have the frame '{contact.frame}'; "
-                "expected a frame for each contact"
+                "expected a different frame for each contact"
             )
     return {name: Contact(name, contact.frame, contact.kind) for name, contact in file.contacts.items()}
 
 
-def _motors(table: RobotTable, measured: Sequence[str], where: str) -> dict[str, MotorTable]:
+def _check_motors(table: RobotTable, measured: Sequence[str], where: str) -> dict[str, MotorTable]:
     """Check that each motor table suits its joint and the torque source."""
     for name, motor in table.motors.items():
         _require([name], measured, f"{where}{name}]")
@@ -188,17 +188,17 @@ def _motors(table: RobotTable, measured: Sequence[str], where: str) -> dict[str,
         sources = ("motor_current", "motor_side_sensor")[: 1 + (key == "ratio")]
         if table.torque_source not in sources:
             raise RobotFileError(
-                f"{where}{name}] {key} is for torque_source {' or '.join(map(repr, sources))}, and it is "
+                f"{where}{name}] {key} is for torque_source {' or '.join(map(repr, sources))}, not "
                 f"'{table.torque_source}'; "
                 "remove the key or change the source"
             )
     return table.motors
 
 
-def _command_gains(
+def _sort_gains(
     table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str
 ) -> tuple[Array, Array] | None:
-    """Return kp and kd in the order of the joints, shape (n,) each; None where the log contains torques."""
+    """Sort kp and kd in the order of the joints, shape (n,) each; None if the log contains torques."""
     if table.kp is None and table.kd is None:
         return None
     found = []
@@ -207,28 +207,28 @@ def _command_gains(
         _require(by_joint, measured, f"{where} {key}")
         if table.torque_source != "command":
             raise RobotFileError(
-                f"{where} kp and kd are for torque_source 'command', and it is '{table.torque_source}'; remove them or "
+                f"{where} kp and kd are for torque_source 'command', not '{table.torque_source}'; remove them or "
                 "change the source"
             )
         if missing := [name for name in measured if name not in by_joint]:
             raise RobotFileError(
-                f"{where} {key} has no value for joint '{missing[0]}'; expected one number, or one for each of "
+                f"{where} {key} has no value for joint '{missing[0]}'; expected one number, or numbers for "
                 f"{', '.join(measured)} (0.0 for none)"
             )
         found.append(np.array([by_joint.get(name, 0.0) for name in joints]))
     return found[0], found[1]
 
 
-def _couplings(
+def _check_couplings(
     table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str
 ) -> dict[str, dict[str, float]]:
-    """Check the couplings, and return their coefficients by name."""
+    """Check the couplings, and collect their coefficients by name."""
     found: dict[str, dict[str, float]] = {}
     for coupling in table.couplings:
         name = coupling.name or "+".join(coupling.joints)
         _require(coupling.joints, measured, f"{where} '{name}'")
         if len(coupling.joints) < 2 or not all(coupling.joints.values()):
-            raise RobotFileError(f"{where} '{name}' needs two joints or more, each with a coefficient that is not 0")
+            raise RobotFileError(f"{where} '{name}' needs at least two joints, each with a nonzero coefficient")
         if name in found or name in joints:
             raise RobotFileError(f"{where} '{name}' has the name of another coupling or joint; give it another 'name'")
         found[name] = coupling.joints

@@ -1,8 +1,8 @@
-"""The kinematic tree re-rooted at another body, with one-degree-of-freedom joints only.
+"""Re-root a kinematic tree of joints with one degree of freedom at another body.
 
-Standing on one foot, a robot is a fixed-base tree whose root is that foot. A joint between the old root and the foot is
-passed the other way: with X its placement in its parent and S its axis, the pose of the parent in the child is
-`(X exp(S q))^-1 = exp(-S q) X^-1`: the same joint about -S. Position, velocity and torque keep their signs.
+A robot that stands on one foot is a fixed-base tree rooted at that foot. Joints between the old root and the foot are
+traversed in reverse: with X the placement of a joint in its parent and S its axis, the pose of the parent in the child
+is `(X exp(S q))^-1 = exp(-S q) X^-1`, the same joint about -S. Position, velocity and torque keep their signs.
 """
 
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError
 
 BASE_FRAME = "stribeck_base"
-"""Name of a frame that every rooted tree has: the robot's own root link."""
+"""Name of the frame at the robot's own root link, present in every rooted tree."""
 FREE_FLYER = "JointModelFreeFlyer"
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A joint's axis in its own frame: revolute about it or prismatic along it."""
+    """Axis of a revolute or prismatic joint in the joint's frame."""
 
     direction: Array  # unit vector, shape (3,)
     prismatic: bool
@@ -29,20 +29,21 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class RootedModel:
-    """A tree of one-degree-of-freedom joints under a free or fixed root, and where its joints stand in the robot.
+    """Tree of joints with one degree of freedom under a free or fixed root, and the robot columns of its joints.
 
     Attributes
     ----------
     model
-        Its first joint is a free flyer at the root frame if `floating`; every other joint has one degree of freedom.
+        Pinocchio model. Its first joint is a free flyer at the root frame if `floating`; all others have one degree of
+        freedom.
     columns
-        Robot joint of each of the model's joints, in the model's order, shape (n,).
+        Robot column of each joint, in the model's order, shape (n,).
     floating
         Whether the root is free: configuration and velocity then start with 7 and 6 root entries.
     axes
-        Of each of the model's joints, in the model's order.
+        Axis of each joint, in the model's order.
     bodies
-        Where the bodies of the tree that was re-rooted are: by its joint, the joint here and the pose in its frame.
+        Bodies of the original tree: original joint -> joint in this model, and pose in the frame of that joint.
     """
 
     model: pin.Model
@@ -58,11 +59,11 @@ class RootedModel:
 
     @property
     def order(self) -> NDArray[np.int64]:
-        """Places of the root and of the robot's joints, in the robot's order, in the model's velocity, (r + n,)."""
+        """Indices in the model's velocity of the root and of the joints in robot order, shape (r + n,)."""
         return np.concatenate([np.arange(self.root_size), self.root_size + np.argsort(self.columns)])
 
     def path_to_root(self, joint: int) -> list[int]:
-        """Return the one-degree-of-freedom joints from `joint` up to the root, nearest first."""
+        """List the joints with one degree of freedom from `joint` up to the root, nearest first."""
         path = []
         while joint > self.floating:
             path.append(joint)
@@ -74,7 +75,7 @@ class RootedModel:
         return self.axes[joint - 1 - self.floating]
 
     def column(self, joint: int) -> int:
-        """Return the robot's joint column of a joint of the model."""
+        """Return the robot column of a joint of the model."""
         return int(self.columns[joint - 1 - self.floating])
 
 
@@ -84,7 +85,7 @@ def is_floating(model: pin.Model) -> bool:
 
 
 def joint_axis(model: pin.Model, joint: int) -> Axis:
-    """Return the axis of a joint with one degree of freedom.
+    """Find the axis of a joint with one degree of freedom.
 
     Raises
     ------
@@ -107,20 +108,20 @@ def joint_axis(model: pin.Model, joint: int) -> Axis:
         if not np.any(angular):
             return Axis(linear / np.linalg.norm(linear), prismatic=True)
     raise RobotFileError(
-        f"joint '{model.names[joint]}' is a {kind.removeprefix('JointModel')}, which stribeck does not model; "
+        f"joint '{model.names[joint]}' is a {kind.removeprefix('JointModel')}, which stribeck does not support; "
         "expected a revolute, continuous or prismatic joint, or lock it with [robot] locked"
     )
 
 
 def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
-    """Return the tree of `model` rooted at a frame, or at its own root with every joint made plain.
+    """Root the tree of `model` at a frame, or keep its root; all joints become plain revolute or prismatic ones.
 
     Parameters
     ----------
     model
-        Fixed or floating; its joints, beside a free flyer, have one degree of freedom.
+        Fixed or floating model; joints other than a free flyer have one degree of freedom.
     frame_name
-        A frame of a floating model. Its body becomes the root, and the root's coordinates are those of the frame.
+        Frame of a floating model. Its body becomes the root, and the root's coordinates become the frame's.
 
     Raises
     ------
@@ -138,11 +139,11 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     rooted.name = model.name
     rooted.gravity = model.gravity
     new_root = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint") if floating else 0
-    placed = {root_body: (new_root, in_root)}  # old body -> new joint, and the old body's pose in its frame
+    placed = {root_body: (new_root, in_root)}  # old body -> new joint, pose in its frame
     columns, axes = [], []
 
-    # Depth first, as Pinocchio's recursions need: the joints of a subtree follow one another.
-    pending = _edges(model, root_body, base)
+    # Depth first: Pinocchio's recursions require that the joints of a subtree are consecutive.
+    pending = _list_edges(model, root_body, base)
     while pending:
         body, joint = pending.pop()
         child = joint if joint != body else int(model.parents[joint])
@@ -158,9 +159,9 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         placed[child] = (new, pin.SE3.Identity() if forward else model.jointPlacements[joint].inverse())
         columns.append(joint - base - 1)
         axes.append(Axis(direction, axis.prismatic))
-        pending += _edges(model, child, base)
+        pending += _list_edges(model, child, base)
 
-    _carry_bodies(model, rooted, placed, base)
+    _move_bodies(model, rooted, placed, base)
     root = rooted.nv - len(columns)
     for name in ("armature", "effortLimit", "velocityLimit"):
         values = np.array(getattr(rooted, name))
@@ -173,8 +174,8 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
 
 
-def _carry_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[int, pin.SE3]], base: int) -> None:
-    """Give the new joints the bodies and frames of the old ones; `placed` says where each old body is."""
+def _move_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[int, pin.SE3]], base: int) -> None:
+    """Move bodies and frames from the old joints to the new ones; `placed` maps each old body to its new place."""
     for body, (joint, pose) in placed.items():
         rooted.appendBodyToJoint(joint, model.inertias[body], pose)
     for frame in model.frames[1:]:
@@ -187,14 +188,14 @@ def _carry_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[i
 
 
 def position_range(model: pin.Model, joint: int) -> tuple[float, float]:
-    """Return the lowest and highest position of a joint [rad or m], infinite for a continuous one."""
+    """Return the lowest and highest position of a joint [rad or m]; infinite for a continuous joint."""
     joint_model = model.joints[joint]
     if joint_model.nq != 1:  # stored as cosine and sine
         return -np.inf, np.inf
     return float(model.lowerPositionLimit[joint_model.idx_q]), float(model.upperPositionLimit[joint_model.idx_q])
 
 
-def _edges(model: pin.Model, body: int, base: int) -> list[tuple[int, int]]:
-    """Return (body, joint) for the joints to a body's neighbours: its own and its children's, last first."""
+def _list_edges(model: pin.Model, body: int, base: int) -> list[tuple[int, int]]:
+    """List (body, joint) for the joints between a body and its neighbors, last joint first."""
     joints = (joint for joint in range(base + 1, model.njoints) if body in (joint, int(model.parents[joint])))
     return [(body, joint) for joint in reversed(list(joints))]

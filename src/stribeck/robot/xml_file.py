@@ -1,4 +1,4 @@
-"""An XML model file, read with the lines of its elements, and bounded before any native reader sees it."""
+"""XML model files: read with line numbers, and checked for size before any native reader opens them."""
 
 import math
 import re
@@ -15,14 +15,14 @@ from stribeck.errors import RobotFileError
 MOST_ELEMENTS, DEEPEST = 200_000, 200
 """Largest number and depth of a file's elements [1]; native readers recurse into elements."""
 MOST_BODIES, MOST_JOINTS = 1000, 150
-"""Largest number of links and of moving joints [1]; Pinocchio's memory grows with the joints' cube, 0.4 GB for 150."""
+"""Largest number of links and of moving joints [1]. Pinocchio's memory is cubic in the joints: 0.4 GB for 150."""
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-"""Texts that every reader takes for the same number."""
+"""Numbers that all readers parse alike."""
 
 
 @dataclass(frozen=True, eq=False)
 class XmlFile:
-    """A file's elements, and the line in which each begins."""
+    """Elements of a file, and the line of each."""
 
     path: Path
     root: Element
@@ -30,7 +30,7 @@ class XmlFile:
 
     @property
     def text(self) -> str:
-        """The document again, whatever the encoding of the file."""
+        """The document as a string, independent of the file's encoding."""
         return tostring(self.root, encoding="unicode")
 
     def refuse(self, element: Element, message: str) -> NoReturn:
@@ -38,26 +38,26 @@ class XmlFile:
         raise RobotFileError(f"{self.path}: line {self.lines[element]}: {message}")
 
     def named(self, tag: str) -> dict[str, Element]:
-        """Return the root's children of a tag by their names, which must be present and unique."""
+        """Map the names of the root's children of a tag to them; names must exist and be unique."""
         found: dict[str, Element] = {}
         for element in self.root.findall(tag):
             name = element.get("name")
             if not name:
                 self.refuse(element, f'a <{tag}> has no name; write <{tag} name="...">')
             if name in found:
-                self.refuse(element, f"{tag} '{name}' is there already, in line {self.lines[found[name]]}")
+                self.refuse(element, f"{tag} '{name}' is already defined in line {self.lines[found[name]]}")
             found[name] = element
         return found
 
     def only(self, parent: Element, tag: str, of: str) -> Element | None:
-        """Return an element's one child of a tag, None where there is none."""
+        """Return the only child of a tag; None if the element has no such child."""
         found = parent.findall(tag)
         if len(found) > 1:
             self.refuse(found[1], f"{of} has {len(found)} <{tag}>; expected one")
         return found[0] if found else None
 
     def numbers(self, element: Element, text: str | None, count: int, what: str) -> list[float]:
-        """Return the plain, finite numbers of a text."""
+        """Parse plain, finite numbers."""
         words = (text or "").split()
         values = [float(word) for word in words if NUMBER.fullmatch(word)]
         if len(values) != len(words) or len(words) != count or not all(map(math.isfinite, values)):
@@ -73,7 +73,7 @@ def read_xml(path: Path) -> XmlFile:
     Raises
     ------
     RobotFileError
-        If it cannot be read, is not well-formed, defines entities, or is larger or deeper than any robot's.
+        If it cannot be read, is not well-formed, defines entities, or is larger or deeper than any robot's model.
     """
     expected = "a URDF or MJCF model, whose path is relative to the robot file"
     content = read_bytes(path, expected, RobotFileError)
@@ -87,8 +87,8 @@ def read_xml(path: Path) -> XmlFile:
         lines[element] = parser.CurrentLineNumber
         if depth > DEEPEST or len(lines) > MOST_ELEMENTS:
             raise RobotFileError(
-                f"{path}: line {parser.CurrentLineNumber}: <{tag[:60]}> is the {len(lines):,}th element and lies "
-                f"{depth} deep; expected a model of {MOST_ELEMENTS:,} elements at most, nested {DEEPEST} deep at most"
+                f"{path}: line {parser.CurrentLineNumber}: <{tag[:60]}> is element {len(lines):,} at depth "
+                f"{depth}; expected at most {MOST_ELEMENTS:,} elements and a depth of at most {DEEPEST}"
             )
 
     def end(tag: str) -> None:
@@ -112,16 +112,16 @@ def read_xml(path: Path) -> XmlFile:
 
 
 def require_few(files: Sequence[XmlFile]) -> None:
-    """Refuse a model, read from one or several files, with more links or moving joints than a robot has."""
+    """Refuse a model with more links or moving joints than robots have."""
     for tag, most in (("link", MOST_BODIES), ("body", MOST_BODIES), ("joint", MOST_JOINTS)):
         found = [(file, element) for file in files for element in _elements(file, tag)]
         if len(found) > most:
             file, element = found[most]
-            file.refuse(element, f"is the {most + 1}th of {len(found)} <{tag}>; expected {most} at most")
+            file.refuse(element, f"the model has {len(found)} <{tag}>; expected at most {most}")
 
 
 def _elements(file: XmlFile, tag: str) -> Iterator[Element]:
-    """Yield links, bodies, or the joints of either that can move."""
+    """Yield links, bodies or movable joints."""
     if tag != "joint":
         yield from file.root.iter(tag)
         return
