@@ -55,7 +55,7 @@ NAVIGATION = {
             "estimator",
             "glossary",
         ],
-        "Evidence": ["paper/index", "simulation", "real-robots", "benchmark", "fault-detection"],
+        "Evidence": ["paper", "simulation", "real-robots", "benchmark", "fault-detection"],
         "For developers": ["extending", "api/index"],
     },
     "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},
@@ -67,16 +67,6 @@ NAVIGATION = {
             "laws/asymmetric",
             "laws/lugre",
             "laws/auto",
-        ]
-    },
-    "paper/index": {
-        "": [
-            "paper/chapter-2",
-            "paper/chapter-3",
-            "paper/double-support",
-            "paper/derivatives",
-            "paper/sensitivity",
-            "paper/*",
         ]
     },
 }

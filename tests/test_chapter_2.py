@@ -1,4 +1,4 @@
-"""Every way of the paper's chapter 2 works on a walk from the command line, as docs/paper/chapter-2.md has it."""
+"""Every way of the paper's chapter 2 works on a walk from the command line, as in docs/paper.md."""
 
 import re
 import shlex
@@ -17,7 +17,7 @@ from stribeck.result import read_result
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
-PAGE = (Path(__file__).parents[1] / "docs/paper/chapter-2.md").read_text()
+PAGE = (Path(__file__).parents[1] / "docs/paper.md").read_text()
 COMMANDS = re.findall(r"`stribeck (identify .*?)`", PAGE)
 TRUTH = {"viscous": 0.4, "coulomb": 1.0, "offset": 0.3}
 MORE = {"load": 0.03, "coulomb_per_kelvin": -0.03}

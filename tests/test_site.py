@@ -22,12 +22,6 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def test_numbers_that_are_filled_in_do_not_break_paragraphs() -> None:
-    for path in (DOCS / "paper").glob("*.md"):
-        text = path.read_text()
-        assert not re.search(r"^ *<!-- \w[\w.-]+ -->[^\n]*<!-- / -->", text, re.MULTILINE), "a block to Markdown"
-
-
 class Page(NamedTuple):
     """What a page refers to, and what can be referred to in it."""
 

@@ -1,4 +1,4 @@
-"""Runs the studies: numbers to JSON, figures to SVG, both into the pages."""
+"""Runs the studies: writes numbers to JSON and figures to SVG, fills docs/paper.md, and prints all numbers."""
 
 import argparse
 import os
@@ -27,7 +27,8 @@ def main(words: list[str]) -> None:
         do_all(pool, make_walk, dict.fromkeys(walk for name in chosen for walk in studies[name].WALKS), arguments.quick)
         do_all(pool, run_study, chosen, arguments.quick)
     if not arguments.quick:
-        pages.fill_pages()
+        pages.fill_page()
+        pages.print_numbers()
 
 
 def do_all(pool: ProcessPoolExecutor, task: Callable[[str, bool], None], names: Iterable[str], quick: bool) -> None:

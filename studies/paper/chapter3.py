@@ -71,7 +71,6 @@ def texts(numbers: Numbers) -> dict[str, str]:
     return {
         "smoothing": _smoothing_table(numbers),
         "band": f"{paper['band']:.3f} rad/s",
-        "creep": f"{paper['creep']:.3f} rad/s",
         "kept": f"{100 * paper['kept']:.0f} %",
         "kept-least": f"{100 * numbers['smoothing']['10']['kept']:.0f} %",
         "bend": f"{1e3 * numbers['lugre']['bend']:.0f} mrad",

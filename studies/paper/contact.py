@@ -129,7 +129,7 @@ def texts(numbers: Numbers) -> dict[str, str]:
         for part in ("knee", "legs")
     )
     events = [(label, *(f"{numbers['events'][event][label]:.2g}" for event in numbers["events"])) for label in NEAR]
-    knee, legs = numbers["knee"], numbers["legs"]
+    knee = numbers["knee"]
     return {
         "late": f"{knee['torque a sample late']['stance']:.2g} N m",
         "tilt": f"{knee['tilt']['stance']:.2g} N m",
@@ -137,9 +137,6 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "encoders-swing": f"{knee['encoders']['swing']:.2g} N m",
         "clean": f"{knee['as simulated']['stance']:.2g} N m",
         "knee-alone": f"{knee['as simulated']['swing']:.2g} N m",
-        "knee-legs": f"{legs['knee']['swing']:.2g} N m",
-        "knee-legs-stance": f"{legs['knee']['stance']:.2g} N m",
-        "ankle-ratio": short(legs["ankle_roll"]["stance"] / legs["ankle_roll"]["swing"]),
         "others": f"{numbers['other_joints_swing']:.2g} N m",
         "lift-off": f"{numbers['events']['lift-off'][NEAR[0]]:.2g} N m",
         "inside": f"{numbers['events']['lift-off'][NEAR[-1]]:.2g} N m",

@@ -85,17 +85,12 @@ def texts(numbers: Numbers) -> dict[str, str]:
         ]
         tables[key.replace("_", "-")] = markdown_table(head, rows)
     exact, wrong = numbers["harsh"]["exact"], numbers["harsh"]["drawn"]
-    ideal = numbers["legs-contact"]["drawn"]
     return tables | {
         "knee-exact": _text(exact["knee"]["feeding"], "feeding"),
         "knee-wrong": _text(wrong["knee"]["feeding"], "feeding"),
-        "knee-levelled": _text(wrong["knee"]["feeding_levelled"], "feeding"),
         "split-exact": f"{exact['knee']['split']:.2f} N m",
         "split-wrong": f"{wrong['knee']['split']:.2f} N m",
-        "ideal-levelled": _text(max(row["feeding_levelled"] for row in ideal.values()), "feeding"),
         "sides": f"{numbers['sides']['hip_pitch']:.1f} N m",
-        "ankle-roll-exact": f"{exact['ankle_roll']['split']:.3f} N m",
-        "ankle-roll-wrong": f"{wrong['ankle_roll']['split']:.3f} N m",
     }
 
 

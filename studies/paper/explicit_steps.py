@@ -90,7 +90,6 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "rings": f"{1e3 * max(each['the jump']['implicit'] for each in integrated.values()):.0f} mrad/s",
         "jump": f"{jump['shank']:.4f} to {jump['foot']:.2f} rad/s",
         "foot-gain": f"{numbers['foot_gain']:.1f}",
-        "foot-chatter": f"{integrated['foot'][f'{SLOPE:g}']['explicit']:.3f} rad/s",
         "least-inertia": f"{numbers['least_inertia'][f'{SLOPE:g}']:.3f} kg m²",
         "implicit-error": f"{1e3 * shank['implicit']:.3f} mrad/s",
         "explicit-error": f"{1e3 * shank['explicit']:.2f} mrad/s",

@@ -101,22 +101,12 @@ def texts(numbers: Numbers) -> dict[str, str]:
     return {
         "table": markdown_table(("filter", *columns.values()), rows),
         "equal": f"{numbers['equal_cutoff']:.1f} Hz",
-        "slow-51": f"{numbers['filters']['51']['slow']:.2g} N m",
         "slow-31": f"{numbers['filters']['31']['slow']:.2g} N m",
-        "slow-11": f"{numbers['filters']['11']['slow']:.2g} N m",
         "slow-savgol": f"{savgol['slow']:.2g} N m",
         "slow-butterworth": f"{butter['slow']:.2g} N m",
         "fast-savgol": f"{savgol['fast']:.2g} N m",
         "fast-butterworth": f"{butter['fast']:.2g} N m",
-        "fast-ratio": f"{butter['fast'] / savgol['fast']:.1f}",
-        "coulomb-savgol": f"{100 * abs(savgol['coulomb'] / numbers['truth']['coulomb'] - 1):.1f} %",
         "gain-savgol": f"{savgol['stribeck_gain']:.1f}",
-        "slope-savgol": f"{savgol['slope']:.1f} s/rad",
-        "gain-31": f"{numbers['filters']['31']['stribeck_gain']:.2f}",
-        "gain-averaged-31": f"{numbers['law_averaged']['31']['stribeck_gain']:.2f}",
-        "gain-averaged-151": f"{numbers['law_averaged']['151']['stribeck_gain']:.1f}",
-        "torque-31": f"{numbers['torque_too']['31']['slow']:.2g} N m",
-        "torque-151": f"{numbers['torque_too']['151']['slow']:.2g} N m",
     }
 
 

@@ -116,11 +116,8 @@ def texts(numbers: Numbers) -> dict[str, str]:
             ("joint", *(f"{names[p]}, {m}" for p in PARAMETERS for m in ("exact", "+10 %"))), fitted
         ),
         "knee-shift": f"{knee['inertias']['shift']:+.2f} N m",
-        "knee-split": f"{knee['inertias']['split']:.2f} N m",
         "hip-pitch-shift": f"{joints['hip_pitch']['inertias']['shift']:+.2f} N m",
         "hip-pitch-split": f"{joints['hip_pitch']['inertias']['split']:.2f} N m",
-        "hip-roll-shift": f"{joints['hip_roll']['inertias']['shift']:+.2f} N m",
-        "hip-roll-split": f"{joints['hip_roll']['inertias']['split']:.2f} N m",
         "masses-knee": f"{100 * knee['masses']['rms'] / knee['inertias']['rms']:.0f} %",
         "moments-shift": f"{abs(knee['moments']['shift']):.4f} N m",
         "moments-split": f"{knee['moments']['split']:.3f} N m",

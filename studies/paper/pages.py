@@ -1,7 +1,7 @@
-"""Puts numbers into the pages of docs/paper: `<!-- study.text -->...<!-- / -->` gets the text of that name.
+"""Writes the table of statements into docs/paper.md and prints all numbers of the studies.
 
-`statements.toml` has the claims of the paper, in its own order: where, what, which study tests each, and what it finds,
-in Markdown, where `{study.text}` stands for a text of a study.
+`statements.toml` lists the claims of the paper in their order: place, claim, the study that tests the claim, outcome
+and finding, where `{study.text}` stands for a text of a study.
 """
 
 import json
@@ -13,17 +13,19 @@ from pathlib import Path
 from studies.markdown import markdown_table
 from studies.paper.study import NUMBERS, ROOT, find_studies
 
+PAGE = ROOT / "docs" / "paper.md"
 STATEMENTS = Path(__file__).parent / "statements.toml"
-PLACE = re.compile(r"<!-- (\w+\.[\w-]+) -->.*?<!-- / -->", re.DOTALL)
+TABLE = re.compile(r"^\| place \|.*\n(?:\|.*\n)*", re.MULTILINE)
+"""Table of statements in the page."""
 
 
 def all_texts() -> dict[str, str]:
-    """Make the texts of all studies, by "study.text", and the table of statements."""
+    """Format the kept numbers of all studies as texts, by "study.text"."""
     texts: dict[str, str] = {}
     for name, study in find_studies().items():
         found = study.texts(json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8")))
         texts |= {f"{name}.{label}": text for label, text in found.items()}
-    return texts | {"statements.table": statements_table(texts)}
+    return texts
 
 
 def read_statements() -> list[dict[str, str]]:
@@ -32,33 +34,24 @@ def read_statements() -> list[dict[str, str]]:
     return statements
 
 
-def statements_table(texts: Mapping[str, str]) -> str:
-    """Format the statements as a Markdown table, their findings filled with the studies' texts."""
-    rows = []
-    for number, each in enumerate(read_statements(), 1):
-        finding = re.sub(r"\{(\w+\.[\w-]+)\}", lambda match: texts[match[1]], each.get("finding", ""))
-        rows.append((number, each["place"], each["claim"], f"`{each['study']}`", f"**{each['outcome']}**", finding))
-    return markdown_table(("", "where", "the paper says", "study", "outcome", "found"), rows, 6)
-
-
 def filled(page: str, texts: Mapping[str, str]) -> str:
-    """Put texts into a page; a KeyError names a text that no study has."""
-
-    def put(match: re.Match[str]) -> str:
-        text = texts[match[1]]
-        gap = "\n\n" if "\n" in text else ""
-        return f"<!-- {match[1]} -->{gap}{text}{gap}<!-- / -->"
-
-    return PLACE.sub(put, page)
-
-
-def pages() -> list[Path]:
-    """List the pages that may have texts."""
-    return sorted((ROOT / "docs" / "paper").glob("*.md"))
+    """Replace the table of statements in a page; a KeyError names a text that no study has."""
+    rows = []
+    for each in read_statements():
+        finding = re.sub(r"\{(\w+\.[\w-]+)\}", lambda match: texts[match[1]], each.get("finding", ""))
+        rows.append((each["place"], each["claim"], f"**{each['outcome']}**", finding))
+    table = markdown_table(("place", "the paper", "outcome", "here"), rows, 4)
+    return TABLE.sub(lambda _: table + "\n", page)
 
 
-def fill_pages() -> None:
-    """Bring all pages up to date."""
-    texts = all_texts()
-    for path in pages():
-        path.write_text(filled(path.read_text(encoding="utf-8"), texts), encoding="utf-8")
+def fill_page() -> None:
+    """Bring the page up to date."""
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), all_texts()), encoding="utf-8")
+
+
+def print_numbers() -> None:
+    """Print each study's description, tables and numbers."""
+    for name, study in find_studies().items():
+        print(f"\n# {name}\n\n{study.__doc__}")
+        for label, text in study.texts(json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8"))).items():
+            print(f"\n## {label}\n\n{text}\n" if "\n" in text else f"{label}: {text}")

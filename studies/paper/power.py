@@ -88,17 +88,11 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "noise": markdown_table(("filter", *joints), noisy),
         "signs": markdown_table(("filter", *joints), signs),
         "sign-hip-roll": _percent(difference["unfiltered"]["hip_roll"]),
-        "sign-hip-pitch": _percent(difference["unfiltered"]["hip_pitch"]),
-        "sign-knee": _percent(difference["unfiltered"]["knee"]),
         "exact-raw": _percent(max(torque["exact"]["unfiltered"].values())),
-        "filter-knee": _percent(torque["exact"]["window 151"]["knee"]),
         "heavier-hip-pitch": _percent(torque["+10 %"]["unfiltered"]["hip_pitch"]),
         "heavier-knee": _percent(torque["+10 %"]["unfiltered"]["knee"]),
-        "noise-raw": _percent(_over_joints(torque["exact, noise"]["unfiltered"])),
         "filter-most": _percent(max(torque["exact"]["window 151"].values())),
         "both-most": _percent(max(torque["exact"]["window 151, torque too"].values())),
-        "drawn-raw": _percent(_over_joints(torque["drawn"]["unfiltered"])),
-        "noise-31": _percent(_over_joints(torque["exact, noise"]["window 31"])),
     }
 
 

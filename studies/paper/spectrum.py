@@ -115,7 +115,6 @@ def texts(numbers: Numbers) -> dict[str, str]:
     return {
         "table": markdown_table(head, rows),
         **{f"cutoff-{name}": f"{row['cutoff']:.0f} Hz" for name, row in logs.items()},
-        "beyond-knee": f"{100 * beyond['knee']:.1f} %",
         "beyond-most": f"{100 * max(beyond.values()):.0f} % ({max(beyond, key=beyond.__getitem__).replace('_', ' ')})",
         "noisier-knee": f"{noisier['realistic']['knee']:.0f}",
         "noisier-least": f"{min(noisier['realistic'].values()):.1f}",

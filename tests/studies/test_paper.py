@@ -1,4 +1,4 @@
-"""The studies of the paper run (`make paper`), the pages quote their numbers, and their tools do what they say."""
+"""The studies of the paper run (`make paper`), docs/paper.md contains their numbers, and their tools are correct."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_pa
 from studies.paper.inexact import body_names, displaced, drawn, scaled, with_bodies
 from studies.paper.laws import BRISTLES, KNEE, SLOPE, STATIC, breakaway, curve, lugre
 from studies.paper.laws import STEP as LUGRE_STEP
-from studies.paper.study import NUMBERS, find_studies, plain
+from studies.paper.study import NUMBERS, ROOT, find_studies, plain
 from studies.paper.swing import feeding, split
 
 from stribeck import Robot
@@ -47,13 +47,11 @@ def keys(value):
     return {key: keys(each) for key, each in value.items()} if isinstance(value, dict) else None
 
 
-def test_pages_quote_the_numbers_and_show_all_texts_and_figures() -> None:
-    texts, everything = pages.all_texts(), pages.STATEMENTS.read_text()
-    for page in pages.pages():
-        assert page.read_text() == pages.filled(page.read_text(), texts), page
-        everything += page.read_text()
-    quoted = re.findall(r"<!-- (\w+\.[\w-]+) -->|\{(\w+\.[\w-]+)\}", everything)
-    assert {one or other for one, other in quoted} == set(texts)
+def test_the_page_has_the_statements_and_docs_show_all_figures() -> None:
+    page, texts = pages.PAGE.read_text(), pages.all_texts()
+    assert page == pages.filled(page, texts)
+    assert set(re.findall(r"\{(\w+\.[\w-]+)\}", pages.STATEMENTS.read_text())) <= set(texts)
+    everything = "".join(path.read_text() for path in (ROOT / "docs").rglob("*.md"))
     shown = set(re.findall(r"assets/paper/([\w-]+)-light\.svg", everything))
     assert shown == {path.stem.removesuffix("-light") for path in figures.FOLDER.glob("*-light.svg")}
     for statement in pages.read_statements():
