@@ -55,7 +55,7 @@ NAVIGATION = {
             "estimator",
             "glossary",
         ],
-        "Evidence": ["paper", "simulation", "real-robots", "benchmark", "fault-detection"],
+        "Evidence": ["paper", "simulation", "real-robots", "benchmark"],
         "For developers": ["extending", "api/index"],
     },
     "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},

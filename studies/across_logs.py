@@ -69,7 +69,7 @@ def disjoint_curves(a: JointResult, b: JointResult) -> bool:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/verdicts.md."""
+    """Format the table."""
     return [markdown_table(HEAD, [(row["name"], *row["curves"], *row["parameters"]) for row in rows])]
 
 

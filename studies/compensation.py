@@ -227,7 +227,7 @@ def gain_of(rows: list[Row], task: str) -> float:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/export.md."""
+    """Format the table."""
     cells = []
     for task in TASKS:
         own = [row for row in rows if row["task"] == task]

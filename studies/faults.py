@@ -154,7 +154,7 @@ def windows_with_findings(given: CleanLog) -> dict[str, list[int]]:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of docs/findings.md: faults, and clean logs."""
+    """Format the tables of faults and of clean logs."""
     faulty, clean = ([row for row in rows if (row["fault"] == CLEAN) == kind] for kind in (False, True))
     cells = [
         (row["fault"], row["log"], ", ".join(f"`{check}`" for check in row["found"]) or "-", _yes(row["named"]))

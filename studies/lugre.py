@@ -162,7 +162,7 @@ def run(friction: str) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/laws/lugre.md."""
+    """Format the table."""
     cells = []
     for row in rows:
         shares = []

@@ -225,7 +225,7 @@ def rates(rows: Collection[Row], check: str) -> tuple[int, int, int, int]:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/findings.md."""
+    """Format the table."""
     cells = []
     for check in CAUSES:
         line = [f"`{check}`"]

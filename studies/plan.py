@@ -244,7 +244,7 @@ def ratios(joint: JointResult, speeds: Sequence[float], promised: Array) -> list
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of docs/plan.md: planned trajectories, and walks."""
+    """Format the tables of planned trajectories, and walks."""
     planned = []
     for row in (row for row in rows if "plan" in row):
         joints = [joint for each in row["runs"] for joint in each.values()]

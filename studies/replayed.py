@@ -65,7 +65,7 @@ def run(robot: str, replayed: str) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/replay.md."""
+    """Format the table."""
     horizon = f"{1e3 * HORIZONS[SHOWN]:.0f} ms"
     head = ("robot", "found in", "replayed", "R² as given", *MODELS[1:], f"{horizon} as given", *MODELS[1:])
     cells = []

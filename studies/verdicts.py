@@ -73,7 +73,7 @@ def flagged(judged: Iterable[Row], width: float | None = None) -> tuple[int, int
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/verdicts.md: parameters and curves, each method, as verdicts are, then by width."""
+    """Format the table: parameters and curves, each method, as verdicts are, then by width."""
     cells = []
     for kind, method in product(("parameters", "curves"), METHODS):
         judged = [each for row in rows if row["method"] == method for each in row["judged"]]

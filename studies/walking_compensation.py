@@ -109,7 +109,7 @@ def gain(row: Row, measure: str) -> float:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/export.md: each measure without, with identified, and with true compensation."""
+    """Format the table: each measure without, with identified, and with true compensation."""
     cells = [
         (
             row["robot"],

@@ -221,7 +221,7 @@ def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
     parts = dict(re.findall(r"^## ([\w ]+)\n(.*?)(?=^##|\Z)", PAGES["docs/verdicts.md"], re.MULTILINE | re.DOTALL))
     for verdict in get_args(Verdict):
         heading = verdict.capitalize()
-        assert re.search(r"^> .*^Cure: ", parts[heading], re.MULTILINE | re.DOTALL), verdict
+        assert re.search(r"^> .*^Remedy: ", parts[heading], re.MULTILINE | re.DOTALL), verdict
         assert verdict_place(verdict) == f"docs/verdicts.md#{heading.lower().replace(' ', '-')}"
 
 

@@ -35,7 +35,7 @@ MEANING: dict[TorqueSource, str] = {
     "constant, its limits of current and voltage, its own compensation of friction and the delay of its "
     "control loop cannot be told from friction.",
 }
-"""What the friction is of, by where the torque was measured (docs/result.md, "What the friction is of")."""
+"""What the friction is of, by where the torque was measured (docs/torque.md)."""
 
 
 def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
