@@ -13,6 +13,10 @@ HEAD = """# Findings
 A finding is a problem in a log, a robot file or a fit. `Result.findings` contains the name of its check, the message,
 the affected joints and a remedy. `Result.warnings`, the console and the report show each finding in one line. The
 headings below are the names of the checks. This page is generated from `src/stribeck/base/findings.toml`.
+
+In simulation, the audit detects all 61 faults of 34 kinds, and no log without a fault has a finding
+(`python -m studies.faults --save studies/faults.json`). Checks after the fit report half of the causes, with one false
+finding in 794 cases (`python -m studies.misfits --save studies/misfits.json`).
 """
 
 INTRODUCTIONS = {
