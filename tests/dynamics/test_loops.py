@@ -63,7 +63,9 @@ def test_the_loop_of_an_mjcf_is_that_of_mujoco(tmp_path):
     text = PARALLELOGRAM_FILE.replace("model.urdf", "robot.xml")
     (tmp_path / "tree.toml").write_text(text[: text.index("passive")])
     (warning,) = [each for each in Robot.from_file(tmp_path / "tree.toml").warnings if "equality" in each]
-    assert warning.endswith("the tree alone is modelled; [[robot.loops]] frames = ['pin.1', 'pin.2'] close it")
+    assert warning.endswith(
+        "only the tree is modeled; to close the loops, set [[robot.loops]] frames = ['pin.1', 'pin.2']"
+    )
     text = text.replace("coupler_end", "pin.1").replace("rocker_end", "pin.2")
     (tmp_path / "robot.toml").write_text(text)
     robot = Robot.from_file(tmp_path / "robot.toml")
@@ -160,7 +162,7 @@ def test_logs_of_the_motors_alone_are_enough(ankle):
     assert found.evidence is not None
     notes = " ".join(found.evidence.notes)
     assert "Positions of the passive joints" in notes
-    assert "Friction of passive joints cannot be told" in notes
+    assert "Friction of passive joints cannot be separated" in notes
 
 
 def test_the_whole_log_knows_loops(ankle):
@@ -191,7 +193,7 @@ def test_a_file_of_the_motors_alone_is_read(ankle, tmp_path):
     np.testing.assert_allclose(prepared.log.velocity, log.velocity, atol=1e-9)
     shown = inspect_log(tmp_path / "log.npz", robot, Settings())
     assert set(shown.joints) == {"hip", "knee", "motor_left", "motor_right"}
-    assert any("are those that close the loops" in note for note in shown.notes)
+    assert any("were computed from the loops" in note for note in shown.notes)
 
 
 @pytest.mark.parametrize("ankle", ["floating"], indirect=True)
@@ -261,7 +263,7 @@ def test_robot_files_whose_loops_make_no_sense(case, tmp_path):
 def test_joints_that_the_loops_hold_are_no_motors(tmp_path):
     text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper"]')
     log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
-    with pytest.raises(RobotFileError, match=r"hold more than the passive joints upper give way to"):
+    with pytest.raises(RobotFileError, match=r"constrain more joints than the passive joints upper"):
         closed_log(log, robot_of(tmp_path, PARALLELOGRAM, text))
 
 
@@ -272,7 +274,7 @@ def test_a_model_of_few_digits_closes_as_well_as_it_can(tmp_path):
     robot = robot_of(tmp_path, bent, PARALLELOGRAM_FILE)
     log = loop_log(robot, duration=1.0)
     _, notes = closed_log(replace(log, position=_of_motors(robot, log)), robot)
-    assert any("leave the loops open by up to 0.4 mm" in note for note in notes)
+    assert any("Gaps of the closed loops are up to 0.4 mm" in note for note in notes)
     motor = robot.joint_names.index("motor")
     np.testing.assert_allclose(log.position[:, robot.joint_names.index("lower")], log.position[:, motor], atol=1e-4)
 
@@ -287,5 +289,5 @@ def test_passive_joints_that_the_loops_leave_free(tmp_path):
     text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper", "lower", "motor"]')
     robot = robot_of(tmp_path, PARALLELOGRAM, text)
     log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
-    with pytest.raises(RobotFileError, match=r"\[\[robot.loops\]\] do not say how lower, motor, upper move"):
+    with pytest.raises(RobotFileError, match=r"\[\[robot.loops\]\] do not determine the motion of lower, motor, upper"):
         closed_log(log, robot)

@@ -1,1 +1,1 @@
-"""Inverse dynamics of rooted and of constrained trees, and how a root moves."""
+"""Inverse dynamics of rooted and of constrained trees, and the motion of their root."""

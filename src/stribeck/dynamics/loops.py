@@ -1,12 +1,12 @@
-"""Closed kinematic chains: positions of the passive joints, and the dynamics in the independent joints.
+"""Closed kinematic loops: positions of the passive joints, and dynamics in the independent joints.
 
 The joints are split into independent and passive ones, q = (q_i, q_p). A loop requires gap(q) = 0, so
 
     J_p v_p = -J_i v_i,  v = G v_i,  G = (1, -J_p^+ J_i),        a = G a_i + (0, -J_p^+ J' v)
 
-The forces that close it do no work in any such motion, G^T J^T = 0. Multiplying the tree's equation of motion by G^T
-therefore removes them: embedding, R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 8.5. No torque acts on
-passive joints; their friction appears at the independent joints, as G^T maps it.
+The loop forces do no work in any such motion, G^T J^T = 0. Multiplying the tree's equation of motion by G^T therefore
+removes them: embedding, R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 8.5. No torque acts on passive
+joints; their friction appears at the independent joints, as G^T maps it.
 """
 
 from dataclasses import dataclass, replace
@@ -24,17 +24,17 @@ from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
 
 CLOSED = 1e-12
-"""Gap [m], [rad], or step [rad], [m], at which Gauss-Newton ends."""
+"""Gap [m], [rad], or step [rad], [m], below which Gauss-Newton ends."""
 OPEN = 1e-3
-"""Gap [m], [rad] that is left by more than the digits of a model."""
+"""Largest gap [m], [rad] that is explained by the digits of a model."""
 MOST_STEPS = 30
-"""Of Gauss-Newton for a sample; three are usual."""
+"""Largest number of Gauss-Newton steps per sample; three are usual."""
 STRIDE = 0.05
-"""[rad], [m] that independent joints may move between two solutions: further ones may lie on another branch."""
+"""Largest step of independent joints [rad], [m] between two solutions; larger ones may reach another branch."""
 RANK = 1e-6
-"""Singular values below this share of the largest [1] are of what two loops say twice, or of a dead centre."""
+"""Relative tolerance of singular values [1]; smaller ones belong to redundant constraints or to a dead center."""
 ROUNDED = 1e-3
-"""The same of a model whose axes are rounded: what it holds by that little is not held."""
+"""Relative tolerance of singular values [1] in models with rounded axes; smaller ones are no constraint."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,10 @@ def _workspace(robot: Robot) -> tuple[pin.Model, pin.Data, tuple[tuple[int, int,
 
 
 def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> LoopTerms:
-    """Return gap, Jacobian and drift (zero without velocities) of all loops; Pinocchio has no batched call for them."""
+    """Compute gap, Jacobian and drift (zero without velocities) of all loops.
+
+    Pinocchio has no batched call for them.
+    """
     model, data, frames = _workspace(robot)
     columns, size = robot.tree.columns, robot.tree.root_size
     rows = sum(loop.size for loop in robot.loops)
@@ -88,15 +91,15 @@ def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> 
 
 
 def passive_response(robot: Robot, jacobian: Array) -> Array:
-    """Return -J_p^+ J_i: how passive joints follow the independent ones, shape (T, passive, independent)."""
+    """Compute -J_p^+ J_i, the ratio of passive to independent velocities, shape (T, passive, independent)."""
     inverse = np.linalg.pinv(jacobian[:, :, robot.passive_columns], rcond=RANK)
     return np.asarray(-inverse @ jacobian[:, :, robot.independent])
 
 
 def without_loop_forces(robot: Robot, position: Array, torque: Array) -> Array:
-    """Return G^T of joint torques, shape (T, n) or (T, n, c), in the columns of independent joints; zero in others.
+    """Apply G^T to joint torques, shape (T, n) or (T, n, c), to remove loop forces; passive columns become zero.
 
-    Without loops they are returned as they are.
+    Without loops, torques are unchanged.
     """
     if not robot.loops:
         return torque
@@ -108,14 +111,14 @@ def without_loop_forces(robot: Robot, position: Array, torque: Array) -> Array:
 
 
 def closed_log(log: RobotLog, robot: Robot) -> tuple[RobotLog, list[str]]:
-    """Return a log with the positions of passive joints that it lacks (NaN), and velocities and accelerations likewise.
+    """Add missing (NaN) positions, velocities and accelerations of passive joints to a log.
 
     Raises
     ------
     RobotFileError
         If the loops leave passive joints free.
     LogError
-        If the logged joints do not let the loops close.
+        If the loops cannot be closed at the positions of the logged joints.
     """
     if not robot.loops:
         return log, []
@@ -124,7 +127,7 @@ def closed_log(log: RobotLog, robot: Robot) -> tuple[RobotLog, list[str]]:
     torque[:, passive] = 0.0
     missing = [robot.joint_names[k] for k in passive if not np.isfinite(position[:, k]).any()]
     if missing:
-        position = _solved(robot, log)
+        position = _solve_passive(robot, log)
     known = np.isfinite(position).all(axis=1)
     if not known.any():
         return log, []
@@ -133,32 +136,32 @@ def closed_log(log: RobotLog, robot: Robot) -> tuple[RobotLog, list[str]]:
     free = ", ".join(robot.joint_names[k] for k in passive)
     if np.linalg.matrix_rank(terms.jacobian[0][:, passive], rtol=RANK) < len(passive):
         raise RobotFileError(
-            f"{robot.path}: [[robot.loops]] do not say how {free} move with the other joints; expected as many passive "
-            "joints as the loops hold, away from a dead centre"
+            f"{robot.path}: [[robot.loops]] do not determine the motion of {free}; expected as many passive "
+            "joints as the loops constrain, away from a dead center"
         )
     if np.linalg.matrix_rank(terms.jacobian[0], rtol=ROUNDED) > len(passive):
         raise RobotFileError(
-            f"{robot.path}: [[robot.loops]] hold more than the passive joints {free} give way to, so that the others "
+            f"{robot.path}: [[robot.loops]] constrain more joints than the passive joints {free}, so that the others "
             "do not move freely; expected every joint of the loops without a motor in [robot] passive"
         )
-    velocity, acceleration = _rates(robot, position, log.velocity, log.acceleration)
+    velocity, acceleration = _add_rates(robot, position, log.velocity, log.acceleration)
     widest = 1e3 * float(np.abs(terms.gap).max())
-    note = f"The positions leave the loops open by up to {widest:.2g} mm or mrad."
+    note = f"Gaps of the closed loops are up to {widest:.2g} mm or mrad."
     if missing:
-        note = f"Positions of the passive joints {', '.join(missing)} are those that close the loops. {note}"
-    taken = "Friction of passive joints cannot be told from that of the joints that move them, and is taken for theirs."
+        note = f"Positions of the passive joints {', '.join(missing)} were computed from the loops. {note}"
+    taken = "Friction of passive joints cannot be separated from friction of the joints that move them, and adds to it."
     log = replace(log, position=position, torque=torque, velocity=velocity, acceleration=acceleration)
     return log, [note, taken]
 
 
-def _rates(
+def _add_rates(
     robot: Robot, position: Array, velocity: Array | None, acceleration: Array | None
 ) -> tuple[Array | None, Array | None]:
-    """Return velocities and accelerations whose passive joints follow the others, where they are not logged."""
+    """Compute velocities and accelerations of passive joints from the other joints, unless they are logged."""
     passive = robot.passive_columns
     if velocity is None or np.isfinite(velocity[:, passive]).any():
         return velocity, acceleration
-    position, velocity = np.nan_to_num(position), velocity.copy()  # rows that lack values are cut out later on
+    position, velocity = np.nan_to_num(position), velocity.copy()  # rows with missing values are removed later
     jacobian = loop_terms(robot, position).jacobian
     response = passive_response(robot, jacobian)
     velocity[:, passive] = np.einsum("tpi,ti->tp", response, velocity[:, robot.independent])
@@ -171,8 +174,8 @@ def _rates(
     return velocity, acceleration
 
 
-def _solved(robot: Robot, log: RobotLog) -> Array:
-    """Return positions whose passive joints close the loops, sample after sample from the model's zero."""
+def _solve_passive(robot: Robot, log: RobotLog) -> Array:
+    """Solve for the positions of the passive joints, sample by sample, starting from the model's zero."""
     independent = robot.independent
     found = log.position.copy()
     found[:, robot.passive_columns] = np.nan
@@ -187,15 +190,15 @@ def _solved(robot: Robot, log: RobotLog) -> Array:
             if not gap < OPEN:
                 loops, left = ", ".join(map(str, robot.loops)), f"{1e3 * gap:.3g} mm or mrad"
                 raise LogError(
-                    f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {left} are "
-                    "left; check zeros and signs of the joints that are logged, and the model"
+                    f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {left} "
+                    "remain; check zeros and signs of the logged joints, and the model"
                 )
         found[k] = now
     return found
 
 
 def _close(robot: Robot, position: Array) -> float:
-    """Move the passive joints of one sample, in place, by Gauss-Newton until the loops close; return the gap left."""
+    """Move the passive joints of one sample, in place, by Gauss-Newton until the loops close; return the gap."""
     passive = robot.passive_columns
     gap = np.inf
     for _ in range(MOST_STEPS):
@@ -209,7 +212,7 @@ def _close(robot: Robot, position: Array) -> float:
 
 
 def loop_inertia(robot: Robot, rooted: RootedModel, position: Array) -> Array:
-    """Return G^T M G, shape (T, n, n); zero in rows and columns of passive joints. Without loops it is M."""
+    """Compute G^T M G, shape (T, n, n), with zero rows and columns for passive joints; M without loops."""
     inertia = joint_inertia(rooted, position)
     if not robot.loops:
         return inertia
@@ -220,9 +223,9 @@ def loop_inertia(robot: Robot, rooted: RootedModel, position: Array) -> Array:
 def loop_momentum_balance(
     robot: Robot, rooted: RootedModel, position: Array, velocity: Array, root: RootMotion | None = None
 ) -> tuple[Array, Array]:
-    """Return momentum and b of `momentum_balance`, of a tree whose loops are closed: G^T p, and G^T b + G'^T p.
+    """Compute momentum and b of `momentum_balance` for a tree with closed loops: G^T p, and G^T b + G'^T p.
 
-    In the columns of independent joints, zero in others.
+    Columns of passive joints are zero.
     """
     momentum, change = momentum_balance(rooted, position, velocity, root)
     if not robot.loops:

@@ -1,8 +1,8 @@
-"""The generalised momentum of a rooted tree, and what changes it beside joint torque and friction.
+"""Generalized momentum of a rooted tree, and its change by gravity and velocity terms.
 
     p = M(q) v,    p' = tau - R + b,    b = C(q, v)^T v - g(q)
 
-as M' = C + C^T. Only position and velocity are in it: no acceleration.
+as M' = C + C^T. Only position and velocity are needed, no acceleration.
 """
 
 from dataclasses import replace
@@ -16,12 +16,12 @@ from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.robot.rooting import RootedModel
 
 STEP = 1e-5
-"""[s] to both sides, over which the inertia matrix is differenced: nine digits of M' v are right."""
+"""Step [s] of the central difference of the inertia matrix; it leaves nine correct digits of M' v."""
 
 
 @cache
-def _weightless(rooted: RootedModel) -> RootedModel:
-    """Return a tree without gravity of its own, whose inverse dynamics of rest and acceleration v is M v."""
+def _remove_gravity(rooted: RootedModel) -> RootedModel:
+    """Copy a tree without gravity; its inverse dynamics at rest with acceleration v is M v."""
     model = pin.Model(rooted.model)
     model.gravity.linear = np.zeros(3)
     return replace(rooted, model=model)
@@ -30,19 +30,20 @@ def _weightless(rooted: RootedModel) -> RootedModel:
 def momentum_balance(
     rooted: RootedModel, position: Array, velocity: Array, root: RootMotion | None = None
 ) -> tuple[Array, Array]:
-    """Return the joints' generalised momentum, and b.
+    """Compute the joints' generalized momentum and b.
 
-    `M' v`, of which b is what exceeds `C v + g`, is the difference of M v over q +- `STEP` v, so that all is compiled
-    recursions. A root that moves has its velocity in v; nothing acts on the joints of limbs that hang on it freely.
+    `M' v`, which b contains in addition to `-C v - g`, is the central difference of M v over q ± `STEP` v, so all steps
+    are compiled recursions. The velocity v includes a moving root; no torque acts on joints of limbs that hang freely
+    on it.
 
     Parameters
     ----------
     rooted
-        The tree.
+        Rooted tree.
     position, velocity
-        Of the robot's joints, in the robot's order, shape (T, n).
+        Motion of the joints in robot order, shape (T, n).
     root
-        Gravity and velocity of a floating root, its acceleration is not used; None for a fixed one.
+        Gravity and velocity of a floating root (its acceleration is not used); None for a fixed root.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def momentum_balance(
         moving = RootMotion(root.gravity, root.velocity)
 
     def momentum(at: Array) -> Array:
-        return rooted_inverse_dynamics(_weightless(rooted), at, rest, velocity, weightless)[1]
+        return rooted_inverse_dynamics(_remove_gravity(rooted), at, rest, velocity, weightless)[1]
 
     drift = (momentum(position + STEP * velocity) - momentum(position - STEP * velocity)) / (2 * STEP)
     return momentum(position), drift - rooted_inverse_dynamics(rooted, position, velocity, rest, moving)[1]

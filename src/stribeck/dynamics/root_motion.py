@@ -1,4 +1,4 @@
-"""How the root of the tree moves and is tilted: from standing feet, base orientation and the joints between them."""
+"""Motion and tilt of the root of the tree, from standing feet, base orientation and joints."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,18 +12,18 @@ from stribeck.robot.kinematics import PointMotion, direction_in_root, point_moti
 from stribeck.robot.rooting import BASE_FRAME, RootedModel
 
 ENOUGH_POINTS = 3
-"""Standing points that fix all six degrees of freedom of the base."""
+"""Number of standing points that determine all six degrees of freedom of the base."""
 
 
 def gravity_in_root_link(quaternion: Array, gravity: Array) -> Array:
-    """Return gravity in the root link's coordinates, shape (T, 3), from its orientation xyzw, shape (T, 4)."""
+    """Transform gravity to root link coordinates, shape (T, 3), with the link's orientation xyzw, shape (T, 4)."""
     return np.asarray(Rotation.from_quat(quaternion).apply(gravity, inverse=True))
 
 
 def standing_root(robot: Robot, contact: str, state: State) -> RootMotion:
-    """Return the root motion of the tree rooted at a standing surface: at rest, tilted as the IMU says, or flat.
+    """Compute the root motion of the tree rooted at a standing surface: at rest, tilted as the IMU measures, or flat.
 
-    Without an orientation in `state` the foot's own z axis points up.
+    Without an orientation in `state`, the foot's z axis points up.
     """
     if state.orientation is None:
         return RootMotion(np.broadcast_to(robot.gravity, (len(state.position), 3)))
@@ -34,37 +34,37 @@ def standing_root(robot: Robot, contact: str, state: State) -> RootMotion:
 
 
 def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
-    """Return the motion of the root link of a robot on point feet that neither slip nor lift.
+    """Compute the motion of the root link of a robot on point feet that neither slip nor lift.
 
-    With p a standing point in root link coordinates and w the link's angular velocity, the point stays where it is:
+    With p a standing point in root link coordinates and w the link's angular velocity, the point is at rest:
 
         v + w x p + p' = 0
         A + w' x p + w x (w x p) + 2 w x p' + p'' = 0
 
-    Three points give v, w, A and w' by least squares; one or two leave a rotation that the base orientation gives.
+    Three points give v, w, A and w' by least squares. With one or two points, the base orientation gives w and w'.
 
     Raises
     ------
     LogError
-        If there is no base orientation to give the tilt.
+        If the base orientation is missing, which gives the tilt.
     """
     turn = state.orientation
     if turn is None:
         raise LogError(
-            f"log: {'+'.join(feet)} are point feet, which say nothing about the tilt of the base; "
+            f"log: {'+'.join(feet)} are point feet, which do not determine the tilt of the base; "
             "expected a channel base_orientation"
         )
-    points = [_point(robot, foot, state) for foot in feet]
+    points = [_compute_point_motion(robot, foot, state) for foot in feet]
     omega, alpha = turn.angular_velocity, turn.angular_acceleration
     if len(points) >= ENOUGH_POINTS:
-        twist = _least_squares(points, [-point.velocity for point in points])
+        twist = _solve_twist(points, [-point.velocity for point in points])
         velocity, omega = twist[:, :3], twist[:, 3:]
-        change = _least_squares(points, [-_apparent_acceleration(point, omega) for point in points])
+        change = _solve_twist(points, [-_compute_apparent_acceleration(point, omega) for point in points])
         linear, alpha = change[:, :3], change[:, 3:]
     else:
         velocity = -np.mean([point.velocity + np.cross(omega, point.position) for point in points], axis=0)
         linear = -np.mean(
-            [_apparent_acceleration(point, omega) + np.cross(alpha, point.position) for point in points], axis=0
+            [_compute_apparent_acceleration(point, omega) + np.cross(alpha, point.position) for point in points], axis=0
         )
     return RootMotion(
         gravity=gravity_in_root_link(turn.quaternion, robot.gravity),
@@ -74,15 +74,15 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
 
 
 def flying_root(rooted: RootedModel, state: State) -> RootMotion:
-    """Return the motion of the root link of a robot that nothing touches: no wrench acts on it.
+    """Compute the motion of the root link of a flying robot: no wrench acts on it.
 
-    It turns as the base orientation says, and accelerates so that inverse dynamics needs no wrench. Its linear velocity
-    is free to choose, and zero.
+    The link rotates with the base orientation, and accelerates such that inverse dynamics yields no wrench. Its linear
+    velocity is arbitrary, and zero here.
     """
     turn = state.orientation
     assert turn is not None
     velocity = np.hstack([np.zeros_like(turn.angular_velocity), turn.angular_velocity])
-    gravity = np.zeros_like(turn.angular_velocity)  # it falls freely: acceleration is counted from there
+    gravity = np.zeros_like(turn.angular_velocity)  # accelerations are relative to free fall
     motion = state.position, state.velocity, state.acceleration
     wrench = rooted_inverse_dynamics(rooted, *motion, RootMotion(gravity, velocity))[0]
     inertia = inertia_matrix(rooted, state.position)[:, :6, :6]
@@ -90,18 +90,18 @@ def flying_root(rooted: RootedModel, state: State) -> RootMotion:
     return RootMotion(gravity, velocity, acceleration)
 
 
-def _point(robot: Robot, foot: str, state: State) -> PointMotion:
+def _compute_point_motion(robot: Robot, foot: str, state: State) -> PointMotion:
     frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
     return point_motion(robot.tree, frame, state.position, state.velocity, state.acceleration)
 
 
-def _apparent_acceleration(point: PointMotion, omega: Array) -> Array:
-    """Return a point's acceleration in a link that turns with omega, without the link's own, shape (T, 3)."""
+def _compute_apparent_acceleration(point: PointMotion, omega: Array) -> Array:
+    """Compute a point's acceleration in a link that rotates with omega, without the link's acceleration, (T, 3)."""
     centripetal = np.cross(omega, np.cross(omega, point.position))
     return np.asarray(point.acceleration + 2 * np.cross(omega, point.velocity) + centripetal)
 
 
-def _least_squares(points: list[PointMotion], right: list[Array]) -> Array:
+def _solve_twist(points: list[PointMotion], right: list[Array]) -> Array:
     """Solve x + y x p = b over all points for (x, y), shape (T, 6)."""
     matrix = np.zeros((len(points[0].position), 3 * len(points), 6))
     for k, point in enumerate(points):

@@ -1,7 +1,7 @@
-"""Batched inverse dynamics of a rooted tree: one O(n) recursion a sample, in Pinocchio's compiled, parallel code.
+"""Batched inverse dynamics of a rooted tree: one O(n) recursion per sample, in Pinocchio's compiled, parallel code.
 
-Gravity is felt as an upward acceleration of the root, so one model serves every tilt: all quantities of a floating root
-are in its own coordinates, and the world does not appear.
+Gravity enters as an upward acceleration of the root, so that one model serves every tilt: all quantities of a floating
+root are in its own coordinates, independent of the world.
 """
 
 import os
@@ -19,17 +19,17 @@ THREADS = os.cpu_count() or 1
 
 @dataclass(frozen=True, eq=False)
 class RootMotion:
-    """How the root of a floating tree moves, in its own coordinates.
+    """Motion of the root of a floating tree, in the root's coordinates.
 
     Attributes
     ----------
     gravity
-        [m/s^2], shape (T, 3).
+        Gravity [m/s^2], shape (T, 3).
     velocity
-        Linear [m/s], then angular [rad/s], shape (T, 6); None at rest.
+        Linear [m/s], then angular velocity [rad/s], shape (T, 6); None at rest.
     acceleration
-        Time derivative of `velocity` in the moving frame (Pinocchio's spatial acceleration), shape (T, 6);
-        None at rest.
+        Time derivative of `velocity` in the moving frame (Pinocchio's spatial acceleration), shape (T, 6); None at
+        rest.
     """
 
     gravity: Array
@@ -39,7 +39,7 @@ class RootMotion:
 
 @cache
 def workspace(rooted: RootedModel) -> tuple[pin.Model, pin.Data]:
-    """Return the model of a tree and its working memory; gravity enters a floating tree as the root's acceleration."""
+    """Return a tree's model and its working memory; gravity enters a floating tree as the root's acceleration."""
     model = pin.Model(rooted.model)
     if rooted.floating:
         model.gravity.linear = np.zeros(3)
@@ -54,7 +54,7 @@ def _pool(rooted: RootedModel) -> pin.ModelPool:
 def model_motion(
     rooted: RootedModel, position: Array, velocity: Array, acceleration: Array, root: RootMotion | None
 ) -> tuple[Array, Array, Array]:
-    """Return configurations, velocities and accelerations in Pinocchio's order, gravity in the root's acceleration."""
+    """Assemble configuration, velocity and acceleration in Pinocchio's order; the root's acceleration has gravity."""
     samples, size, model = len(position), rooted.root_size, rooted.model
     configuration, rates = np.tile(pin.neutral(model), (samples, 1)), np.zeros((2, samples, model.nv))
     configuration[:, model.nq - len(rooted.columns) :] = position[:, rooted.columns]
@@ -71,29 +71,29 @@ def model_motion(
 def rooted_inverse_dynamics(
     rooted: RootedModel, position: Array, velocity: Array, acceleration: Array, root: RootMotion | None = None
 ) -> tuple[Array, Array]:
-    """Return the wrench on the root and the joint torques that a motion needs.
+    """Compute the wrench on the root and the joint torques of a motion.
 
     Parameters
     ----------
     rooted
-        The tree.
+        Rooted tree.
     position, velocity, acceleration
-        Of the robot's joints, in the robot's order, shape (T, n).
+        Motion of the joints in robot order, shape (T, n).
     root
-        Motion of a floating root; None for a fixed one.
+        Motion of a floating root; None for a fixed root.
 
     Returns
     -------
     wrench
-        Force [N] and moment [N m] on the root body at the root frame, in its coordinates, shape (T, 6);
-        shape (T, 0) for a fixed root. With the root a standing foot it is the ground reaction.
+        Force [N] and moment [N m] on the root body at the root frame, in its coordinates, shape (T, 6); shape (T, 0)
+        for a fixed root. If the root is a standing foot, this is the ground reaction.
     torque
-        [N m], shape (T, n), in the robot's order.
+        Joint torques [N m], shape (T, n), in robot order.
     """
     motion = model_motion(rooted, position, velocity, acceleration, root)
     effort = np.empty((len(position), rooted.model.nv))
     if len(position):
-        threads = THREADS if len(position) >= 4096 else 1  # fewer take as long as threads wait for one another
+        threads = THREADS if len(position) >= 4096 else 1  # shorter batches are faster without threads
         pin.rneaInParallel(threads, _pool(rooted), *(each.T for each in motion), effort.T)
     torque = np.empty(position.shape)
     torque[:, rooted.columns] = effort[:, rooted.root_size :]
@@ -101,16 +101,16 @@ def rooted_inverse_dynamics(
 
 
 def joint_inertia(rooted: RootedModel, position: Array) -> Array:
-    """Return the joint-space inertia matrix of the rooted tree, shape (T, n, n), in the robot's order.
+    """Compute the joint-space inertia matrix of the rooted tree, shape (T, n, n), in robot order.
 
-    With the root a standing foot this is the paper's `M_mod` of (5.13).
+    If the root is a standing foot, this is the paper's `M_mod` of (5.13).
     """
     size = rooted.root_size
     return inertia_matrix(rooted, position)[:, size:, size:]
 
 
 def inertia_matrix(rooted: RootedModel, position: Array) -> Array:
-    """Return the inertia matrix of the rooted tree, a floating root first, then the joints in the robot's order.
+    """Compute the inertia matrix of the rooted tree: first a floating root, then the joints in robot order.
 
     Shape (T, r + n, r + n) with r = 6 for a floating root, in its own coordinates, and 0 for a fixed one. Pinocchio has
     no batched call for it.

@@ -1,4 +1,4 @@
-"""How the robot moves at some samples: joints, and the orientation of the root link."""
+"""Motion of the robot at some samples: joints, and orientation of the root link."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from stribeck.robot.rooting import BASE_FRAME
 
 @dataclass(frozen=True, eq=False)
 class Orientation:
-    """Orientation of the root link and how it changes, in the link's own coordinates.
+    """Orientation of the root link and its rates, in link coordinates.
 
     Attributes
     ----------
     quaternion
-        xyzw, root link to world, shape (T, 4).
+        Quaternion xyzw from root link to world, shape (T, 4).
     angular_velocity, angular_acceleration
-        [rad/s], [rad/s^2], shape (T, 3).
+        Rates [rad/s], [rad/s^2], shape (T, 3).
     """
 
     quaternion: Array
@@ -41,7 +41,7 @@ class State:
     orientation: Orientation | None = None
 
     def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> State:
-        """Return the state at these samples alone."""
+        """Select samples."""
         turn = self.orientation
         if turn is not None:
             turn = Orientation(turn.quaternion[rows], turn.angular_velocity[rows], turn.angular_acceleration[rows])
@@ -49,22 +49,22 @@ class State:
 
 
 def orientation_from_derivatives(quaternion: Array, rate: Array, change: Array) -> Orientation:
-    """Return orientation, angular velocity and acceleration from a quaternion and its two time derivatives.
+    """Compute orientation, angular velocity and angular acceleration from a quaternion and its two time derivatives.
 
-    With q the unit quaternion, the angular velocity is the vector part of `2 q* q'` and the angular acceleration
-    that of `2 q* q''`, both in the moving frame. Each array is (T, 4); the quaternion is normalised.
+    With q the unit quaternion, the angular velocity is the vector part of `2 q* q'`, and the angular acceleration the
+    vector part of `2 q* q''`, both in the moving frame. Each array is (T, 4); the quaternion is normalized.
     """
     unit = quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
     return Orientation(unit, 2 * _conjugate_product(unit, rate), 2 * _conjugate_product(unit, change))
 
 
 def _conjugate_product(a: Array, b: Array) -> Array:
-    """Return the vector part of a* b, shape (T, 3)."""
+    """Compute the vector part of a* b, shape (T, 3)."""
     return np.asarray(a[:, 3:] * b[:, :3] - b[:, 3:] * a[:, :3] - np.cross(a[:, :3], b[:, :3]))
 
 
 def root_quaternions(robot: Robot, position: Array, base_orientation: Array) -> Array:
-    """Return the root link's quaternions from the base frame's, continuous in sign, shape (T, 4)."""
+    """Convert the base frame's quaternions to the root link's, continuous in sign, shape (T, 4)."""
     quaternions = base_orientation / np.linalg.norm(base_orientation, axis=1, keepdims=True)
     if robot.base_frame != BASE_FRAME:
         frame = robot.tree.model.getFrameId(robot.base_frame)
