@@ -233,8 +233,7 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     """Describe pydantic's first error in one sentence: the key, its value, and the valid choices.
 
     `table` is the validated class; it provides a suggestion for an unknown key. Unknown keys come first, because a
-    missing
-    key may be a misspelled one.
+    missing key may be a misspelled one.
     """
     first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in first["loc"])

@@ -15,8 +15,7 @@ def one_blas_thread() -> Iterator[None]:
     """Limit BLAS to one thread while any thread is inside.
 
     Matrices here have as many rows as a robot has joints, or thousands of rows and a handful of columns. Waiting
-    threads
-    cost more than they gain, up to a hundredfold on a busy machine. Pinocchio's threads are not affected.
+    threads cost more than they gain, up to a hundredfold on a busy machine. Pinocchio's threads are not affected.
     """
     with _turn:
         _limits.append(threadpool_limits(limits=1, user_api="blas"))

@@ -1,4 +1,4 @@
-"""Which feet stand, when: from flags, from foot forces, or from kinematics when a log has neither."""
+"""Standing feet over time: from contact flags, foot forces or kinematics."""
 
 from stribeck.contact.find import find_support_phases as find_support_phases
 from stribeck.contact.phases import SupportPhase as SupportPhase

@@ -1,4 +1,4 @@
-"""Standing feet from foot forces: sign and unit checked, then a threshold with hysteresis."""
+"""Standing feet from foot forces: check sign and unit, then apply a threshold with hysteresis."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,29 +11,29 @@ from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
 
 TOLERANCE = 0.25
-"""How far the load of the feet may be from the robot's weight before it is remarked upon."""
+"""Relative difference of foot load and robot weight above which a note is added [1]."""
 
 
 def standing_from_forces(
     log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...], settings: SupportSettings
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
-    """Return which feet stand, which touch the ground all the same, shape (T, feet) each, and notes.
+    """Find standing feet, and feet that touch the ground without standing, shape (T, feet) each, and notes.
 
-    A foot lands when its load rises above `force_on` times the robot's weight and lifts when it falls below
-    `force_off` times the weight. One that carries more than that and has not landed touches: it neither stands nor
+    A foot lands when its load rises above `force_on` times the robot's weight, and lifts when its load falls below
+    `force_off` times the weight. A foot with a load in between that has not landed touches: it neither stands nor
     swings freely.
 
     Raises
     ------
     SettingsError
-        If the thresholds are the wrong way round.
+        If `force_off` is above `force_on`.
     LogError
-        If the log has no foot forces, or they have the wrong sign or unit.
+        If the log has no foot forces, or they have a wrong sign or unit.
     """
     if settings.force_off > settings.force_on:
         raise SettingsError(
             f"[identify.support] force_off is {settings.force_off:g}; "
-            f"it must not be above force_on, which is {settings.force_on:g}"
+            f"expected at most force_on, which is {settings.force_on:g}"
         )
     weight = robot.mass * float(np.linalg.norm(robot.gravity))
     loads = foot_loads(log, robot, feet)
@@ -45,16 +45,16 @@ def standing_from_forces(
 
 
 def force_channel(log: RobotLog) -> str | None:
-    """Return the channel that tells the feet's loads; None if the log has none."""
+    """Return the name of the channel with the feet's loads; None if the log has none."""
     return next((name for name in ("foot_wrench", "foot_force") if getattr(log, name) is not None), None)
 
 
 def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
-    """Return the load of each foot [N], shape (T, feet), positive when the ground pushes.
+    """Compute the load of each foot [N], shape (T, feet), positive when the ground pushes.
 
-    For a surface that is the force along its normal, the z axis of the contact frame. A point foot has no normal and
-    turns with its shank, so that its force is turned to the vertical; unless the sensor has a single axis, whose
-    reading is taken as it is, as all of `foot_force` are.
+    The load of a surface is the force along its normal, the z axis of the contact frame. A point foot rotates with its
+    shank, so the vertical part of its force is used; sensors with a single axis and `foot_force` are used without
+    rotation.
 
     Raises
     ------
@@ -81,22 +81,22 @@ def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
 
 
 def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
-    """Compare the load of all feet with the weight; return notes, or refuse a wrong sign or unit."""
+    """Compare the load of all feet with the weight: note a difference, refuse a wrong sign or unit."""
     size = np.abs(total)
-    carried = total[size > 0.3 * np.percentile(size, 95)]  # [1]; below, the feet do not carry the robot
+    carried = total[size > 0.3 * np.percentile(size, 95)]  # [1]; below, the feet are off the ground
     share = float(np.median(carried)) / weight if len(carried) else 0.0
-    units = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}  # by load divided by weight
+    units = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}  # load divided by weight -> unit
     unit = next((found for ratio, found in units.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
     name, channel = log.path or "log", force_channel(log)
     if unit is not None:
         raise LogError(
-            f"{name}: the forces in {channel} add up to {abs(share) * weight:.4g}, the robot weighs {weight:.4g} N, "
-            f"so they look like {unit[0]}; set [log] {channel} = {{scale = {np.sign(share) * unit[1]:g}}}"
+            f"{name}: the forces in {channel} add up to {abs(share) * weight:.4g}, but the weight is {weight:.4g} N: "
+            f"their unit is probably {unit[0]}; set [log] {channel} = {{scale = {np.sign(share) * unit[1]:g}}}"
         )
     if share < -TOLERANCE:
         raise LogError(
-            f"{name}: the forces in {channel} add up to {share * weight:.4g} N where the robot stands, but the "
-            f"ground's force on a foot points up along z; set [log] {channel} = {{scale = -1.0}}"
+            f"{name}: the forces in {channel} add up to {share * weight:.4g} N while the robot stands, but forces "
+            f"of the ground on a foot point up along z; set [log] {channel} = {{scale = -1.0}}"
         )
     if abs(share - 1) > TOLERANCE:
         return [

@@ -1,4 +1,4 @@
-"""Standing feet from kinematics alone: feet that stand neither rise above the others nor move against them."""
+"""Standing feet from kinematics: standing feet neither rise above the others nor move relative to them."""
 
 from dataclasses import dataclass
 from itertools import permutations
@@ -16,18 +16,18 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 
 SLOWEST = 0.02
-"""Speed of a foot [m/s] below which it stands, whatever the others do."""
+"""Foot speed [m/s] below which a foot stands, regardless of the others."""
 
 
 def standing_from_kinematics(
     log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...]
 ) -> tuple[NDArray[np.bool_], list[str]]:
-    """Return which feet stand, shape (T, feet), and notes.
+    """Find the standing feet, shape (T, feet), and add notes.
 
-    A foot is certainly in the air while it is clearly higher than the lowest foot. Its swing begins earlier and ends
-    later, as long as it moves against the feet that are not in the air. Where two swings so meet and no foot would
-    be left to stand on, time is divided at the middle between them. The ground is taken for level and some foot for
-    standing at all times: stairs, slopes without IMU and flight need contact flags or foot forces.
+    A foot is in the air while it is clearly higher than the lowest foot. Its swing extends before and after that time,
+    as long as the foot moves relative to the feet that are not in the air. If two swings overlap and no foot would
+    stand, the time between them is divided in the middle. The method assumes level ground and at least one standing
+    foot; stairs, slopes without IMU and flight require contact flags or foot forces.
 
     Raises
     ------
@@ -37,53 +37,53 @@ def standing_from_kinematics(
     points = [foot for foot in feet if robot.contacts[foot].kind == "point"]
     if points and log.base_orientation is None:
         raise LogError(
-            f"{log.path or 'log'}: the joints alone do not show whether point feet such as '{points[0]}' stand; "
+            f"{log.path or 'log'}: joint positions do not show whether point feet such as '{points[0]}' stand; "
             "expected a channel contact, foot_wrench or base_orientation"
         )
     standing, airborne = np.ones((2, len(log.time), len(feet)), dtype=bool)
     height, speed = np.zeros((2, len(log.time), len(feet)))
     placed = {(segment.start, segment.stop): _place_feet(log.take(segment), robot, feet) for segment in segments}
     for (start, stop), foot_places in placed.items():
-        height[start:stop] = foot_places.heights()
+        height[start:stop] = foot_places.compute_heights()
     rows = np.concatenate([np.r_[segment] for segment in segments])
-    # a quarter of the highest lift [m]: below 5 mm are play, tilt and uneven ground; above 20 mm, low steps are missed
+    # a quarter of the highest lift [m]: play, tilt and uneven ground reach 5 mm; above 20 mm, low steps are missed
     lift = float(np.clip(0.25 * height[rows].max(), 0.005, 0.02))
     for (start, stop), foot_places in placed.items():
         airborne[start:stop] = switch(height[start:stop], lift, lift / 2)
-        speed[start:stop] = foot_places.speeds_against(~airborne[start:stop])
+        speed[start:stop] = foot_places.compute_speeds(~airborne[start:stop])
     in_air = speed[rows][airborne[rows]]
     threshold = max(SLOWEST, 0.1 * float(np.median(in_air))) if len(in_air) else SLOWEST
     for segment in segments:
-        standing[segment] = ~_swings(airborne[segment], switch(speed[segment], threshold, threshold / 2))
+        standing[segment] = ~_find_swings(airborne[segment], switch(speed[segment], threshold, threshold / 2))
     note = (
-        "The log has neither contact flags nor foot forces: standing feet are those not lifted by "
-        f"{1000 * lift:.0f} mm nor faster than {threshold:.2g} m/s against the others, on level ground; "
-        "flight cannot be seen."
+        "The log has neither contact flags nor foot forces; by kinematics, feet stand if lifted by less "
+        f"than {1000 * lift:.0f} mm and slower than {threshold:.2g} m/s relative to the others, on level ground; "
+        "flight is not detected."
     )
     return standing, [note]
 
 
 @dataclass(frozen=True, eq=False)
 class _FootPlaces:
-    """Feet of a segment: position from the base, and for each the rotation from the base into a frame that stands.
+    """Feet of a segment: positions relative to the base, and for each foot the rotation from the base to a level frame.
 
-    The frame is level and does not turn as long as that foot stands.
+    The level frame of a foot does not rotate while the foot stands.
     """
 
     time: Array  # [s], (T,)
     points: Array  # [m], (T, feet, 3)
-    levels: list[Array]  # one a foot, (T, 3, 3)
-    up: Array  # a first guess, in the base, (T, 3)
+    levels: list[Array]  # one per foot, (T, 3, 3)
+    up: Array  # first guess, in base coordinates, (T, 3)
 
-    def heights(self) -> Array:
-        """Return heights above the lowest foot [m], shape (T, feet), with level ground as the lowest foot has it."""
+    def compute_heights(self) -> Array:
+        """Compute heights above the lowest foot [m], shape (T, feet), in the level frame of the lowest foot."""
         lowest = np.argmin(np.einsum("tfi,ti->tf", self.points, self.up), axis=1)
         up = np.stack([level[:, 2] for level in self.levels], axis=1)[np.arange(len(lowest)), lowest]
         heights = np.asarray(np.einsum("tfi,ti->tf", self.points, up))
         return np.asarray(heights - np.min(heights, axis=1, keepdims=True))
 
-    def speeds_against(self, ground: NDArray[np.bool_]) -> Array:
-        """Return how fast each foot moves, as seen from the others on the ground [m/s], shape (T, feet)."""
+    def compute_speeds(self, ground: NDArray[np.bool_]) -> Array:
+        """Compute each foot's mean speed relative to the other feet on the ground [m/s], shape (T, feet)."""
         speeds, seen_from = np.zeros(ground.shape), np.zeros(ground.shape)
         if len(self.time) < 2:
             return speeds
@@ -99,9 +99,9 @@ class _FootPlaces:
 
 
 def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlaces:
-    """Return where the feet are and how they or the IMU level the base.
+    """Compute positions of the feet and level frames.
 
-    The IMU says how the base turns. Without it a standing sole does, as it is level and stays where it is.
+    The IMU gives the rotation of the base. Without it, a standing sole does, because it is level and does not move.
     """
     poses = [robot.foot_pose(foot, log.position) for foot in feet]
     points = np.stack([translation for _, translation in poses], axis=1)
@@ -114,22 +114,22 @@ def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlac
     return _FootPlaces(log.time, points, levels, up)
 
 
-def _swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which feet swing, shape (T, feet): in the air, or moving on the way up or down."""
+def _find_swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Find the feet that swing, shape (T, feet): in the air, or moving just before or after that."""
     swinging = np.empty_like(airborne)
     distance = np.full(airborne.shape, np.inf)
     for foot in range(airborne.shape[1]):
-        swinging[:, foot] = _runs_touching(airborne[:, foot] | moving[:, foot], airborne[:, foot])
+        swinging[:, foot] = _select_runs(airborne[:, foot] | moving[:, foot], airborne[:, foot])
         if airborne[:, foot].any():
             distance[:, foot] = scipy.ndimage.distance_transform_edt(~airborne[:, foot])
     nowhere_to_stand = swinging.all(axis=1)
     middle = 0.5 * (distance.min(axis=1) + distance.max(axis=1))
-    # The feet whose time in the air is further away stand.
+    # The feet whose time in the air is farther away stand.
     swinging[nowhere_to_stand] = (distance < middle[:, None])[nowhere_to_stand]
     return swinging
 
 
-def _runs_touching(wide: NDArray[np.bool_], core: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return those runs of `wide` that contain some of `core`."""
+def _select_runs(wide: NDArray[np.bool_], core: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Select the runs of `wide` that overlap `core`."""
     run = np.cumsum(np.diff(wide, prepend=False))
     return wide & np.isin(run, run[core])

@@ -1,4 +1,4 @@
-"""Support phases: the parts of a log over which the same feet stand, each in one contact mode."""
+"""Support phases: parts of a log with the same standing feet, each in one contact mode."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,7 +17,7 @@ from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
 
 FALLEN = np.deg2rad(60.0)
-"""Tilt of a base that has fallen [rad]."""
+"""Base tilt above which the robot has fallen [rad]."""
 
 Kind = Literal["fixed", "single", "double", "multiple", "flight", "touching"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]
@@ -25,7 +25,7 @@ Source = Literal["fixed", "flags", "forces", "kinematics"]
 
 @dataclass(frozen=True, kw_only=True)
 class SupportPhase:
-    """The time of one contact mode, in which the same feet stand; the rows are those of the log.
+    """Time during which the same feet stand; rows refer to the log.
 
     Attributes
     ----------
@@ -34,13 +34,13 @@ class SupportPhase:
     feet
         Names of the standing contacts, in the robot's order; ("base",) for a fixed base.
     kind
-        "single", "double" and "multiple" count the standing feet; "flight" has none. In "touching" some foot carries a
-        part of its load, so that it neither stands nor swings: nothing of it is worked through.
+        "single", "double" and "multiple" count the standing feet; "flight" has none. In "touching", some foot carries a
+        part of its load, so that it neither stands nor swings: none of its rows are used.
     first, last
-        Rows [first, last) are worked through; none where `last == first`.
+        Rows [first, last) are used; none if `last == first`.
     steady_first, steady_last
-        In rows [steady_first, steady_last), clear of touch-downs and lift-offs, the standing feet are at rest: a fit
-        may use any joint. Of swinging legs, which hardly feel it, it may use all rows.
+        The standing feet are at rest in rows [steady_first, steady_last), away from touchdown and liftoff: fits may use
+        all joints. Fits may use swinging legs, which are hardly affected, in all rows.
     """
 
     start: int
@@ -55,7 +55,7 @@ class SupportPhase:
 
 @dataclass(frozen=True, kw_only=True)
 class SupportPhases:
-    """All phases in the order of time, where they were found, and what the user should know, a sentence each."""
+    """All phases in the order of time, their source, and notes for the user, one sentence each."""
 
     phases: tuple[SupportPhase, ...]
     source: Source
@@ -63,7 +63,7 @@ class SupportPhases:
 
 
 def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
-    """Return the phases of a fixed base: one a segment, nothing trimmed."""
+    """Make the phases of a fixed base: one per segment, not trimmed."""
     return tuple(
         SupportPhase(start=a, stop=b, feet=("base",), kind="fixed", first=a, last=b, steady_first=a, steady_last=b)
         for a, b in ((segment.start, segment.stop) for segment in segments)
@@ -79,22 +79,21 @@ def phases_of_segment(
     segment: slice,
     settings: SupportSettings,
 ) -> list[SupportPhase]:
-    """Cut a segment into phases; together they are the whole segment.
+    """Cut a segment into phases that cover it completely.
 
-    A phase loses `trim_start` after its beginning and `trim_end` before its end, because the lift-off and the
-    touch-down there are impacts; one in which all feet stand is worked through as a whole. Standing feet rock and slip
-    a little afterwards, and while the weight shifts from foot to foot: a phase is steady where it is clear of both
-    times together at both ends. Where it begins or ends with the segment there is no such event, and nothing is
-    trimmed. A phase shorter than `min_duration` keeps its place, but nothing of it remains.
+    A phase loses `trim_start` at its start and `trim_end` at its end, because liftoff and touchdown are impacts. Phases
+    in which all feet stand are used completely. Standing feet rock and slip a little after an impact and while the
+    weight shifts: the steady part loses both times at both ends. Nothing is trimmed where a phase starts or ends with
+    the segment, because there is no impact. A phase shorter than `min_duration` remains, but none of its rows are used.
 
     Parameters
     ----------
     standing, touching
-        Which feet stand, and which carry some load all the same, shape (T, feet), rows of the whole log.
+        Feet that stand, and feet that carry some load without standing, shape (T, feet), rows of the whole log.
     feet
-        Their names.
+        Names of the feet.
     time
-        [s], shape (T,).
+        Time [s], shape (T,).
     """
     undecided = touching[segment].any(axis=1, keepdims=True)
     rows = np.hstack([standing[segment] & ~undecided, undecided])
@@ -102,8 +101,8 @@ def phases_of_segment(
     edges = [segment.start, *(int(row) for row in changes), segment.stop]
     period = float(np.median(np.diff(time[segment]))) if len(rows) > 1 else 0.0
 
-    def trimmed(start: int, stop: int, after: float, before: float) -> tuple[int, int]:
-        """Leave out so many seconds at the ends; half a period decides what is equal."""
+    def trim(start: int, stop: int, after: float, before: float) -> tuple[int, int]:
+        """Trim times [s] at both ends; times within half a period count as equal."""
         first = int(np.searchsorted(time, time[start] + after - period / 2)) if start > segment.start else start
         last = int(np.searchsorted(time, time[stop - 1] - before + period / 2)) if stop < segment.stop else stop
         return first, last
@@ -115,8 +114,8 @@ def phases_of_segment(
         standing_feet = tuple(foot for foot, stands in zip(feet, row[:-1], strict=True) if stands)
         first, last = start, stop
         if len(standing_feet) < len(feet):
-            first, last = trimmed(start, stop, settings.trim_start, settings.trim_end)
-        steady_first, steady_last = trimmed(start, stop, both, both)
+            first, last = trim(start, stop, settings.trim_start, settings.trim_end)
+        steady_first, steady_last = trim(start, stop, both, both)
         if last <= first or (stop - start) * period < settings.min_duration or row[-1]:
             first = last = start
         if steady_last <= steady_first or last == first:
@@ -138,14 +137,14 @@ def phases_of_segment(
 
 
 def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:
-    """Apply a threshold with hysteresis: on above `on`, off below `off`, in between as before.
+    """Apply a threshold with hysteresis: on above `on`, off below `off`, unchanged in between.
 
     Parameters
     ----------
     signal
-        Shape (T, k); each column is a switch of its own. A first value in between counts for the nearer threshold.
+        Signals, shape (T, k), one switch per column. A first value in between takes the state of the nearer threshold.
     on, off
-        `off` is not above `on`.
+        Thresholds; `off` is not above `on`.
     """
     decided = (signal > on) | (signal < off)
     decided[:1] = True
@@ -154,7 +153,7 @@ def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:
 
 
 def up_in_base(log: RobotLog, robot: Robot) -> Array:
-    """Compute the upward direction in the root link's coordinates, shape (T, 3); a base without IMU counts as level."""
+    """Compute the upward direction in root link coordinates, shape (T, 3); a base without IMU counts as level."""
     up = -robot.gravity / np.linalg.norm(robot.gravity)
     if log.base_orientation is None:
         return np.broadcast_to(up, (len(log.time), 3))
@@ -162,15 +161,15 @@ def up_in_base(log: RobotLog, robot: Robot) -> Array:
 
 
 def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int | None:
-    """Find the first row within the segments at which the base has fallen over, None if it never does.
+    """Find the first row within the segments at which the base has fallen over; None if it never falls.
 
-    Upright is the root link's z axis. A root link whose z axis does not point up when the robot stands would look
+    The z axis of the root link counts as up. A root link whose z axis does not point up when the robot stands looks
     fallen from the start, and is refused.
 
     Raises
     ------
     LogError
-        If the base is tilted that far from the start.
+        If the base is tilted too much from the start.
     """
     if log.base_orientation is None:
         return None
@@ -185,11 +184,11 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int
             return int(start + fallen[0])
         if robot.gravity[2] > 0:
             raise LogError(
-                f"{log.path or 'log'}: [robot] gravity points up, {robot.gravity.tolist()} m/s^2, and the robot "
-                "stands on its head; expected gravity of the world, z down, as a rule [0, 0, -9.81]"
+                f"{log.path or 'log'}: [robot] gravity points up: {robot.gravity.tolist()} m/s²; "
+                "expected gravity in world coordinates, usually [0, 0, -9.81]"
             )
         raise LogError(
-            f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f} deg at the start, "
-            'so that the robot lies; if it stands, set [log] base_orientation = {order = "wxyz"} or [robot] base_frame'
+            f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f}° at the start, "
+            'as if the robot had fallen; if not, set [log] base_orientation = {order = "wxyz"} or [robot] base_frame'
         )
     return None

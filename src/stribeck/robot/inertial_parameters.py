@@ -50,8 +50,7 @@ def shape_coordinates(matrix: Array) -> Array:
 
     With the second moments about the center of mass Sigma_c = m K K^T, K upper triangular, the coordinates are the
     logarithms of K's diagonal (K in meters) and K_01, K_12, K_02 [m]: log-Cholesky coordinates (Rucker and Wensing
-    2022).
-    All their values are physical bodies. They are NaN if Sigma_c is not positive definite.
+    2022). All their values are physical bodies. They are NaN if Sigma_c is not positive definite.
     """
     mass = matrix[..., 3, 3]
     centre = matrix[..., :3, 3] / mass[..., None]

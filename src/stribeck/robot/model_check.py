@@ -100,8 +100,7 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
         Parts that stribeck models differently from the file.
     impossible
         Links with physically impossible moments of inertia, by name, with their lines. They are not refused: 14 of the
-        70
-        URDFs of example-robot-data have some, most of them light.
+        70 URDFs of example-robot-data have some, most of them light.
 
     Raises
     ------
