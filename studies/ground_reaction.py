@@ -75,7 +75,7 @@ def run(case: str, method: str) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/ground-reaction.md."""
+    """Format the table of docs/other-methods.md."""
     cells = [
         (
             *(row[key] for key in ("case", "method", "joints")),

@@ -5,7 +5,7 @@
 On one standing surface the tree is rooted at that foot and every joint is known. On several, and on point feet, the
 wrenches on the feet are not known one by one: the joints between them are left open, and the limbs that swing are known
 all the same. Where the wrenches are measured, the joints between base and feet follow from them
-(docs/ground-reaction.md).
+(docs/other-methods.md).
 """
 
 from collections.abc import Mapping

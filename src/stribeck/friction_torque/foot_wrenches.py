@@ -1,4 +1,4 @@
-"""What measured foot wrenches say about the joints between base and ground (docs/ground-reaction.md)."""
+"""What measured foot wrenches say about the joints between base and ground (docs/other-methods.md)."""
 
 from collections.abc import Mapping
 

@@ -1,6 +1,6 @@
 """Friction from ground reactions: standing legs by measured wrenches, and a check of swinging legs against them.
 
-After Hashlamon and Erbatur 2016; docs/ground-reaction.md has the equations.
+After Hashlamon and Erbatur 2016; docs/other-methods.md has the equations.
 """
 
 from collections.abc import Collection, Mapping, Sequence

@@ -1,1 +1,1 @@
-"""Friction and inertial parameters together, by least squares on the dynamic regressor (docs/direct.md)."""
+"""Identify friction and inertial parameters together by least squares on the regressor (docs/other-methods.md)."""

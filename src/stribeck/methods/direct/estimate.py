@@ -1,4 +1,4 @@
-"""Friction and bodies from rows of the equation of motion: weights, solution, covariance (docs/direct.md, 2 and 5)."""
+"""Fit friction and bodies to rows of the equation of motion: weights, solution, covariance (docs/other-methods.md)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

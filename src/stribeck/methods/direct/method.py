@@ -1,4 +1,4 @@
-"""Direct identification: friction and bodies together, by least squares on the dynamic regressor (docs/direct.md)."""
+"""Identify friction and bodies together by least squares on the dynamic regressor (docs/other-methods.md)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

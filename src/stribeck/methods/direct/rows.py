@@ -1,4 +1,4 @@
-"""Rows of the equation of motion at single samples, linear in inertial parameters and friction (docs/direct.md, 1)."""
+"""Rows of the equation of motion per sample, linear in inertial parameters and friction (docs/other-methods.md)."""
 
 from __future__ import annotations
 
