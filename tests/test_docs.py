@@ -203,8 +203,10 @@ def test_every_field_of_a_result_is_explained() -> None:
     assert len(carriers) >= 10
 
 
-def test_the_page_of_findings_is_the_catalogues() -> None:
-    assert runpy.run_path(str(DOCS / "extensions/findings.py"))["page"]() == PAGES["docs/findings.md"]
+@pytest.mark.parametrize("name", ["findings", "cli"])
+def test_generated_pages_are_current(name: str) -> None:
+    page = runpy.run_path(str(DOCS / f"extensions/{name}.py"))["page"]()
+    assert page == PAGES[f"docs/{name}.md"], f"run `python docs/extensions/{name}.py`"
 
 
 def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_an_example() -> None:
