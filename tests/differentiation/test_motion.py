@@ -197,9 +197,9 @@ class TestButterworth:
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"kind": "savitzky-golay", "window": 30}, "window is 30; it must be odd"),
+        ({"kind": "savitzky-golay", "window": 30}, "window is 30; expected an odd number"),
         ({"kind": "savitzky-golay", "window": 5, "order": 5}, "order is 5; it must be smaller than the window of 5"),
-        ({"kind": "savitzky-golay", "window": 5, "order": 1}, "order is 1; a polynomial needs 2"),
+        ({"kind": "savitzky-golay", "window": 5, "order": 1}, "order is 1; an acceleration requires at least 2"),
         ({"kind": "savitzky-golay"}, "needs a window"),
         ({"kind": "savitzky-golay", "window": 7, "cutoff": 20.0}, "give only one of them"),
         ({"kind": "savitzky-golay", "cutoff": 250.0}, "cutoff is 250 Hz; it must be below half the log's rate of 500"),
@@ -341,5 +341,5 @@ class TestChosenCutoff:
         assert noise.cutoff >= 5.0
 
     def test_a_scrap_has_no_spectrum(self):
-        with pytest.raises(LogError, match="63 samples; choosing a filter from the spectrum takes 64"):
+        with pytest.raises(LogError, match="63 samples; choosing a filter from the spectrum requires 64"):
             choose_cutoff([np.zeros((65, 2)), np.zeros((10, 2))], 1000.0, [np.zeros((65, 2)), np.zeros((10, 2))])

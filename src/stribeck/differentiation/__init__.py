@@ -1,4 +1,4 @@
-"""Zero-phase position, velocity and acceleration from positions; the spectrum that says how much to smooth."""
+"""Zero-phase position, velocity and acceleration from positions, and the choice of the cutoff from the spectrum."""
 
 from stribeck.differentiation.cutoff import CutoffChoice as CutoffChoice
 from stribeck.differentiation.cutoff import choose_cutoff as choose_cutoff

@@ -1,4 +1,4 @@
-"""Central differences, then a Butterworth lowpass forward and backward (7.1.2 of the paper)."""
+"""Central differences, then a Butterworth low-pass forward and backward (7.1.2 of the paper)."""
 
 import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
@@ -8,17 +8,17 @@ from stribeck.differentiation.savitzky_golay import correlate_valid
 from stribeck.errors import SettingsError
 
 SETTLED = 1e-6
-"""Share of the impulse response that may be left beyond the dropped edges."""
+"""Share of the impulse response that may remain beyond the dropped edges."""
 
 HALF_WIDTH = 2
-"""Samples that the central differences need on each side."""
+"""Number of samples that central differences need on each side."""
 
 
 def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
-    """Return the second-order sections whose forward-backward gain is -3 dB at `cutoff` [Hz].
+    """Design second-order sections whose forward-backward gain is -3 dB at `cutoff` [Hz].
 
-    One pass has half that attenuation in decibels, so a single pass is designed for a slightly higher frequency: a
-    paper's "10 Hz, run by filtfilt" has -6 dB at 10 Hz and is the filter of cutoff `10 (sqrt 2 - 1)^(1 / 2 order)` Hz.
+    One pass has half of that attenuation in decibels, so it is designed for a slightly higher frequency: a paper's "10
+    Hz, run by filtfilt" has -6 dB at 10 Hz, and is the filter of cutoff `10 (sqrt 2 - 1)^(1 / 2 order)` Hz.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
 
 
 def settling_length(sections: Array) -> int:
-    """Return after how many samples no more than `SETTLED` of a pass's impulse response is left."""
+    """Find the number of samples after which at most `SETTLED` of a pass's impulse response remains."""
     slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
     horizon = 2 * int(np.ceil(np.log(SETTLED) / np.log(slowest))) + 8
     impulse = np.zeros(horizon)
@@ -46,9 +46,9 @@ def settling_length(sections: Array) -> int:
 
 
 def central_kernels(period: float) -> Array:
-    """Compute the kernels of position, velocity and acceleration, shape (3, 5), by (6.2) once and twice.
+    """Compute the kernels of position, velocity and acceleration, shape (3, 5), by applying (6.2) once and twice.
 
-    Exact up to second-degree polynomials for the velocity and third-degree ones for the acceleration; no delay.
+    The velocity is exact for polynomials up to second degree, the acceleration up to third; neither has a delay.
     """
     present = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
     velocity = np.array([0.0, -1.0, 0.0, 1.0, 0.0]) / (2 * period)
@@ -59,17 +59,17 @@ def central_kernels(period: float) -> Array:
 def filter_derivatives(
     signal: Array, orders: tuple[int, ...], sections: Array, period: float, half_width: int
 ) -> tuple[Array, ...]:
-    """Return the filtered derivatives of a signal of shape (T, n), each of shape (T - 2 half_width, n)."""
+    """Compute filtered derivatives of a signal of shape (T, n), each of shape (T - 2 half_width, n)."""
     if len(signal) <= 2 * half_width:
         return tuple(np.empty((0, signal.shape[1])) for _ in orders)
     kernels = central_kernels(period)[list(orders)]
     edge = half_width - HALF_WIDTH
     return tuple(
-        np.asarray(_zero_phase(sections, raw)[edge : len(raw) - edge])
+        np.asarray(_filter_twice(sections, raw)[edge : len(raw) - edge])
         for raw in correlate_valid(signal, kernels, orders)
     )
 
 
-def _zero_phase(sections: Array, raw: Array) -> Array:
-    # The first sample is taken out and put back: it is the largest part of a position and needs no filter.
+def _filter_twice(sections: Array, raw: Array) -> Array:
+    # Subtracting the first sample, usually the largest part of a position, saves digits.
     return np.asarray(scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0])

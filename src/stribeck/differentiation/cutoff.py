@@ -1,4 +1,4 @@
-"""How much to smooth: the cutoff that a log's own spectrum asks for (7.1.2, Fig. 7.1 of the paper)."""
+"""Choice of the cutoff frequency from the spectrum of a log (7.1.2, Fig. 7.1 of the paper)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from stribeck.differentiation.savitzky_golay import savgol_cutoff, savgol_kernel
 from stribeck.errors import LogError
 
 ORDER = 4
-"""Of the Savitzky-Golay filter that "auto" stands for."""
+"""Order of the Savitzky-Golay filter that "auto" selects."""
 MIN_SAMPLES = 64
 """Shortest segment that has a spectrum."""
 CLEAR = 4.0
-"""A spectrum stands clearly above its noise floor when it is this many times larger."""
+"""Ratio to the noise floor above which a spectrum is clearly above it."""
 UPPER_BAND = (0.6, 0.95)
-"""Shares of the Nyquist frequency between which a spectrum is taken for noise."""
+"""Band that contains only noise, as shares of the Nyquist frequency."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,13 +28,13 @@ class Spectra:
     Attributes
     ----------
     frequency
-        [Hz], shape (F,), without 0.
+        Frequencies [Hz], shape (F,), without 0.
     first, second
-        Power spectral densities of the two signals, one-sided, shape (F, n).
+        One-sided power spectral densities of the two signals, shape (F, n).
     cross
         Magnitude of their cross spectral density, shape (F, n).
     parts
-        Independent parts averaged, shape (n,); 0 for a signal that was never there.
+        Number of independent parts in the average, shape (n,); 0 for a signal without data.
     """
 
     frequency: Array
@@ -45,23 +45,23 @@ class Spectra:
 
     @property
     def coherence(self) -> Array:
-        """Squared coherence of the two signals, from 0 (nothing in common) to 1, shape (F, n)."""
+        """Squared coherence of the two signals, from 0 (unrelated) to 1, shape (F, n)."""
         power = self.first * self.second
         return np.asarray(np.divide(self.cross**2, power, out=np.zeros_like(power), where=power > 0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CutoffChoice:
-    """A cutoff frequency and why it was chosen.
+    """Cutoff frequency and the reason for it.
 
     Attributes
     ----------
     cutoff
         -3 dB frequency of the position kernel [Hz].
     window
-        Of the Savitzky-Golay filter of order 4 that has this cutoff [samples].
+        Window of the Savitzky-Golay filter of order 4 with this cutoff [samples].
     reason
-        One sentence with numbers, for the user.
+        Reason in one sentence with numbers, for the user.
     """
 
     cutoff: float
@@ -70,75 +70,75 @@ class CutoffChoice:
 
 
 def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequence[Array]) -> CutoffChoice:
-    """Choose the cutoff that distorts the acceleration least in total, by smoothing and by noise.
+    """Choose the cutoff with the least total error of the acceleration from smoothing and noise.
 
-    The model's own acceleration shows where the motion ends and the noise begins, as it needs no second derivative of
-    a measured position. With S the spectrum of the motion, N that of the noise, and G the gain of a window's
+    The model's acceleration shows where motion ends and noise starts, because it needs no second derivative of a
+    measured position. With S the spectrum of the motion, N the spectrum of the noise, and G the gain of a window's
     acceleration kernel, the expected square error is `sum (1 - G)^2 S + G^2 N`. The joint that needs the shortest
-    window decides for all, and no more than 0.1 % of its S is given up. Where there is no noise, the shortest window
-    wins.
+    window decides for all, and loses at most 0.1 % of its S. Without noise, the shortest window wins.
 
     Parameters
     ----------
     accelerations
-        By the model from the measured torque [rad/s^2], a segment without gaps each, shape (t, n); a joint that a
-        segment says nothing about is NaN.
+        Model accelerations from the measured torque [rad/s^2], one array of shape (t, n) per segment without gaps; NaN
+        for joints without data in a segment.
     rate
-        [Hz].
+        Sampling rate [Hz].
     positions
-        Measured over the same segmentes [rad], shape (t, n). S is the part of the model's acceleration that is
-        coherent with the position and clear of N, and N the noise of the position's second derivative, which is what
-        the filter meets.
+        Measured positions in the same segments [rad], shape (t, n). S is the part of the model's acceleration that is
+        coherent with the position and clearly above N. N is the noise of the position's second derivative, which the
+        filter has to remove.
 
     Raises
     ------
     LogError
         If no segment has 64 samples.
     """
-    windows = _candidate_windows(rate, max((len(segment) for segment in accelerations), default=0))
+    windows = _list_windows(rate, max((len(segment) for segment in accelerations), default=0))
     measured = [np.diff(segment, 2, axis=0) * rate**2 for segment in positions]
     spectra = average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
-    signal, noise = _common(spectra, rate)
+    signal, noise = _compare_spectra(spectra, rate)
     power = signal.sum(axis=0)
-    moving = power > 1e-3 * power.max()  # joints with less of the liveliest joint's power have no say
+    moving = power > 1e-3 * power.max()  # joints with less power are ignored
     if not moving.any():
-        reason = "no joint's acceleration stands above its noise, so the lowest cutoff is taken"
-        return _choice(windows[-1], rate, reason)
+        reason = "no joint's acceleration exceeds its noise, so the lowest cutoff is used"
+        return _make_choice(windows[-1], rate, reason)
     signal, noise, power = signal[:, moving], noise[:, moving], power[moving]
-    best, kept = _least_error_windows(windows, rate, spectra.frequency, signal, noise)
+    best, kept = _find_windows(windows, rate, spectra.frequency, signal, noise)
     joint = int(np.argmin(best))
     highest = float(spectra.frequency[signal[:, joint] > 0].max())
     reason = (
-        f"the joint that needs the highest moves at up to {highest:.3g} Hz and keeps {100 * kept[joint]:.4g} % of the "
-        f"power of its acceleration, in which unfiltered noise has {noise[:, joint].sum() / power[joint]:.2g} times "
+        f"the joint with the highest cutoff moves at up to {highest:.3g} Hz and keeps {100 * kept[joint]:.4g} % of "
+        f"the power of its acceleration; unfiltered noise has {noise[:, joint].sum() / power[joint]:.2g} times "
         f"the power of motion"
     )
-    return _choice(windows[best[joint]], rate, reason)
+    return _make_choice(windows[best[joint]], rate, reason)
 
 
-def _choice(window: int, rate: float, reason: str) -> CutoffChoice:
+def _make_choice(window: int, rate: float, reason: str) -> CutoffChoice:
     cutoff = savgol_cutoff(window, ORDER, rate)
     sentence = f"cutoff {cutoff:.3g} Hz, a window of {window} samples: {reason}"
     return CutoffChoice(cutoff=cutoff, window=window, reason=sentence)
 
 
-def _least_error_windows(
+def _find_windows(
     windows: list[int], rate: float, frequency: Array, signal: Array, noise: Array
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return, per joint, the index of the window of least expected error, and the share of the signal that it keeps."""
-    gain = np.stack([_acceleration_gain(window, rate, frequency) for window in windows])
+    """Find, per joint, the index of the window with the least expected error, and the share of the signal it keeps."""
+    gain = np.stack([_compute_gain(window, rate, frequency) for window in windows])
     lost = (1 - gain) ** 2 @ signal / signal.sum(axis=0)  # (windows, joints)
     error = lost + gain**2 @ noise / signal.sum(axis=0)
-    # smoothing may cost a thousandth of the motion's power: noise averages out in a fit, distortion does not
+    # smoothing may remove 0.1 % of the motion's power: noise averages out in a fit, distortion does not
     error[1:][lost[1:] > 1e-3] = np.inf  # the shortest window is always allowed
     best = np.argmin(error, axis=0)
     return best, 1 - lost[best, np.arange(len(best))]
 
 
-def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:
-    """Return what torque and position agree on, and the noise of the position's second derivative, each (F, n).
+def _compare_spectra(spectra: Spectra, rate: float) -> tuple[Array, Array]:
+    """Compute the common spectrum of torque and position, and the noise of the position's second derivative, (F, n).
 
-    The noise of a position is white, and read off the upper band of its second difference, whose gain is known.
+    The noise of a position is white. Its level is measured in the upper band of the second difference, whose gain is
+    known.
     """
     frequency = spectra.frequency
     low, high = UPPER_BAND
@@ -146,20 +146,20 @@ def _common(spectra: Spectra, rate: float) -> tuple[Array, Array]:
     gain = (2 * rate * np.sin(np.pi * frequency[band] / rate)) ** 4
     white = np.median(spectra.second[band] / gain[:, None], axis=0)
     noise = (2 * np.pi * frequency[:, None]) ** 4 * white
-    # Of K parts, unrelated noises are coherent by more than c with probability (1 - c)^(K - 1), here 1e-4.
+    # With K parts, unrelated noises have a coherence above c with probability (1 - c)^(K - 1), here 1e-4.
     by_chance = 1 - 1e-4 ** (1 / np.maximum(spectra.parts - 1, 1))
     common = spectra.coherence * spectra.first
     clear = (spectra.coherence > by_chance) & (common > (CLEAR - 1) * noise)
-    clear &= frequency[:, None] <= _end_of_motion(frequency, spectra.second, rate)
+    clear &= frequency[:, None] <= _find_end_of_motion(frequency, spectra.second, rate)
     return np.where(clear, common, 0.0), noise
 
 
-def _end_of_motion(frequency: Array, density: Array, rate: float) -> Array:
-    """Return the frequency [Hz] of each joint at which noise takes over in its measured acceleration, shape (n,).
+def _find_end_of_motion(frequency: Array, density: Array, rate: float) -> Array:
+    """Find the frequency [Hz] above which noise dominates each joint's measured acceleration, shape (n,).
 
-    Going down from the noise at the top, the density falls to a valley and rises again where the motion begins. A
-    controller answers the noise of its encoder with torque, so that both are coherent beyond the valley too, and
-    current ripple looks like violent motion of a light link. Where there is no valley there is no end: infinity.
+    Downward from the noise at the top, the density falls to a valley and rises again where the motion starts. Above the
+    valley, torque and position can be coherent too, because a controller responds to encoder noise with torque, and
+    current ripple looks like violent motion of a light link. Without a valley the result is infinite.
     """
     band = np.floor(3 * np.log2(frequency / frequency[0])).astype(int)  # three per octave
     used, band = np.unique(band, return_inverse=True)
@@ -179,10 +179,10 @@ def _end_of_motion(frequency: Array, density: Array, rate: float) -> Array:
     return end
 
 
-def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
-    """Return the gain of the acceleration kernel against the true second derivative, shape (F,).
+def _compute_gain(window: int, rate: float, frequency: Array) -> Array:
+    """Compute the gain of the acceleration kernel relative to the true second derivative, shape (F,).
 
-    The frequencies are those of a transform without 0, onto whose length a longer kernel folds.
+    The frequencies belong to a discrete transform, without 0; a kernel longer than the transform is folded.
     """
     length = round(rate / frequency[0])
     places = (np.arange(window) - window // 2) % length
@@ -190,10 +190,10 @@ def _acceleration_gain(window: int, rate: float, frequency: Array) -> Array:
     return np.asarray(-response.real[1:] / (2 * np.pi * frequency) ** 2)
 
 
-def _candidate_windows(rate: float, samples: int) -> list[int]:
-    """Return odd windows in order of length, from the highest cutoff allowed to the lowest."""
+def _list_windows(rate: float, samples: int) -> list[int]:
+    """List odd windows in order of length, from the highest allowed cutoff to the lowest."""
     highest = 0.2 * rate  # a window of 9 samples, over which a polynomial still averages
-    lowest = 5.0  # [Hz]; limbs may move slower, but friction changes within the moment of a reversal
+    lowest = 5.0  # [Hz]; limbs may move slower, but friction changes quickly at reversals
     shortest = savgol_window(highest, ORDER, rate)
     longest = savgol_window(min(lowest, highest), ORDER, rate)
     longest = max(shortest, min(longest, samples // 4))
@@ -202,21 +202,21 @@ def _candidate_windows(rate: float, samples: int) -> list[int]:
 
 
 def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float) -> Spectra:
-    """Average the spectra of two signals over half-overlapping parts of all segments, under a Hann window.
+    """Average the spectra of two signals over half-overlapping parts of all segments, with a Hann window.
 
     Parameters
     ----------
     first, second
-        The signals of each segment, shape (t, n); a column with NaN is left out of the average of its part.
+        Signals of each segment, shape (t, n); parts with NaN are excluded per column.
     rate
-        [Hz].
+        Sampling rate [Hz].
 
     Raises
     ------
     LogError
         If no segment has 64 samples.
     """
-    length = _part_length(np.array([np.isfinite(segment).sum(axis=0) for segment in first]), rate)
+    length = _find_part_length(np.array([np.isfinite(segment).sum(axis=0) for segment in first]), rate)
     joints = first[0].shape[1]
     first_power, second_power = np.zeros((2, length // 2 + 1, joints))
     cross_power = np.zeros((length // 2 + 1, joints), dtype=np.complex128)
@@ -241,8 +241,8 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
     )
 
 
-def _part_length(samples: NDArray[np.int64], rate: float) -> int:
-    """Find a length that most samples of every signal fill and that gives several parts of each.
+def _find_part_length(samples: NDArray[np.int64], rate: float) -> int:
+    """Find a length that fits most samples of every signal and gives several parts of each.
 
     `samples` counts the samples of each signal in each segment, shape (segments, n).
     """
@@ -250,20 +250,20 @@ def _part_length(samples: NDArray[np.int64], rate: float) -> int:
     if longest.max() < MIN_SAMPLES:
         raise LogError(
             f"log: the longest usable segment has {longest.max()} samples; choosing a filter from the "
-            f"spectrum takes {MIN_SAMPLES}, so set [identify.filter] kind = 'savitzky-golay' and a window"
+            f"spectrum requires {MIN_SAMPLES}; set [identify.filter] kind = 'savitzky-golay' and a window"
         )
     ordered = -np.sort(-samples[:, longest >= MIN_SAMPLES], axis=0)
     filled = ordered.cumsum(axis=0)
     half = np.argmax(2 * filled >= filled[-1], axis=0)  # half of a signal's samples are in segments this long
     typical = int(np.take_along_axis(ordered, half[None], axis=0).min())
-    # eight parts or more where the log is long enough, of 4 s or less: a resolution of 0.25 Hz
+    # at least eight parts if the log is long enough, of at most 4 s: a resolution of 0.25 Hz
     return max(MIN_SAMPLES, min(typical, int(filled[-1].min()) // 8, int(4.0 * rate)))
 
 
 def _transform(signal: Array, length: int, rate: float) -> NDArray[np.complex128]:
-    """Compute the Fourier transforms of a segment's half-overlapping parts under a Hann window, shape (F, n, parts).
+    """Compute Fourier transforms of half-overlapping parts of a segment with a Hann window, shape (F, n, parts).
 
-    NaN where a part has a NaN. The mean square is the two-sided power spectral density.
+    Parts with a NaN become NaN. The mean square is the two-sided power spectral density.
     """
     parts = sliding_window_view(signal, length, axis=0)[:: length // 2]
     window = np.sin(np.pi * np.arange(length) / length) ** 2

@@ -1,4 +1,4 @@
-"""The filter that the settings ask for, ready to run over the positions of a log."""
+"""The filter of the settings, for the positions of a log."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,23 +20,24 @@ TAKES = {
     "butterworth": {"order", "cutoff"},
     "log": set[str](),
 }
-"""The settings that each kind of filter uses."""
+"""Settings that each kind of filter uses."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Filter:
-    """A filter for evenly sampled signals, which drops the edges it cannot filter from both sides.
+    """Filter for evenly sampled signals. It drops edges that it cannot filter from both sides.
 
     Attributes
     ----------
     name
-        What it is, in words, for the report.
+        Description for the report.
     half_width
-        Samples dropped at each end. Overlapping a log's chunks by `2 half_width` gives what the whole log gives.
+        Number of samples dropped at each end. Chunks that overlap by `2 half_width` give the same output as a whole
+        log.
     run
-        `run(signal, orders)`: filtered derivatives of these orders of a signal of shape (T, n).
+        Function `run(signal, orders)` that computes filtered derivatives of these orders, for a signal of shape (T, n).
     weights
-        Of second differences in the acceleration, shape (2 half_width + 1,), sum 1; None where they have no end.
+        Weights of second differences in the acceleration, shape (2 half_width + 1,), sum 1; None if they are infinite.
     """
 
     name: str
@@ -45,24 +46,24 @@ class Filter:
     weights: Array | None
 
     def apply(self, position: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration, each of shape (T - 2 half_width, n), from position (T, n).
+        """Compute position, velocity and acceleration, shape (T - 2 half_width, n) each, from positions (T, n).
 
-        A signal that is too short for the filter gives empty arrays.
+        A signal shorter than the filter gives empty arrays.
         """
         filtered, velocity, acceleration = self.run(position, (0, 1, 2))
         return filtered, velocity, acceleration
 
     def smooth(self, signal: Array) -> Array:
-        """Return another signal of shape (T, n), e.g. the torque, smoothed as `apply` smooths the position."""
+        """Smooth another signal of shape (T, n), e.g. the torque, as `apply` smooths the position."""
         return self.run(signal, (0,))[0]
 
     def average(self, signal: Array) -> Array:
-        """Return another signal of shape (T, n), e.g. the torque, averaged as `apply` averages the acceleration.
+        """Average another signal of shape (T, n), e.g. the torque, as `apply` averages the acceleration.
 
         Raises
         ------
         SettingsError
-            If the filter has no window.
+            If the filter has no finite window.
         """
         return correlate_valid(signal, self.window_weights()[None], (0,))[0]
 
@@ -72,37 +73,37 @@ class Filter:
         Raises
         ------
         SettingsError
-            If the filter has no window.
+            If the filter has no finite window.
         """
         if self.weights is None:
             raise SettingsError(
-                "[identify] averaged_law is true, and the filter of kind 'butterworth' has no window to average over; "
+                "[identify] averaged_law is true, but the filter of kind 'butterworth' has no finite window; "
                 "set its kind to 'auto' or 'savitzky-golay', or averaged_law to false"
             )
         return self.weights
 
 
 def make_filter(settings: FilterSettings, period: float) -> Filter:
-    """Return the filter that the settings ask for.
+    """Make the filter of the settings.
 
     Parameters
     ----------
     settings
-        Of any kind but "auto", which `choose_cutoff` and `resolve_auto` turn into "savitzky-golay".
-        The filter of kind "log" passes everything through; velocity and acceleration are then the log's own.
+        Settings of any kind but "auto", which `choose_cutoff` and `resolve_auto` turn into "savitzky-golay". A filter
+        of kind "log" passes everything through; velocity and acceleration then come from the log.
     period
         Sampling period [s].
 
     Raises
     ------
     SettingsError
-        If the settings do not go together or do not fit the sampling period.
+        If the settings contradict each other or do not suit the sampling period.
     """
     _refuse_unused(settings)
     if settings.kind == "savitzky-golay":
-        return _savitzky_golay(settings, period)
+        return _make_savitzky_golay(settings, period)
     if settings.kind == "butterworth":
-        return _butterworth(settings, period)
+        return _make_butterworth(settings, period)
     if settings.kind == "log":
         name = "none: the log's own velocity and acceleration"
         return Filter(name=name, half_width=0, run=_pass_through, weights=np.ones(1))
@@ -110,7 +111,7 @@ def make_filter(settings: FilterSettings, period: float) -> Filter:
 
 
 def sharper_filter(settings: FilterSettings, period: float) -> Filter:
-    """Return the filter over half the window, which shows what happens within it; the same where none can be halved."""
+    """Make the filter with half the window, to resolve events within the full window; unchanged if it has no window."""
     whole = make_filter(settings, period)
     if settings.kind != "savitzky-golay":
         return whole
@@ -120,12 +121,12 @@ def sharper_filter(settings: FilterSettings, period: float) -> Filter:
 
 
 def resolve_auto(settings: FilterSettings, choice: CutoffChoice) -> FilterSettings:
-    """Return the settings of the Savitzky-Golay filter that "auto" stands for, given the cutoff chosen.
+    """Replace "auto" by the Savitzky-Golay filter with the chosen cutoff.
 
     Raises
     ------
     SettingsError
-        If "auto" is given a window or a cutoff.
+        If "auto" has a window or a cutoff.
     """
     _refuse_unused(settings)
     return settings.model_copy(update={"kind": "savitzky-golay", "cutoff": choice.cutoff})
@@ -137,11 +138,11 @@ def _refuse_unused(settings: FilterSettings) -> None:
             kinds = " or ".join(f"'{kind}'" for kind, keys in TAKES.items() if key in keys)
             raise SettingsError(
                 f"[identify.filter] {key} is {getattr(settings, key)!r}, which the filter of kind "
-                f"'{settings.kind}' does not use; leave it out, or set kind to {kinds}"
+                f"'{settings.kind}' does not use; remove it, or set kind to {kinds}"
             )
 
 
-def _savitzky_golay(settings: FilterSettings, period: float) -> Filter:
+def _make_savitzky_golay(settings: FilterSettings, period: float) -> Filter:
     window = settings.window
     if window is not None and settings.cutoff is not None:
         raise SettingsError(
@@ -159,7 +160,7 @@ def _savitzky_golay(settings: FilterSettings, period: float) -> Filter:
     return finite_filter(name, kernels, implied_weights(kernels[2], period))
 
 
-def _butterworth(settings: FilterSettings, period: float) -> Filter:
+def _make_butterworth(settings: FilterSettings, period: float) -> Filter:
     if settings.cutoff is None:
         raise SettingsError("[identify.filter] kind is 'butterworth', which needs a cutoff [Hz]")
     sections = butterworth.butterworth_sections(settings.cutoff, settings.order, 1 / period)
@@ -170,7 +171,7 @@ def _butterworth(settings: FilterSettings, period: float) -> Filter:
 
 
 def finite_filter(name: str, kernels: Array, weights: Array) -> Filter:
-    """Build the filter of three kernels, of position, velocity and acceleration, shape (3, L)."""
+    """Build a filter from kernels of position, velocity and acceleration, shape (3, L)."""
 
     def run(signal: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
         return correlate_valid(signal, kernels[list(orders)], orders)

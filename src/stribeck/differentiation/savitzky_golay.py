@@ -1,4 +1,4 @@
-"""Savitzky-Golay filters: a polynomial fitted to every window, (7.1)-(7.8) of the paper."""
+"""Savitzky-Golay filters: a polynomial is fitted to each window, (7.1)-(7.8) of the paper."""
 
 from math import factorial
 
@@ -14,32 +14,32 @@ def savgol_kernels(window: int, order: int, period: float) -> Array:
 
     The polynomial p(n) of (7.1) is fitted to the window by least squares (7.4), so its coefficients are
     `a = (T^T T)^-1 T^T x` (7.5); position is a_0 (7.7), velocity a_1 / dt, acceleration 2 a_2 / dt^2.
-    The kernels are even or odd: no phase shift, and an even order's position and acceleration equal those of the next
-    odd order, an even order's velocity that of the odd order below.
+    The kernels are even or odd, so they have no phase shift. An even order has the position and acceleration of the
+    next odd order, and the velocity of the odd order below.
 
     Parameters
     ----------
     window
-        Samples in a window, odd. With `window = order + 1` the polynomial goes through all: nothing is smoothed.
+        Odd number of samples. With `window = order + 1` the polynomial passes through all samples, without smoothing.
     order
-        Order of the polynomial, from 2 (less has no acceleration) to `window - 1`.
+        Order of the polynomial, from 2 (lower orders have no acceleration) to `window - 1`.
     period
         Sampling period [s].
 
     Raises
     ------
     SettingsError
-        If window and order do not go together.
+        If window and order contradict each other.
     """
     if window % 2 == 0:
-        raise SettingsError(f"[identify.filter] window is {window}; it must be odd to have a middle, e.g. {window + 1}")
+        raise SettingsError(f"[identify.filter] window is {window}; expected an odd number, e.g. {window + 1}")
     if order < 2:
-        raise SettingsError(f"[identify.filter] order is {order}; a polynomial needs 2 to have an acceleration")
+        raise SettingsError(f"[identify.filter] order is {order}; an acceleration requires at least 2")
     if order >= window:
         raise SettingsError(
             f"[identify.filter] order is {order}; it must be smaller than the window of {window} samples"
         )
-    # n from -1 to 1 instead of -N to N keeps the powers apart in double precision.
+    # n from -1 to 1 instead of -N to N keeps the powers independent in double precision.
     T = np.linspace(-1.0, 1.0, window)[:, None] ** np.arange(order + 1)
     coefficients = np.linalg.pinv(T)[:3]
     parity = np.array([[1.0], [-1.0], [1.0]])
@@ -54,7 +54,7 @@ def savgol_cutoff(window: int, order: int, rate: float) -> float:
     Raises
     ------
     SettingsError
-        If window and order do not go together.
+        If window and order contradict each other.
     """
     kernel = savgol_kernels(window, order, 1.0)[0]
     half_power = float(np.sqrt(0.5))
@@ -73,7 +73,7 @@ def savgol_cutoff(window: int, order: int, rate: float) -> float:
 def savgol_window(cutoff: float, order: int, rate: float) -> int:
     """Find the longest odd window [samples] whose -3 dB cutoff is not below `cutoff` [Hz].
 
-    Where even the shortest window of this order cuts lower, it is that shortest window.
+    If the shortest window of this order has a lower cutoff, the shortest window is returned.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def savgol_window(cutoff: float, order: int, rate: float) -> int:
         raise SettingsError(
             f"[identify.filter] cutoff is {cutoff:g} Hz; it must be below half the log's rate of {rate:g} Hz"
         )
-    wanted = cutoff * (1 - 1e-9)  # so that the cutoff of a window gives that window back
+    wanted = cutoff * (1 - 1e-9)  # the cutoff of a window must give the same window
     low = order // 2 + order % 2  # half widths: `low` is long enough for the order, `high` too long for the cutoff
     high = 2 * low
     while savgol_cutoff(2 * high + 1, order, rate) >= wanted:
@@ -99,35 +99,35 @@ def savgol_window(cutoff: float, order: int, rate: float) -> int:
 
 
 def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
-    """Slide kernels over a signal where they lie inside it: `y[t] = sum_m k[m] x[t + m]`, (7.8) reversed.
+    """Correlate a signal with kernels, without padding: `y[t] = sum_m k[m] x[t + m]`, (7.8) reversed.
 
-    A block of outputs is one product of a banded matrix, which has all kernels, with a block of inputs: faster than
-    convolutions. The middle row of a block is subtracted first, because a derivative of nearly equal numbers loses
+    A block of outputs is the product of a banded matrix, which contains all kernels, and a block of inputs: faster than
+    convolutions. The middle row of a block is subtracted first, because derivatives of nearly equal numbers lose
     digits; a joint at rest has a velocity of exactly zero.
 
     Parameters
     ----------
     signal
-        Shape (T, n), without NaN.
+        Signal without NaN, shape (T, n).
     kernels
         One kernel per row, shape (k, L).
     orders
-        Order of the derivative that each kernel computes: its taps sum to 1 for order 0 and to 0 for the others.
+        Order of each kernel's derivative: its taps sum to 1 for order 0 and to 0 for the others.
 
     Returns
     -------
     tuple of Array
-        One array per kernel, shape (T - L + 1, n); empty where the signal is shorter than the kernel.
+        One array per kernel, shape (T - L + 1, n); empty if the signal is shorter than the kernel.
     """
     count, length = kernels.shape
     samples = max(len(signal) - length + 1, 0)
     outputs = tuple(np.empty((samples, signal.shape[1])) for _ in range(count))
-    block = max(64, length // 3)  # shorter blocks pay more for the call than for the arithmetic
+    block = max(64, length // 3)  # shorter blocks cost more for the call than for the arithmetic
     shifts = min(block, samples)
     inputs = shifts + length - 1
     padded = np.hstack(
         [kernels, np.zeros((count, shifts))]
-    )  # one entry longer than a row: repeated, each row starts one later
+    )  # one entry longer than a row, so that each repetition starts one column later
     band = np.tile(padded, shifts)[:, : shifts * inputs].reshape(count, shifts, inputs)
     for start in range(0, samples, block):
         rows = min(block, samples - start)
