@@ -97,7 +97,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "jumps": ({"jumps": False}, "jumps by .* N m at standstill; expected jumps = True"),
     "jacobian": (
         {"jacobian": lambda self, v, p: self.basis(v, {}) * 1.01, "torque": lambda self, v, p: self.basis(v, {}) @ p},
-        "jacobian has dR/dcoulomb = -1.01 at -3 rad/s; expected -1, as differences",
+        "jacobian has dR/dcoulomb = -1.01 at -3 rad/s; expected -1, the difference quotient",
     ),
     "basis": ({"basis": lambda self, v, shape: 2 * self.jacobian(v, None)}, "basis and from_linear are not the law"),
     "basis alone": ({"basis": lambda self, v, shape: v}, r"basis has shape \(61,\)"),

@@ -1,4 +1,4 @@
-"""Friction laws: the contract and one file a law."""
+"""Friction laws: the base class and one file per law."""
 
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction.asymmetric import Asymmetric as Asymmetric
@@ -15,19 +15,19 @@ from stribeck.friction.stribeck_exponent import StribeckExponent as StribeckExpo
 LAWS: dict[str, type[FrictionLaw]] = {law.name: law for law in (CoulombViscous, Stribeck, StribeckExponent, Asymmetric)}
 
 LAWS_WITH_STATE: dict[str, type[FrictionLaw]] = {LuGre.name: LuGre}
-"""Laws that are fitted along a motion."""
+"""Laws with internal state, fitted along a motion."""
 
 AUTO = AutoLaw.name
-"""In place of a law's name: each joint gets the terms that its log supports."""
+"""Name that stands for the terms supported by each joint's log."""
 
 
 def get_law(name: str) -> FrictionLaw:
-    """Return the friction law of this name; of "auto", the one whose terms are chosen joint by joint.
+    """Return the friction law of a name. For "auto", it is the law with all selectable terms.
 
     Raises
     ------
     SettingsError
-        If there is no such law; the message lists the names there are.
+        If the law does not exist; the message lists the existing ones.
     """
     if name == AUTO:
         return AutoLaw()

@@ -1,4 +1,4 @@
-"""Coulomb and viscous friction that differ between the two directions."""
+"""Coulomb and viscous friction per direction of motion."""
 
 from typing import ClassVar
 
@@ -9,15 +9,15 @@ from stribeck.friction.law import FrictionLaw, Parameter
 
 
 class Asymmetric(FrictionLaw):
-    """Coulomb and viscous friction apart for each direction of motion.
+    """Coulomb and viscous friction per direction of motion.
 
     R(v) = Fv+ v + Fc+   for v > 0
     R(v) = Fv- v - Fc-   for v < 0
     R(0) = 0
 
-    There is no offset: Fc+ + offset and -Fc- + offset are the two levels that a log shows, and any offset can be
-    moved into them. So Fc+ = Fc + offset and Fc- = Fc - offset of a joint with equal friction and an offset, and a
-    torque sensor that is off by more than Fc leaves one of them at its bound of zero (the verdict says so).
+    There is no separate offset, because a log shows only the two levels Fc+ and -Fc-, which include it: with symmetric
+    friction Fc and an offset, Fc+ = Fc + offset and Fc- = Fc - offset. If a torque sensor is off by more than Fc, one
+    level reaches its bound of zero, which the verdict reports.
 
     When to use it: gears whose teeth or seals differ between the directions (worm and hypoid gears, joints under a
     constant load), after `coulomb-viscous` has left a residual that depends on the direction.
@@ -34,13 +34,13 @@ class Asymmetric(FrictionLaw):
     jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) [N m], shape (N,)."""
+        """Compute R(v) [N m], shape (N,)."""
         viscous_positive, viscous_negative, coulomb_positive, coulomb_negative = values
         forward = viscous_positive * velocity + coulomb_positive
         backward = viscous_negative * velocity - coulomb_negative
         return np.where(velocity > 0, forward, np.where(velocity < 0, backward, 0.0))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:  # noqa: ARG002 - the law is linear
-        """Return dR/d(viscous_positive, viscous_negative, coulomb_positive, coulomb_negative), shape (N, 4)."""
+        """Compute dR/d(viscous_positive, viscous_negative, coulomb_positive, coulomb_negative), shape (N, 4)."""
         forward, backward = velocity > 0, velocity < 0
         return np.column_stack([velocity * forward, velocity * backward, 1.0 * forward, -1.0 * backward])

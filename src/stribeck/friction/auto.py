@@ -1,4 +1,4 @@
-"""Friction put together term by term, each joint with those that its log supports."""
+"""Friction as a sum of terms; each joint has the terms that its log supports."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,7 +13,7 @@ from stribeck.friction.parameters import COULOMB, OFFSET, SLOPE, STRIBECK_GAIN, 
 from stribeck.friction.stribeck import Stribeck
 
 JUMP = 1e9
-"""Slope [s/rad] of friction that jumps at standstill: any velocity that is not zero is beyond its rise."""
+"""Slope [s/rad] of friction that jumps at standstill: any nonzero velocity is beyond the rise."""
 
 
 def beyond_velocity(
@@ -25,19 +25,20 @@ def beyond_velocity(
     sine: ArrayLike = 0.0,
     angle: ArrayLike | None = None,
 ) -> Array:
-    """Return what load, temperature and position add to this law's friction of velocity alone [N m].
+    """Compute the friction due to load, temperature and position, in addition to friction due to velocity [N m].
 
     mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v) + (Fc_c cosine + Fc_s sine) tanh(a v)
-        + tau_c cos(angle) + tau_s sin(angle), each where a joint has it
+        + tau_c cos(angle) + tau_s sin(angle), with the terms that the joint has
 
     Parameters
     ----------
     values
-        A joint's parameters by name.
+        Parameters of the joint by name.
     velocity, load, temperature, cosine, sine
-        [rad/s], [N m], [K] above the mean, and those of the position above their means, of shapes that broadcast.
+        Velocity [rad/s], load [N m], temperature minus its mean [K], and cosine and sine of the position minus their
+        means; the shapes broadcast.
     angle
-        Position times the ripple's periods a turn [rad]; none if no ripple is asked for.
+        Position times the ripple's periods per turn [rad]; None without ripple.
     """
     rise, warmer = np.tanh(values.get("slope", JUMP) * velocity), np.asarray(temperature)
     slow = values.get("coulomb_per_kelvin", 0.0) * rise + values.get("viscous_per_kelvin", 0.0) * velocity
@@ -50,13 +51,13 @@ def beyond_velocity(
 
 
 class AutoLaw(Stribeck):
-    """The terms of `--law auto` that are functions of velocity.
+    """Terms of `--law auto` that depend on velocity.
 
     R(v) = Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset
 
-    A term that a joint lacks has its `neutral` value: no viscous friction, a jump at standstill instead of a rise, no
-    Stribeck effect, the same viscous friction in both directions. Coulomb friction that differs between the directions
-    is an offset: no log distinguishes the two. Values may have more axes, which broadcast with the velocity's.
+    A missing term has its `neutral` value: no viscous friction, a jump at standstill instead of a rise, no Stribeck
+    effect, the same viscous friction in both directions. Coulomb friction that differs between the directions is an
+    offset, because no log distinguishes the two. Values may have more axes, which broadcast with the velocity's.
     """
 
     name: ClassVar[str] = "auto"
@@ -74,21 +75,21 @@ class AutoLaw(Stribeck):
     jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) [N m], shape (N,)."""
+        """Compute R(v) [N m], shape (N,)."""
         return np.asarray(super().torque(velocity, values[:-1]) + values[0] * values[-1] * np.abs(velocity))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
-        """Return dR/dp, shape (N, 7), in the order of `parameters`."""
+        """Compute dR/dp, shape (N, 7), in the order of `parameters`."""
         columns = np.column_stack([super().jacobian(velocity, values[:-1]), values[0] * np.abs(velocity)])
         columns[:, 0] += values[-1] * np.abs(velocity)
         return np.asfortranarray(columns)
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
-        """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, |v|, shape (N, 5)."""
+        """Compute the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, |v|, shape (N, 5)."""
         return np.column_stack([super().basis(velocity, shape), np.abs(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
-        """Return the parameters from (Fv, Fc, Fc S, offset, Fv alpha) and the nonlinear ones."""
+        """Compute the parameters from (Fv, Fc, Fc S, offset, Fv alpha) and the nonlinear parameters."""
         viscous, difference = coefficients[0], coefficients[-1]
         alpha = float(np.clip(difference / viscous, -1.0, 1.0)) if viscous > 0 else 0.0
         return np.append(super().from_linear(coefficients[:-1], shape), alpha)

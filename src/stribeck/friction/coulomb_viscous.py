@@ -14,8 +14,8 @@ class CoulombViscous(FrictionLaw):
 
     R(v) = Fv v + Fc sgn(v) + offset, with sgn(0) = 0
 
-    When to use it: first, and whenever the log has too few slow samples to show a Stribeck effect. It is what URDF
-    `<dynamics>`, MuJoCo (`frictionloss`, `damping`) and PhysX understand without loss.
+    When to use it: first, and whenever the log has too few slow samples to show a Stribeck effect. URDF `<dynamics>`,
+    MuJoCo (`frictionloss`, `damping`) and PhysX represent it without loss.
     """
 
     name: ClassVar[str] = "coulomb-viscous"
@@ -25,10 +25,10 @@ class CoulombViscous(FrictionLaw):
     jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) [N m], shape (N,)."""
+        """Compute R(v) [N m], shape (N,)."""
         viscous, coulomb, offset = values
         return np.asarray(viscous * velocity + coulomb * np.sign(velocity) + offset)
 
     def jacobian(self, velocity: Array, values: Array) -> Array:  # noqa: ARG002 - the law is linear
-        """Return dR/d(viscous, coulomb, offset), shape (N, 3)."""
+        """Compute dR/d(viscous, coulomb, offset), shape (N, 3)."""
         return np.column_stack([velocity, np.sign(velocity), np.ones_like(velocity)])

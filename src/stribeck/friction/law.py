@@ -1,4 +1,4 @@
-"""The contract of a friction law."""
+"""Base classes of friction laws."""
 
 import abc
 from collections.abc import Mapping
@@ -26,12 +26,12 @@ PRISMATIC_UNITS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """A named, bounded parameter with a unit; `unit` is for a revolute joint, see `unit_for`.
+    """Named, bounded parameter with a unit; `unit` is for a revolute joint, see `unit_for`.
 
-    `starts` is only for parameters that enter nonlinearly: the values a fit tries, times the joint's top speed to the
-    power `start_speed_power`, so that one grid suits slow and fast, revolute and prismatic joints. `logarithmic`
-    parameters are scales, whose intervals are symmetric in their logarithm. `neutral` is the value of a joint that does
-    without the parameter, of laws whose joints may, and of a coupling without an offset.
+    `starts` are the values that a fit of a nonlinear parameter starts from, times the joint's top speed to the power
+    `start_speed_power`, so that they suit slow and fast, revolute and prismatic joints. A `logarithmic` parameter is a
+    scale with an interval that is symmetric in its logarithm. `neutral` is the value of a joint without this term, and
+    of a coupling without an offset.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Parameter:
 
 
 def unit_for(parameter: Parameter, prismatic: bool) -> str:
-    """Return the unit of a parameter of a revolute or a prismatic joint, e.g. "N m" or "N"."""
+    """Return the unit of a parameter for a revolute or a prismatic joint, e.g. "N m" or "N"."""
     return PRISMATIC_UNITS.get(parameter.unit, parameter.unit) if prismatic else parameter.unit
 
 
@@ -57,19 +57,19 @@ class FrictionLaw(abc.ABC):
 
     1. Write `friction/<name>.py` with a subclass; its docstring has the equation, when to use it, and the source.
     2. Give `name` (as typed after `--law`), `title` and `parameters`. Every parameter is positive where it
-       dissipates; an `offset` may have either sign. Those that several laws share are in `parameters.py`.
+       dissipates; an `offset` may have either sign. Parameters that several laws share are in `parameters.py`.
     3. Write `torque` and its derivatives `jacobian` (same order as `parameters`); both finite within the bounds at
        any finite velocity.
-    4. Unless the law is linear in all parameters, write `basis` and `from_linear`: with the nonlinear parameters (those
-       with `starts`) fixed, the law is `basis @ coefficients`; `from_linear` turns the coefficients into parameters.
-       Fits start from there. Give `free_coefficients`, the indices of the coefficients that may be negative; the others
-       may not. Set `jumps` if R jumps at standstill: samples at rest are then left out of its fits.
+    4. Unless the law is linear in all parameters, write `basis` and `from_linear`: with fixed nonlinear parameters (the
+       ones with `starts`), the law is `basis @ coefficients`; `from_linear` converts the coefficients to parameters.
+       Fits start from there. Give `free_coefficients`, the indices of the coefficients that may be negative. Set
+       `jumps` if R jumps at standstill: its fits then exclude samples at rest.
     5. Add the class to `LAWS` in `friction/__init__.py`. The tests of `tests/friction/test_laws.py` then check it:
        dissipation, derivatives, the linear form, recovery from wrong starts.
     6. Draw it in `studies/paper/law_figures.py` (`python -m studies.paper chapter3`), and add a page to `docs/laws/`
        and to the navigation in `docs/conf.py`.
 
-    A law of your own, that only your program knows, needs steps 2 to 4 and `register_law`.
+    For a law in your own program, do steps 2 to 4 and call `register_law`.
 
     Examples
     --------
@@ -90,33 +90,33 @@ class FrictionLaw(abc.ABC):
 
     @abc.abstractmethod
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) [N m], shape (N,), for velocity [rad/s], shape (N,), and parameter values, shape (p,)."""
+        """Compute R(v) [N m], shape (N,), from velocity [rad/s], shape (N,), and parameter values, shape (p,)."""
 
     @abc.abstractmethod
     def jacobian(self, velocity: Array, values: Array) -> Array:
-        """Return dR/dp, shape (N, p)."""
+        """Compute dR/dp, shape (N, p)."""
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - the law is linear
-        """Return the columns that the linear coefficients multiply, shape (N, k), for given nonlinear parameters."""
+        """Compute the columns that the linear coefficients multiply, shape (N, k), for given nonlinear parameters."""
         return self.jacobian(velocity, np.zeros(len(self.parameters)))
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
-        """Return parameter values, shape (p,), within their bounds, from linear coefficients, shape (k,)."""
+        """Compute parameter values, shape (p,), within their bounds, from linear coefficients, shape (k,)."""
         return np.clip(coefficients, [each.lower for each in self.parameters], [each.upper for each in self.parameters])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Motion:
-    """How a joint moves, in pieces without a break.
+    """Motion of a joint in segments without gaps.
 
     Attributes
     ----------
     velocity
-        [rad/s], shape (M,).
+        Velocity [rad/s], shape (M,).
     period
-        From one velocity of a piece to the next [s].
+        Time between the velocities of a segment [s].
     begins
-        Which velocities are the first of a piece, shape (M,).
+        Whether each velocity is the first of a segment, shape (M,).
     """
 
     velocity: Array
@@ -125,10 +125,10 @@ class Motion:
 
     @cached_property
     def legs(self) -> tuple[Array, Array]:
-        """Mean velocity [rad/s] and length [rad] of paths in one direction, two to each sample, shape (2 M,).
+        """Mean velocity [rad/s] and length [rad] of paths in one direction, two per sample, shape (2 M,).
 
-        The velocity is linear between samples; the first leg ends where it changes its sign, else halfway. What led to
-        the beginning of a piece is infinitely long.
+        The velocity is linear between samples. The first leg ends where the velocity changes its sign, otherwise
+        halfway. The path before the start of a segment is infinitely long.
         """
         after = self.velocity
         before = np.append(after[:1], after[:-1])
@@ -142,20 +142,21 @@ class Motion:
 
 
 class LawWithState(FrictionLaw):
-    """Friction that depends on the motion before; what the other methods return is that of steady sliding.
+    """Friction that depends on the past motion; the methods of `FrictionLaw` refer to steady sliding.
 
-    A motion's pieces begin steadily. `torque_along`, `jacobian_along` and `basis_along` are `torque`, `jacobian` and
-    `basis` along a motion; starts alone come from the last, which may neglect what its state owes to the parameters.
+    Segments of a motion start in steady sliding. `torque_along`, `jacobian_along` and `basis_along` are `torque`,
+    `jacobian` and `basis` along a motion. `basis_along` only provides starts of fits, so it may neglect how the state
+    depends on the parameters.
     """
 
     @abc.abstractmethod
     def torque_along(self, motion: Motion, values: Array) -> Array:
-        """Return R along a motion [N m], shape (M,), for parameter values, shape (p,)."""
+        """Compute R along a motion [N m], shape (M,), for parameter values, shape (p,)."""
 
     @abc.abstractmethod
     def jacobian_along(self, motion: Motion, values: Array) -> Array:
-        """Return dR/dp along a motion, shape (M, p)."""
+        """Compute dR/dp along a motion, shape (M, p)."""
 
     @abc.abstractmethod
     def basis_along(self, motion: Motion, shape: Mapping[str, float]) -> Array:
-        """Return the columns that the linear coefficients multiply, shape (M, k), for given nonlinear parameters."""
+        """Compute the columns that the linear coefficients multiply, shape (M, k), for given nonlinear parameters."""

@@ -13,7 +13,7 @@ from stribeck.friction.stribeck import bell, split_stribeck
 from stribeck.friction.stribeck_exponent import StribeckExponent
 
 STEADY = StribeckExponent()
-"""Law of steady sliding, with the exponent 2."""
+"""Law of steady sliding, used with the exponent 2."""
 
 
 class LuGre(LawWithState):
@@ -23,13 +23,13 @@ class LuGre(LawWithState):
         R = sigma0 z + sigma1 dz/dt + Fv v + offset
 
     Steady sliding has R = g(v) sgn(v) + Fv v + offset. With S = 0 and sigma1 = 0 it is Dahl's law (1968) with viscous
-    friction. d is fitted in place of sigma0: with u = z / d, friction is linear in Fv, Fc, sigma1 and the offset,
+    friction. The fit uses d instead of sigma0: with u = z / d, friction is linear in Fv, Fc, sigma1 and the offset,
 
         du/dt = v / d - |v| u / (d l(v)),    l(v) = 1 + S exp(-(v / vs)^2),    R = Fc u + sigma1 d du/dt + Fv v + offset
 
-    and u depends on the path alone but for l. Over a path of length x in one direction, of which l is taken in the
-    middle, u <- l sgn(v) + (u - l sgn(v)) exp(-x / (d l)): exact for a constant speed, and stable for any step. Between
-    two samples the velocity is linear, and the path ends where it changes its sign.
+    and u depends only on the path, except for l. Over a path of length x in one direction, with l at its mean velocity,
+    u <- l sgn(v) + (u - l sgn(v)) exp(-x / (d l)). This is exact for a constant speed and stable for any step. The
+    velocity is linear between two samples, and the path ends where it changes its sign.
 
     When to use it: for logs with slow reversals, to learn how friction builds up after them.
     """
@@ -58,37 +58,37 @@ class LuGre(LawWithState):
     jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) of steady sliding [N m], shape (N,)."""
-        return STEADY.torque(velocity, _steady(values))
+        """Compute R(v) of steady sliding [N m], shape (N,)."""
+        return STEADY.torque(velocity, _select_steady(values))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
-        """Return dR/dp of steady sliding, shape (N, 7), in the order of `parameters`."""
+        """Compute dR/dp of steady sliding, shape (N, 7), in the order of `parameters`."""
         columns = np.zeros((len(velocity), 7), order="F")
-        columns[:, :5] = STEADY.jacobian(velocity, _steady(values))[:, [0, 1, 2, 3, 5]]
+        columns[:, :5] = STEADY.jacobian(velocity, _select_steady(values))[:, [0, 1, 2, 3, 5]]
         return columns
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
-        """Return the columns v, sgn(v), sgn(v) exp(-(v / vs)^2), 1, 0, shape (N, 5)."""
+        """Compute the columns v, sgn(v), sgn(v) exp(-(v / vs)^2), 1, 0, shape (N, 5)."""
         return np.column_stack([STEADY.basis(velocity, {**shape, "exponent": 2.0}), np.zeros_like(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
-        """Return the seven parameters from (Fv, Fc, Fc S, offset, sigma1) and the nonlinear ones."""
+        """Compute the seven parameters from (Fv, Fc, Fc S, offset, sigma1) and the nonlinear parameters."""
         viscous, kinetic, excess, offset, damping = coefficients
         coulomb, gain = split_stribeck(kinetic, excess)
         nonlinear = shape["stribeck_velocity"], offset, shape["bristle_travel"]
         return np.array([max(viscous, 0.0), coulomb, gain, *nonlinear, max(damping, 0.0)])
 
     def torque_along(self, motion: Motion, values: Array) -> Array:
-        """Return R [N m] along a motion, shape (M,)."""
+        """Compute R [N m] along a motion, shape (M,)."""
         Fv, Fc, S, vs, offset, d, damping = values
-        u, v = _deflection(_legs(motion, S, vs, d)), motion.velocity
-        return np.asarray(Fv * v + Fc * u + damping * _rate(v, u, S, vs) + offset)
+        u, v = _compute_deflection(_make_legs(motion, S, vs, d)), motion.velocity
+        return np.asarray(Fv * v + Fc * u + damping * _compute_rate(v, u, S, vs) + offset)
 
     def jacobian_along(self, motion: Motion, values: Array) -> Array:
-        """Return dR/dp along a motion, shape (M, 7), in the order of `parameters`."""
+        """Compute dR/dp along a motion, shape (M, 7), in the order of `parameters`."""
         _, Fc, S, vs, _, d, damping = values
-        legs, v = _legs(motion, S, vs, d), motion.velocity
-        u, by_shape = _deflection_and_slopes(legs, S, vs, d)
+        legs, v = _make_legs(motion, S, vs, d), motion.velocity
+        u, by_shape = _differentiate_deflection(legs, S, vs, d)
         weight = bell(v, vs)
         level = 1.0 + S * weight
         by_level = damping * np.abs(v) * u / level**2
@@ -99,18 +99,18 @@ class LuGre(LawWithState):
         columns[:, 2] += by_level * weight
         columns[:, 3] += by_level * S * weight * 2.0 * (v / vs) ** 2 / vs
         columns[:, 4] = 1.0
-        columns[:, 6] = _rate(v, u, S, vs)
+        columns[:, 6] = _compute_rate(v, u, S, vs)
         return columns
 
     def basis_along(self, motion: Motion, shape: Mapping[str, float]) -> Array:
-        """Return the columns v, u, u exp(-(v / vs)^2), 1, dz/dt, shape (M, 5), with u without a Stribeck effect."""
+        """Compute the columns v, u, u exp(-(v / vs)^2), 1, dz/dt, shape (M, 5), with u without a Stribeck effect."""
         v, vs = motion.velocity, shape["stribeck_velocity"]
-        u = _deflection(_legs(motion, 0.0, vs, shape["bristle_travel"]))
-        return np.column_stack([v, u, u * bell(v, vs), np.ones_like(v), _rate(v, u, 0.0, vs)])
+        u = _compute_deflection(_make_legs(motion, 0.0, vs, shape["bristle_travel"]))
+        return np.column_stack([v, u, u * bell(v, vs), np.ones_like(v), _compute_rate(v, u, 0.0, vs)])
 
 
-def _steady(values: Array) -> Array:
-    """Return the parameters of steady sliding: Fv, Fc, S, vs, the exponent 2 and the offset."""
+def _select_steady(values: Array) -> Array:
+    """Select the parameters of steady sliding: Fv, Fc, S, vs, the exponent 2 and the offset."""
     return np.array([*values[:4], 2.0, values[4]])
 
 
@@ -118,9 +118,9 @@ class _Legs(NamedTuple):
     """Two legs between each sample and the next, each in one direction; shape (2 M,).
 
     velocity, path
-        Mean velocity [rad/s], and length [rad]; infinite where a motion begins, steadily.
+        Mean velocity [rad/s], and length [rad]; infinite at the start of a motion, which is steady.
     level, keep
-        l of that velocity, and exp(-path / (d l)) [1].
+        l at that velocity, and exp(-path / (d l)) [1].
     """
 
     velocity: Array
@@ -130,41 +130,41 @@ class _Legs(NamedTuple):
 
     @property
     def aim(self) -> Array:
-        """Deflection over d that a long leg ends with [1]."""
+        """Deflection divided by d after a long leg [1]."""
         return np.sign(self.velocity) * self.level
 
 
-def _legs(motion: Motion, gain: float, stribeck_velocity: float, travel: float) -> _Legs:
+def _make_legs(motion: Motion, gain: float, stribeck_velocity: float, travel: float) -> _Legs:
     velocity, path = motion.legs
     level = 1.0 + gain * bell(velocity, stribeck_velocity)
     return _Legs(velocity, path, level, np.exp(-path / (travel * level)))
 
 
-def _recur(keep: Array, right: Array) -> Array:
-    """Return x with x[k] = keep[k] x[k - 1] + right[k] and x[-1] = 0, shape of `right`, (K, ...)."""
+def _solve_recursion(keep: Array, right: Array) -> Array:
+    """Solve x[k] = keep[k] x[k - 1] + right[k] with x[-1] = 0; shape of `right`, (K, ...)."""
     bands = np.stack([np.ones_like(keep), -np.append(keep[1:], 0.0)])
     return np.asarray(scipy.linalg.solve_banded((1, 0), bands, right, check_finite=False))
 
 
-def _deflection(legs: _Legs) -> Array:
-    """Return u at each sample [1], shape (M,)."""
-    return _recur(legs.keep, (1.0 - legs.keep) * legs.aim)[1::2]
+def _compute_deflection(legs: _Legs) -> Array:
+    """Compute u at each sample [1], shape (M,)."""
+    return _solve_recursion(legs.keep, (1.0 - legs.keep) * legs.aim)[1::2]
 
 
-def _deflection_and_slopes(legs: _Legs, gain: float, stribeck_velocity: float, travel: float) -> tuple[Array, Array]:
-    """Return u at each sample, shape (M,), and its derivatives by d, S and vs, shape (M, 3)."""
-    u = _recur(legs.keep, (1.0 - legs.keep) * legs.aim)
+def _differentiate_deflection(legs: _Legs, gain: float, stribeck_velocity: float, travel: float) -> tuple[Array, Array]:
+    """Compute u at each sample, shape (M,), and its derivatives by d, S and vs, shape (M, 3)."""
+    u = _solve_recursion(legs.keep, (1.0 - legs.keep) * legs.aim)
     before = np.append(0.0, u[:-1])
-    path = np.where(np.isfinite(legs.path), legs.path, 0.0)  # a beginning forgets all: its `keep` is zero
+    path = np.where(np.isfinite(legs.path), legs.path, 0.0)  # `keep` is zero at a start
     fades = legs.keep * path / (travel * legs.level) * (before - legs.aim)
     weight = bell(legs.velocity, stribeck_velocity)
     by_level = fades / legs.level + (1.0 - legs.keep) * np.sign(legs.velocity)
     by_speed = gain * weight * 2.0 * (legs.velocity / stribeck_velocity) ** 2 / stribeck_velocity
     right = np.column_stack([fades / travel, by_level * weight, by_level * by_speed])
-    return u[1::2], _recur(legs.keep, right)[1::2]
+    return u[1::2], _solve_recursion(legs.keep, right)[1::2]
 
 
-def _rate(velocity: Array, deflection: Array, gain: float, stribeck_velocity: float) -> Array:
-    """Return dz/dt [rad/s], shape (M,)."""
+def _compute_rate(velocity: Array, deflection: Array, gain: float, stribeck_velocity: float) -> Array:
+    """Compute dz/dt [rad/s], shape (M,)."""
     level = 1.0 + gain * bell(velocity, stribeck_velocity)
     return np.asarray(velocity - np.abs(velocity) * deflection / level)

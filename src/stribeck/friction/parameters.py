@@ -5,7 +5,9 @@ import numpy as np
 from stribeck.friction.law import Parameter
 
 MAX_GAIN = 10.0
-"""Largest Stribeck gain S [1]: breakaway at eleven times Coulomb; beyond, Coulomb is zero to any log."""
+"""Largest Stribeck gain S [1]: breakaway at eleven times Coulomb friction. At larger gains, Coulomb friction is not
+measurable.
+"""
 
 VISCOUS = Parameter(name="viscous", symbol="Fv", unit="N m s/rad")
 COULOMB = Parameter(name="coulomb", symbol="Fc", unit="N m")

@@ -1,4 +1,4 @@
-"""A law of the user's own joins those there are, if it keeps what every law promises."""
+"""Registration of user-defined friction laws, after a check of the properties that every law must have."""
 
 import inspect
 import re
@@ -12,20 +12,20 @@ from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.terms import BEYOND_VELOCITY
 
 VELOCITY = np.linspace(-3.0, 3.0, 61)
-"""Velocities [rad/s] at which a law is checked; zero is among them."""
+"""Velocities [rad/s] at which a law is checked, including zero."""
 
 
 def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
-    """Add a friction law to those that `identify` knows by name, once it is checked; also a class decorator.
+    """Check a friction law and make it available to `identify` by name; also a class decorator.
 
-    Checked are its names, units and bounds, and, at random parameters within the bounds, that the torque is finite and
-    dissipates (v R(v) >= 0 without `offset`), that `jacobian` has its derivatives, and that `basis` and `from_linear`
-    are the same law.
+    The checks cover names, units and bounds. At random parameters within the bounds, the torque must be finite and
+    dissipate (v R(v) >= 0 without `offset`), `jacobian` must match its derivatives, and `basis` and `from_linear` must
+    give the same law.
 
     Parameters
     ----------
     law
-        A subclass of `FrictionLaw` that is made without arguments.
+        Subclass of `FrictionLaw` whose constructor needs no arguments.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
     Raises
     ------
     SettingsError
-        If the name is taken, or the law breaks the contract; the message says where.
+        If the name exists already, or the law fails a check; the message names the place.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
     >>> from stribeck.friction import Parameter
     >>> @register_law
     ... class Coulomb(FrictionLaw):
-    ...     name, title, jumps = "coulomb", "Coulomb alone", True
+    ...     name, title, jumps = "coulomb", "Only Coulomb", True
     ...     parameters = (Parameter(name="coulomb", symbol="Fc", unit="N m"),)
     ...
     ...     def torque(self, velocity, values):
@@ -64,7 +64,7 @@ def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
     """
     if not (isinstance(law, type) and issubclass(law, FrictionLaw)) or inspect.isabstract(law):
         raise SettingsError(f"register_law: found {law!r}; expected a subclass of FrictionLaw with all of its methods")
-    if complaint := _wrong_declaration(law):
+    if complaint := _check_declaration(law):
         raise SettingsError(f"register_law: {complaint}")
     try:
         made = law()
@@ -72,9 +72,9 @@ def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
         raise SettingsError(f"register_law: law '{law.name}' cannot be made without arguments ({error})") from error
     generator = np.random.default_rng(0)
     for _ in range(20):
-        values = np.array([_drawn(parameter, generator) for parameter in law.parameters])
+        values = np.array([_draw(parameter, generator) for parameter in law.parameters])
         try:
-            complaint = _wrong_torque(made, values) or _wrong_linear_form(made, values, generator)
+            complaint = _check_torque(made, values) or _check_linear_form(made, values, generator)
         except Exception as error:  # whatever the user's code raises
             complaint = f"raises {type(error).__name__} ({error})"
         if complaint:
@@ -84,8 +84,8 @@ def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
     return law
 
 
-def _wrong_declaration(law: type[FrictionLaw]) -> str:
-    """Say what is wrong with a law's names, units and bounds, "" if nothing."""
+def _check_declaration(law: type[FrictionLaw]) -> str:
+    """Describe errors of a law's names, units and bounds; "" if there are none."""
     name, parameters = getattr(law, "name", None), getattr(law, "parameters", None)
     if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         return f"{law.__name__}.name is {name!r}; expected lower-case words and hyphens"
@@ -108,8 +108,8 @@ def _wrong_declaration(law: type[FrictionLaw]) -> str:
     return ""
 
 
-def _drawn(parameter: Parameter, generator: np.random.Generator) -> float:
-    """Draw a value clear of the bounds, between the starts if there are any; 5 SI units replace infinite bounds."""
+def _draw(parameter: Parameter, generator: np.random.Generator) -> float:
+    """Draw a value between the starts if there are any, else between the bounds; infinite bounds become 5 SI units."""
     if parameter.starts:
         return float(generator.uniform(min(parameter.starts), max(parameter.starts)))
     low = parameter.lower if np.isfinite(parameter.lower) else min(parameter.upper, 5.0) - 10.0
@@ -117,8 +117,8 @@ def _drawn(parameter: Parameter, generator: np.random.Generator) -> float:
     return float(low + (high - low) * generator.uniform(0.05, 0.95))
 
 
-def _wrong_torque(law: FrictionLaw, values: Array) -> str:
-    """Say what is wrong with torque and jacobian: shapes, passivity, undeclared jumps, derivatives; "" if nothing."""
+def _check_torque(law: FrictionLaw, values: Array) -> str:
+    """Describe errors of torque and jacobian: shape, passivity, undeclared jump, derivatives; "" if there are none."""
     torque, jacobian = law.torque(VELOCITY, values), law.jacobian(VELOCITY, values)
     for name, found, shape in (("torque", torque, VELOCITY.shape), ("jacobian", jacobian, (61, len(values)))):
         if np.shape(found) != shape:
@@ -141,12 +141,12 @@ def _wrong_torque(law: FrictionLaw, values: Array) -> str:
         worst = int(np.argmax(miss))
         if miss[worst] > 2e-5 * (1 + np.abs(slope).max()):
             where = f"dR/d{parameter.name} = {jacobian[worst, k]:.6g} at {VELOCITY[worst]:.4g} rad/s"
-            return f"jacobian has {where}; expected {slope[worst]:.6g}, as differences of the torque say"
+            return f"jacobian has {where}; expected {slope[worst]:.6g}, the difference quotient of the torque"
     return ""
 
 
-def _wrong_linear_form(law: FrictionLaw, values: Array, generator: np.random.Generator) -> str:
-    """Say what is wrong with a law's linear form, "" if nothing."""
+def _check_linear_form(law: FrictionLaw, values: Array, generator: np.random.Generator) -> str:
+    """Describe errors of the linear form; "" if there are none."""
     shape = {p.name: float(value) for p, value in zip(law.parameters, values, strict=True) if p.starts}
     basis = law.basis(VELOCITY, shape)
     if basis.ndim != 2 or len(basis) != len(VELOCITY):

@@ -11,9 +11,9 @@ from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, SLOPE, STRIB
 
 
 def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:
-    """Return Coulomb friction Fc [N m] and gain S [1] of Fc (1 + S w) = kinetic + excess w, the gain within its bound.
+    """Split kinetic + excess w into Coulomb friction Fc [N m] and a bounded gain S [1], as in Fc (1 + S w).
 
-    Where the kinetic part vanishes, S has its bound and Fc is what keeps the breakaway level.
+    If the kinetic part vanishes, S is at its bound and Fc keeps the breakaway level.
     """
     coulomb = max(kinetic, excess / MAX_GAIN, 0.0)
     return coulomb, min(max(excess, 0.0) / coulomb, MAX_GAIN) if coulomb > 0 else 0.0
@@ -33,12 +33,12 @@ class Stribeck(FrictionLaw):
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
 
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) [N m], shape (N,)."""
+        """Compute R(v) [N m], shape (N,)."""
         Fv, Fc, S, vs, offset, a = values
         return np.asarray(Fv * velocity + Fc * np.tanh(a * velocity) * (1.0 + S * bell(velocity, vs)) + offset)
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
-        """Return dR/dp, shape (N, 6), in the order of `parameters`."""
+        """Compute dR/dp, shape (N, 6), in the order of `parameters`."""
         _, Fc, S, vs, _, a = values
         sign = np.tanh(a * velocity)
         weight = bell(velocity, vs)
@@ -53,13 +53,13 @@ class Stribeck(FrictionLaw):
         return columns
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
-        """Return the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, shape (N, 4)."""
+        """Compute the columns v, tanh(a v), tanh(a v) exp(-(v / vs)^2), 1, shape (N, 4)."""
         sign = np.tanh(shape["slope"] * velocity)
         weight = bell(velocity, shape["stribeck_velocity"])
         return np.column_stack([velocity, sign, sign * weight, np.ones_like(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
-        """Return the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear ones."""
+        """Compute the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear parameters."""
         viscous, kinetic, excess, offset = coefficients
         coulomb, gain = split_stribeck(kinetic, excess)
         return np.array([max(viscous, 0.0), coulomb, gain, shape["stribeck_velocity"], offset, shape["slope"]])

@@ -16,9 +16,9 @@ class StribeckExponent(FrictionLaw):
 
     R(v) = Fv v + Fc sgn(v) (1 + S exp(-|v / vs|^delta)) + offset, with sgn(0) = 0 and S = (Fs - Fc) / Fc
 
-    When to use it: long, clean logs with much slow motion, to learn how sharply friction falls: delta = 1 is
-    Tustin's exponential, 2 the Gaussian of the smooth law. The sign is a true jump, so samples whose velocity is
-    noise alone must be few.
+    When to use it: long, clean logs with much slow motion, to learn how sharply friction falls: delta = 1 is Tustin's
+    exponential, 2 the Gaussian of the smooth law. The sign is a true jump, so the log must have few samples whose
+    velocity is only noise.
     """
 
     name: ClassVar[str] = "stribeck-exponent"
@@ -37,18 +37,18 @@ class StribeckExponent(FrictionLaw):
     jumps: ClassVar[bool] = True
 
     def torque(self, velocity: Array, values: Array) -> Array:
-        """Return R(v) [N m], shape (N,)."""
+        """Compute R(v) [N m], shape (N,)."""
         Fv, Fc, S, vs, delta, offset = values
         weakening = np.exp(-((np.abs(velocity) / vs) ** delta))
         return np.asarray(Fv * velocity + Fc * np.sign(velocity) * (1.0 + S * weakening) + offset)
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
-        """Return dR/dp, shape (N, 6), in the order of `parameters`."""
+        """Compute dR/dp, shape (N, 6), in the order of `parameters`."""
         _, Fc, S, vs, delta, _ = values
         ratio = np.abs(velocity) / vs
         power = ratio**delta
         sign, weakening = np.sign(velocity), np.exp(-power)
-        # x^delta ln x tends to 0 at standstill, where ln x alone does not exist
+        # x^delta ln x tends to 0 at standstill, where ln x does not exist
         logarithm = np.log(ratio, out=np.zeros_like(ratio), where=ratio > 0)
         columns = np.empty((len(velocity), 6), order="F")
         columns[:, 0] = velocity
@@ -60,13 +60,13 @@ class StribeckExponent(FrictionLaw):
         return columns
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
-        """Return the columns v, sgn(v), sgn(v) exp(-|v / vs|^delta), 1, shape (N, 4)."""
+        """Compute the columns v, sgn(v), sgn(v) exp(-|v / vs|^delta), 1, shape (N, 4)."""
         weakening = np.exp(-((np.abs(velocity) / shape["stribeck_velocity"]) ** shape["exponent"]))
         sign = np.sign(velocity)
         return np.column_stack([velocity, sign, sign * weakening, np.ones_like(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
-        """Return the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear ones."""
+        """Compute the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear parameters."""
         viscous, kinetic, excess, offset = coefficients
         coulomb, gain = split_stribeck(kinetic, excess)
         nonlinear = shape["stribeck_velocity"], shape["exponent"]

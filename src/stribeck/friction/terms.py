@@ -1,4 +1,4 @@
-"""The terms that a joint's friction may have, from the simplest up."""
+"""Terms of a joint's friction, from the simplest up."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from stribeck.friction.law import Parameter
 
 @dataclass(frozen=True)
 class Term:
-    """A term and its parameters.
+    """Term and its parameters.
 
-    `needs` is another term without which it means nothing, `part_of` one that has its parameters too.
+    `needs` is another term that must be present, `part_of` a term that includes its parameters.
     """
 
     name: str
@@ -32,17 +32,17 @@ LADDER = (
     Term("viscous_drift", ("viscous_drift",), needs="viscous"),
     Term("coulomb_drift", ("coulomb_drift",)),
 )
-"""Beyond Coulomb friction and an offset, which every joint has, from the simplest up.
+"""Terms in addition to Coulomb friction and offset, from the simplest up. Every joint has Coulomb friction and offset.
 
-How large a Stribeck effect is and how fast friction rises at standstill make up for each other, so that the first is
-never found by taking the second for a jump.
+The size of a Stribeck effect and the slope of friction at standstill compensate for each other. The Stribeck term
+therefore includes the slope.
 """
 
 BASE = frozenset({"viscous"})
-"""Terms that a joint has unless the log speaks against them."""
+"""Terms that are present unless the log contradicts them."""
 
 LOAD = Parameter(name="load", symbol="mu", unit="1", neutral=0.0)
-"""Coulomb friction a newton metre of torque that the joint carries."""
+"""Coulomb friction per newton meter of load torque."""
 
 SLOW = {
     "temperature": (
@@ -54,22 +54,22 @@ SLOW = {
         Parameter(name="viscous_drift", symbol="Fv_t", unit="N m s/rad", lower=float("-inf"), neutral=0.0),
     ),
 }
-"""How friction changes slowly: a kelvin away from its mean temperature, or from the beginning of a log to its end."""
+"""Slow changes of friction: per kelvin relative to the mean temperature, or from the start of a log to its end."""
 
 POSITION = (
     Parameter(name="coulomb_cosine", symbol="Fc_c", unit="N m", lower=float("-inf"), neutral=0.0),
     Parameter(name="coulomb_sine", symbol="Fc_s", unit="N m", lower=float("-inf"), neutral=0.0),
 )
-"""Coulomb friction over cosine and sine of a joint's position, less their means."""
+"""Coulomb friction versus cosine and sine of a joint's position minus their means."""
 
 RIPPLE = (
     Parameter(name="ripple_cosine", symbol="tau_c", unit="N m", lower=float("-inf"), neutral=0.0),
     Parameter(name="ripple_sine", symbol="tau_s", unit="N m", lower=float("-inf"), neutral=0.0),
 )
-"""Torque that comes and goes so many times a turn, whatever the velocity: of a gear, a motor or a torque sensor."""
+"""Torque that is periodic in the position, independent of velocity: from a gear, a motor or a torque sensor."""
 
 PRESLIDING = Parameter(name="presliding", symbol="Fc_z", unit="N m", neutral=0.0)
 """Coulomb friction that builds up over a travel after a reversal."""
 
 BEYOND_VELOCITY = (LOAD, *SLOW["temperature"], *SLOW["drift"], *POSITION, *RIPPLE, PRESLIDING)
-"""Parameters that are no function of velocity alone."""
+"""Parameters of terms that depend on more than velocity."""
