@@ -57,5 +57,5 @@ def test_a_robot_no_torque_of_which_is_measured(humanoid: tuple[Robot, RobotLog]
     robot, log = humanoid
     held = replace(robot, position_controlled=robot.joint_names)
     for use in (inspect_log, identify):
-        with pytest.raises(RobotFileError, match="position_controlled names every joint; expected one whose"):
+        with pytest.raises(RobotFileError, match="position_controlled names all joints; expected one with"):
             use(log, held)

@@ -225,7 +225,7 @@ ROBOT_FILES = {
     ),
     "no torque measured": (
         FIXED + "position_controlled = ['shoulder', 'elbow', 'slide']\n",
-        ["[robot] position_controlled names every joint", "expected one whose torque is measured"],
+        ["[robot] position_controlled names all joints", "expected one with measured torque"],
     ),
 }
 """Robot files that `tests/robot` does not refuse already."""

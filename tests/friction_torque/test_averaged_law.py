@@ -133,5 +133,5 @@ def test_nothing_is_averaged_where_the_log_has_its_own_acceleration(wheel: Robot
 
 def test_a_filter_without_a_window_is_refused(wheel: Robot, log: RobotLog) -> None:
     settings = Settings(method="curve-fit", filter=FilterSettings(kind="butterworth", cutoff=30.0), averaged_law=True)
-    with pytest.raises(SettingsError, match=r"averaged_law is true.*'butterworth' has no window"):
+    with pytest.raises(SettingsError, match=r"averaged_law is true.*'butterworth' has no finite window"):
         identify(log, wheel, settings)

@@ -289,7 +289,7 @@ def test_an_average_over_the_past_is_the_sample_itself() -> None:
     [
         (0.0, "bandwidth is 0.0; expected positive"),
         (np.nan, "expected positive"),
-        ([1.0, 2.0], r"bandwidth has shape \(2,\); expected one number \[Hz\], or one a joint, \(3,\)"),
+        ([1.0, 2.0], r"bandwidth has shape \(2,\); expected one number \[Hz\], or one per joint, \(3,\)"),
         ([1.0, np.inf, 2.0], "expected positive"),
     ],
 )
@@ -321,7 +321,8 @@ def test_a_bad_sample_is_refused_and_changes_nothing(arm: Robot, row: tuple[Arra
 
 
 @pytest.mark.parametrize(
-    ("orientation", "said"), [(None, "nothing about the tilt"), (np.array([0, 0, 0, 1.0]), "turning")]
+    ("orientation", "said"),
+    [(None, "do not determine the tilt"), (np.array([0, 0, 0, 1.0]), "leave the base rotation open")],
 )
 def test_what_point_feet_leave_open_is_asked_for(orientation: Array | None, said: str) -> None:
     robot = example_robot("go2")

@@ -188,7 +188,7 @@ def test_a_leg_that_always_stands_gets_no_numbers(walk: tuple[Robot, RobotLog]) 
 
 
 REFUSED = {
-    "filter kind is 'log' but there is no channel": OWN_MOTION,
+    "filter kind is 'log', but the channel": OWN_MOTION,
     "law 'stribeck' needs method 'curve-fit or .*', found 'direct'": {"law": "stribeck"},
     "standing_legs is 'measured', and the method 'direct' does not use": {"standing_legs": "measured"},
 }

@@ -1,1 +1,1 @@
-"""Every sample's friction torque: worked out, thinned for the fit, and written as a table."""
+"""Friction torque of every sample: computed, thinned for the fit, and written as a table."""

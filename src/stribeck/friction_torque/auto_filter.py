@@ -1,4 +1,4 @@
-"""The filter that the log itself asks for: the spectrum of the model's own acceleration (7.1.2, Fig. 7.1)."""
+"""Choice of the filter from the spectrum of the model's acceleration (7.1.2, Fig. 7.1)."""
 
 from dataclasses import replace
 
@@ -15,23 +15,23 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
 MOST_SAMPLES = 30_000
-"""Usable samples that the cutoff is chosen from."""
+"""Largest number of usable samples for the choice of the cutoff."""
 MASSLESS = 1e-6
-"""A joint with less than this share of the largest joint inertia has no acceleration of its own."""
+"""Relative joint inertia [1] below which a joint has no independent acceleration."""
 
 
 def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> CutoffChoice:
     """Choose the cutoff for a log.
 
-    The model's acceleration is what the measured torque would do without friction (5.12), for the joints that a fit
-    uses: `a_est = a_msr + M^-1 R`. The noise of the measured acceleration cancels in it.
+    The model's acceleration is the acceleration by the measured torque without friction (5.12), for the joints that a
+    fit uses: `a_est = a_msr + M^-1 R`. The noise of the measured acceleration cancels in it.
 
     Raises
     ------
     LogError
-        If no segment is long enough to have a spectrum.
+        If no segment is long enough for a spectrum.
     """
-    # The velocity is differentiated, whatever the log itself has, over a window that hardly smooths; the torque is raw.
+    # Positions are differentiated over a short window even if the log has velocities; the torque is not filtered.
     shortest = FilterSettings(kind="savitzky-golay", window=7)
     raw = {"filter": shortest, "filter_torque": False, "averaged_law": False, "observer_bandwidth": None}
     settings = settings.model_copy(update=raw | {"standing_legs": settings.standing_legs is True})
@@ -44,20 +44,20 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     for chunk in torque_chunks(prepared, robot, settings, examined):
         for run in chunk.runs():
             position = prepared.log.position[chunk.rows[run]]
-            accelerations.append(_model_acceleration(robot, chunk, run, position, max(1, round(0.004 * rate))))
+            accelerations.append(_compute_model_acceleration(robot, chunk, run, position, max(1, round(0.004 * rate))))
             positions.append(position[:, robot.torque_controlled])
     if not accelerations:
         raise LogError(
-            "log: no support phase has rows to choose a filter from, as feet always stand together or contacts change "
+            "log: no support phase is suitable to choose a filter: feet always stand together or contacts change "
             "too often; expected phases on one foot, or [identify.filter] kind = 'savitzky-golay' and a window"
         )
     return choose_cutoff(accelerations, rate, positions)
 
 
-def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array, held: int) -> Array:
-    """Return the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, k).
+def _compute_model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array, held: int) -> Array:
+    """Compute the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, k).
 
-    The inertia of a posture serves `held` samples, in which no limb turns far.
+    The inertia is recomputed every `held` samples, in which no limb turns far.
     """
     samples = chunk.samples
     feet = samples.support_names[samples.support[run.start]].split("+")
@@ -68,7 +68,7 @@ def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array,
     inertia = loop_inertia(robot, rooted, position[np.minimum(middles, len(position) - 1)])
     diagonal = np.einsum("tii->ti", inertia)
     columns = columns[diagonal[0, robot.torque_controlled[columns]] > MASSLESS * diagonal[0].max()]
-    columns = columns[_independent(inertia[0][np.ix_(*[robot.torque_controlled[columns]] * 2)])]
+    columns = columns[_find_independent(inertia[0][np.ix_(*[robot.torque_controlled[columns]] * 2)])]
     joints = robot.torque_controlled[columns]
     friction = np.zeros((held * len(middles), len(columns)))
     friction[: len(position)] = samples.friction_torque[run][:, columns]
@@ -79,8 +79,8 @@ def _model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array,
     return acceleration
 
 
-def _independent(inertia: Array) -> NDArray[np.bool_]:
-    """Return which joints have an inertia that no motion of others takes away, as coaxial ones do, shape (k,)."""
+def _find_independent(inertia: Array) -> NDArray[np.bool_]:
+    """Find the joints whose inertia cannot be canceled by other joints, as between coaxial ones, shape (k,)."""
     scale = 1 / np.sqrt(np.diag(inertia))
     values, vectors = np.linalg.eigh(inertia * np.outer(scale, scale))
     return np.asarray(np.all(np.abs(vectors[:, values < MASSLESS]) < MASSLESS, axis=1))

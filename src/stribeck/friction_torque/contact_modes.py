@@ -1,11 +1,10 @@
-"""Friction torque by contact mode: what is known of the joints while some feet stand (5.13).
+"""Friction torque in each contact mode (5.13).
 
     R = tau - inverse_dynamics(q, v, a)
 
-On one standing surface the tree is rooted at that foot and every joint is known. On several, and on point feet, the
-wrenches on the feet are not known one by one: the joints between them are left open, and the limbs that swing are known
-all the same. Where the wrenches are measured, the joints between base and feet follow from them
-(docs/other-methods.md).
+On one standing surface, the tree is rooted at that foot and all joints are known. On several surfaces, and on point
+feet, the individual foot wrenches are unknown, so only swinging limbs are known. If wrenches are measured, they
+determine the joints between base and feet (docs/other-methods.md).
 """
 
 from collections.abc import Mapping
@@ -28,20 +27,20 @@ from stribeck.settings import Settings
 
 
 class Explained(NamedTuple):
-    """What is known of N samples of all joints.
+    """Friction torque of N samples of all joints.
 
     Attributes
     ----------
     friction
-        Friction torque [N m], NaN where it is not known, shape (N, n).
+        Friction torque [N m], NaN where it is unknown, shape (N, n).
     usable
-        Which of it a fit may use, shape (N, n).
+        Samples that a fit may use, shape (N, n).
     wrench
-        As in `Chunk`.
+        Ground reaction, as in `Chunk`.
     velocity, acceleration, torque
-        That the friction torque belongs to [rad/s], [rad/s^2], [N m], shape (N, n).
+        Signals that match the friction torque [rad/s], [rad/s^2], [N m], shape (N, n).
     nodes, jerk, snap
-        As in `FrictionSamples`, where the friction torque is an average of its own kind, shape (N, n).
+        As in `FrictionSamples`, if the friction torque is averaged differently, shape (N, n).
     """
 
     friction: Array
@@ -56,14 +55,14 @@ class Explained(NamedTuple):
 
 
 class StandingFeet(NamedTuple):
-    """Which feet stand, and which of them has stood longest: that one has come to rest."""
+    """Standing feet, and the foot that has stood longest and is therefore at rest."""
 
     feet: tuple[str, ...]
     rested: str
 
 
 def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[StandingFeet, ...]:
-    """Return the contact mode of each phase."""
+    """Find the contact mode of each phase."""
     modes: list[StandingFeet] = []
     for k, phase in enumerate(phases):
         modes.append(next_mode(modes[-1] if k and phases[k - 1].stop == phase.start else None, phase.feet))
@@ -71,32 +70,32 @@ def contact_modes(phases: tuple[SupportPhase, ...]) -> tuple[StandingFeet, ...]:
 
 
 def next_mode(before: StandingFeet | None, feet: tuple[str, ...]) -> StandingFeet:
-    """Return the contact mode of standing feet, after another one."""
+    """Find the contact mode of standing feet, given the previous mode."""
     stayed = [foot for foot in feet if before and foot in before.feet]
     return StandingFeet(feet, before.rested if before and before.rested in stayed else next(iter([*stayed, *feet]), ""))
 
 
 def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[RootedModel, RootMotion | None]:
-    """Return the tree of a contact mode, rooted at the foot that has stood longest, and how its root moves.
+    """Select the tree of a contact mode, rooted at the foot that has stood longest, and compute its root motion.
 
-    A robot on point feet keeps its own root; the root of a fixed base does not move, and has None.
+    A robot on point feet keeps its own root. The root motion of a fixed base is None.
     """
     if robot.base == "fixed":
         return robot.tree, None
-    surface = _root_foot(robot, mode)
+    surface = _select_root_foot(robot, mode)
     if surface is None:
         return robot.tree, base_root(robot, mode.feet, state)
     return robot.rooted_at(surface), standing_root(robot, surface, state)
 
 
-def _root_foot(robot: Robot, mode: StandingFeet) -> str | None:
-    """Return the standing surface that has stood longest, None if only points stand."""
+def _select_root_foot(robot: Robot, mode: StandingFeet) -> str | None:
+    """Select the standing surface that has stood longest; None if only points stand."""
     by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
     return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
 
 
 def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDArray[np.bool_]:
-    """Return the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
+    """Find the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
     if robot.base == "fixed" or takes_wrenches(robot, settings):
         return np.ones(len(robot.joint_names), dtype=bool)
     if leaves_open(robot, feet):
@@ -105,18 +104,18 @@ def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDAr
 
 
 def swinging_joints(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
-    """Return the joints of legs whose feet do not stand, shape (n,); there are none on a fixed base."""
+    """Find the joints of legs whose feet do not stand, shape (n,); none for a fixed base."""
     legs = robot.standing(tuple(robot.contacts))
     return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
 
 
 def takes_wrenches(robot: Robot, settings: Settings) -> bool:
-    """Return whether standing legs follow from measured wrenches."""
+    """Return whether the settings use measured wrenches for standing legs."""
     return robot.base == "floating" and settings.standing_legs == "measured"
 
 
 def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
-    """Return whether the joints of the standing limbs are not known: not on a fixed base or one standing surface."""
+    """Return whether joints of standing limbs are unknown: not on a fixed base or on one standing surface."""
     return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
 
 
@@ -129,7 +128,7 @@ def by_inverse_dynamics(
     measured: Mapping[str, Array],
     settings: Settings,
 ) -> Explained:
-    """Return measured torque less inverse dynamics, sample by sample."""
+    """Subtract inverse dynamics from the measured torque, sample by sample."""
     friction = np.full(torque.shape, np.nan)
     usable = np.zeros(torque.shape, dtype=bool)
     wrench = np.full((len(torque), 6), np.nan)
@@ -139,14 +138,14 @@ def by_inverse_dynamics(
             rows = slice(None)
         part = state if isinstance(rows, slice) else state.take(rows)
         wrenches = {foot: of_foot[rows] for foot, of_foot in measured.items()}
-        friction[rows], usable[rows], wrench[rows] = _one_mode(robot, modes[k], part, torque[rows], wrenches, settings)
+        friction[rows], usable[rows], wrench[rows] = _explain(robot, modes[k], part, torque[rows], wrenches, settings)
     return Explained(friction, usable, wrench, state.velocity, state.acceleration, torque)
 
 
-def _one_mode(
+def _explain(
     robot: Robot, mode: StandingFeet, state: State, torque: Array, measured: Mapping[str, Array], settings: Settings
 ) -> tuple[Array, NDArray[np.bool_], Array | float]:
-    """Return friction torque (N, n), which joints a fit may use (n,), and the wrench on an only foot (N, 6) or NaN."""
+    """Compute friction torque (N, n), joints that a fit may use (n,), and the wrench on a single foot (N, 6) or NaN."""
     rooted, root = contact_root(robot, mode, state)
     wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)
     friction, usable = torque - needed, seen_joints(robot, mode.feet, settings)
@@ -154,7 +153,7 @@ def _one_mode(
         return without_loop_forces(robot, state.position, friction), usable, np.nan
     if measured:
         standing_on = {foot: measured[foot] for foot in mode.feet}
-        friction += effect_on_joints(robot, state.position, standing_on, _root_foot(robot, mode), wrench)
+        friction += effect_on_joints(robot, state.position, standing_on, _select_root_foot(robot, mode), wrench)
     friction = without_loop_forces(robot, state.position, friction)
     if not leaves_open(robot, mode.feet):
         return friction, usable, wrench

@@ -1,4 +1,4 @@
-"""What measured foot wrenches say about the joints between base and ground (docs/other-methods.md)."""
+"""Measured foot wrenches, and their effect on the joints between base and ground (docs/other-methods.md)."""
 
 from collections.abc import Mapping
 
@@ -11,11 +11,11 @@ from stribeck.robot import Robot
 from stribeck.robot.kinematics import joint_torque_of_wrench
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
-CURE = "map the sensors in [log.foot_wrench], or take --method whole-log or curve-fit, which need no wrenches"
+REMEDY = "map the sensors in [log.foot_wrench], or choose the method whole-log or curve-fit, which needs no wrenches"
 
 
 def require_wrenches(log: RobotLog, robot: Robot) -> None:
-    """Refuse a log without the whole wrench on every foot: three forces, and on a surface three moments.
+    """Refuse a log that lacks a wrench on some foot: three forces, and for a surface three moments.
 
     Raises
     ------
@@ -25,44 +25,44 @@ def require_wrenches(log: RobotLog, robot: Robot) -> None:
     name = log.path or "log"
     if log.foot_wrench is None:
         raise LogError(
-            f"{name}: there is no channel foot_wrench, from which the friction of standing legs shall follow; expected "
-            f"force and moment of the ground on {', '.join(robot.contacts)}; {CURE}"
+            f"{name}: friction of standing legs requires the channel foot_wrench, which is missing; expected "
+            f"force and moment of the ground on {', '.join(robot.contacts)}; {REMEDY}"
         )
     missing = [foot for foot in robot.contacts if foot not in log.foot_names]
     if missing:
         raise LogError(
-            f"{name}: foot_wrench has no wrench on '{missing[0]}', but on {', '.join(log.foot_names) or 'no foot'}; "
-            f"expected one on {', '.join(robot.contacts)}; {CURE}"
+            f"{name}: foot_wrench has no wrench on '{missing[0]}', only on {', '.join(log.foot_names) or 'no foot'}; "
+            f"expected wrenches on {', '.join(robot.contacts)}; {REMEDY}"
         )
     for foot, contact in robot.contacts.items():
         felt = np.any(log.foot_wrench[:, log.foot_names.index(foot)], axis=0)
         if not felt[: contact.size].all():
             axes = ", ".join(axis for axis, used in zip(AXES, felt, strict=True) if used) or "no axis"
             raise LogError(
-                f"{name}: the wrench on '{foot}' has {axes} alone, the others are zero throughout; expected "
-                f"{', '.join(AXES[: contact.size])}; {CURE}"
+                f"{name}: the wrench on '{foot}' has only {axes}, other axes are always zero; expected "
+                f"{', '.join(AXES[: contact.size])}; {REMEDY}"
             )
 
 
 def effect_on_joints(
     robot: Robot, position: Array, wrenches: Mapping[str, Array], root_foot: str | None, needed: Array
 ) -> Array:
-    """Return what measured wrenches add to the friction torque that a rooted tree gives, shape (T, n).
+    """Compute the correction of a rooted tree's friction torque by measured wrenches, shape (T, n).
 
-    With J a foot's Jacobian while the base is held, it is the sum of J^T w over the standing feet. Where the tree is
-    rooted at one of them, the wrench that the motion needs there goes off its w: its joints then carry what lies
-    between them and that foot, no longer all the rest.
+    With J a foot's Jacobian relative to a fixed base, it is the sum of J^T w over the standing feet. If the tree is
+    rooted at one of them, the required wrench at the root is subtracted from that foot's w: its joints then carry only
+    the parts between them and that foot, no longer the rest of the robot.
 
     Parameters
     ----------
     robot, position
-        The robot, and its joints' positions, shape (T, n).
+        Robot, and positions of its joints, shape (T, n).
     wrenches
-        By standing foot, in its frame, shape (T, 6).
+        Wrench on each standing foot in its frame, shape (T, 6).
     root_foot
-        Foot that the tree is rooted at, None if none.
+        Foot at the root of the tree; None if the root is no foot.
     needed
-        Wrench that the motion needs on its root, shape (T, 6).
+        Wrench on the root that the motion requires, shape (T, 6).
     """
     effect, tree = np.zeros_like(position), robot.tree
     for foot, wrench in wrenches.items():

@@ -1,4 +1,4 @@
-"""The friction torque of every joint at every usable sample of a log, chunk by chunk."""
+"""Friction torque of every joint at every usable sample of a log, chunk by chunk."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
 CHUNK = 16_384
-"""Samples worked through at a time: some tens of megabytes for a humanoid."""
+"""Number of samples processed at a time: some tens of megabytes for a humanoid."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -42,9 +42,9 @@ class Chunk:
     rows
         Rows of the log, shape (N,), in order.
     samples
-        The N samples, of the torque-controlled joints.
+        N samples of the torque-controlled joints.
     wrench
-        Ground reaction that the model predicts on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
+        Predicted ground reaction on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
     """
 
     rows: NDArray[np.int64]
@@ -52,7 +52,7 @@ class Chunk:
     wrench: Array
 
     def runs(self) -> Iterator[slice]:
-        """Yield the samples that follow one another without a break in one contact mode."""
+        """Yield consecutive samples without a break in one contact mode."""
         breaks = np.flatnonzero((np.diff(self.rows) > self.samples.stride) | (np.diff(self.samples.support) != 0)) + 1
         for start, stop in pairwise([0, *breaks.tolist(), len(self.rows)]):
             yield slice(start, stop)
@@ -76,25 +76,25 @@ def torque_chunks(
     Parameters
     ----------
     prepared
-        The log.
+        Prepared log.
     robot
-        The robot.
+        Robot.
     settings
-        `tilt`, `standing_legs`, `filter`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth` are used.
-        The filter is not "auto". With an observer's bandwidth, a number, the friction torque is that of the observer.
+        Uses `tilt`, `standing_legs`, `filter`, `filter_torque`, `averaged_law`, `block` and `observer_bandwidth`. The
+        filter is not "auto". If `observer_bandwidth` is a number, the observer computes the friction torque.
     phases
-        Support phases, whose trimmed rows are used; those of the log if None.
+        Support phases, whose trimmed rows are used; None for the phases of the log.
     stride
-        One row of so many is worked out, counted in rows of the log; an observer works out all.
+        Step between computed rows, counted in rows of the log; an observer computes all rows.
     motion_filter
-        Filter in place of that of the settings.
+        Filter that replaces the filter of the settings.
 
     Raises
     ------
     LogError
-        If the log lacks a channel that the settings or the contacts ask for.
+        If the log lacks a channel that the settings or the contacts require.
     SettingsError
-        If the law shall be averaged over the window of a filter that has none.
+        If the law is to be averaged with a filter that has no finite window.
     """
     log, period, bandwidth = prepared.log, prepared.sampling.period, settings.observer_bandwidth
     assert bandwidth != "auto"
@@ -120,7 +120,7 @@ def torque_chunks(
         span, kept = slice(span.start + kept[0], span.start + kept[-1] + 1), kept - kept[0]
         wide = slice(span.start - reach, span.stop + reach)
         state, torque = differentiate(robot, log, wide, motion_filter, turn_filter, settings)
-        jerk, snap = _higher_derivatives(state, kept + reach, reach, period, known)
+        jerk, snap = _compute_jerk_and_snap(state, kept + reach, reach, period, known)
         if len(kept) < len(torque):
             state, torque = state.take(kept + reach), torque[kept + reach]
         rows = kept + span.start
@@ -128,7 +128,7 @@ def torque_chunks(
         if observer:
             found = observer(robot, modes, mode, log.time[rows], state, torque, settings)
         else:
-            wrenches = _measured_wrenches(robot, log, wide, motion_filter, settings)
+            wrenches = _select_wrenches(robot, log, wide, motion_filter, settings)
             measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
             found = by_inverse_dynamics(robot, modes, mode, state, torque, measured, settings)
         yield Chunk(
@@ -150,7 +150,7 @@ def torque_chunks(
                 nodes=found.nodes or nodes,
                 jerk=jerk if found.jerk is None else found.jerk[:, known],
                 snap=snap if found.snap is None else found.snap[:, known],
-                sharp_velocity=_velocity(log, span, sharper)[np.ix_(kept, known)] if sharper else None,
+                sharp_velocity=_compute_velocity(log, span, sharper)[np.ix_(kept, known)] if sharper else None,
                 torque=found.torque[:, known],
             ),
         )
@@ -159,9 +159,9 @@ def torque_chunks(
 def _label_rows(
     phases: tuple[SupportPhase, ...], rows: int, longest: int
 ) -> tuple[tuple[StandingFeet, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the contact modes, each row's, -1 where it is not used, each row's block, and whether it is steady.
+    """Label rows: contact modes, and each row's mode (-1 if not used), block, and whether it is steady.
 
-    A block is a phase, or an equal part of one that lasts longer than `longest` rows.
+    A block is a phase, or an equal part of a phase longer than `longest` rows.
     """
     used = [
         (phase, mode)
@@ -182,36 +182,36 @@ def _label_rows(
 
 
 def spans(segments: tuple[slice, ...], margin: int) -> Iterator[slice]:
-    """Yield the rows that have a filter's margin on both sides, at most `CHUNK` at a time."""
+    """Yield ranges of rows with a filter's margin on both sides, at most `CHUNK` rows each."""
     for segment in segments:
         for start in range(segment.start + margin, segment.stop - margin, CHUNK):
             yield slice(start, min(start + CHUNK, segment.stop - margin))
 
 
 def require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
-    """Refuse a log without a channel that the settings or the contacts ask for.
+    """Refuse a log that lacks a channel required by the settings or the contacts.
 
     Raises
     ------
     LogError
-        If it lacks one.
+        If a channel is missing.
     """
     if takes_wrenches(robot, settings):
         require_wrenches(log, robot)
     if settings.tilt == "imu" and log.base_orientation is None:
         raise LogError(
-            f"{log.path or 'log'}: tilt is 'imu' but there is no channel base_orientation; use 'flat' or 'auto'"
+            f"{log.path or 'log'}: tilt is 'imu', but the channel base_orientation is missing; use 'flat' or 'auto'"
         )
     needed = ("velocity",) if settings.observer_bandwidth else ("velocity", "acceleration")
     missing = next((name for name in needed if getattr(log, name) is None), None)
     if settings.filter.kind == "log" and missing:
         raise LogError(
-            f"{log.path or 'log'}: filter kind is 'log' but there is no channel {missing}; choose another filter"
+            f"{log.path or 'log'}: filter kind is 'log', but the channel {missing} is missing; choose another filter"
         )
 
 
 def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, period: float, settings: Settings) -> Filter:
-    """Return the filter of the base orientation: the joints', unless the log has joint velocities of its own."""
+    """Make the filter of the base orientation: the joints' filter, unless joint velocities come from the log."""
     own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
     return make_filter(FilterSettings(kind="savitzky-golay", window=11), period) if own_motion else motion_filter
 
@@ -219,50 +219,50 @@ def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, perio
 def differentiate(
     robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, turn_filter: Filter, settings: Settings
 ) -> tuple[State, Array]:
-    """Return the motion at these rows, of which the filters' margins lie inside the log, and the torque on it."""
+    """Compute motion and torque at rows that have the filters' margins on both sides."""
     orientation = None
     if log.base_orientation is not None and _uses_orientation(robot, log, settings):
-        wide = _widened(rows, turn_filter)
+        wide = _widen(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
     acceleration = log.acceleration
     if acceleration is None and log.velocity is not None and settings.observer_bandwidth:
-        acceleration = np.broadcast_to(np.nan, log.velocity.shape)  # an observer has no use for it
+        acceleration = np.broadcast_to(np.nan, log.velocity.shape)  # an observer does not use it
     if log.velocity is not None and acceleration is not None and settings.filter.kind == "log":
         state = State(log.position[rows], log.velocity[rows], acceleration[rows], orientation)
     else:
-        state = State(*motion_filter.apply(log.position[_widened(rows, motion_filter)]), orientation)
-    return state, _filtered(log.applied_torque, rows, motion_filter, settings)
+        state = State(*motion_filter.apply(log.position[_widen(rows, motion_filter)]), orientation)
+    return state, _filter_signal(log.applied_torque, rows, motion_filter, settings)
 
 
-def _filtered(signal: Callable[[slice], Array], rows: slice, motion_filter: Filter, settings: Settings) -> Array:
-    """Return a torque or force at these rows as the settings have it: averaged, smoothed, or as it is."""
+def _filter_signal(signal: Callable[[slice], Array], rows: slice, motion_filter: Filter, settings: Settings) -> Array:
+    """Filter a torque or force as the settings require: averaged, smoothed, or unchanged."""
     if settings.averaged_law:
-        return motion_filter.average(signal(_widened(rows, motion_filter)))
-    return motion_filter.smooth(signal(_widened(rows, motion_filter))) if settings.filter_torque else signal(rows)
+        return motion_filter.average(signal(_widen(rows, motion_filter)))
+    return motion_filter.smooth(signal(_widen(rows, motion_filter))) if settings.filter_torque else signal(rows)
 
 
-def _measured_wrenches(
+def _select_wrenches(
     robot: Robot, log: RobotLog, rows: slice, motion_filter: Filter, settings: Settings
 ) -> dict[str, Array]:
-    """Return the wrench on each foot at these rows, shape (N, 6); none where the settings do not ask for them."""
+    """Select the filtered wrench on each foot at these rows, shape (N, 6); empty if the settings use no wrenches."""
     if log.foot_wrench is None or not takes_wrenches(robot, settings):
         return {}
-    wrench = _filtered(log.foot_wrench.reshape(len(log.time), -1).__getitem__, rows, motion_filter, settings)
+    wrench = _filter_signal(log.foot_wrench.reshape(len(log.time), -1).__getitem__, rows, motion_filter, settings)
     return dict(zip(log.foot_names, np.split(wrench, len(log.foot_names), axis=1), strict=True))
 
 
-def _velocity(log: RobotLog, rows: slice, motion_filter: Filter) -> Array:
-    """Return the velocity of all joints at these rows through a filter of their positions, or the log's own."""
+def _compute_velocity(log: RobotLog, rows: slice, motion_filter: Filter) -> Array:
+    """Compute the velocity of all joints at these rows from filtered positions, or take it from the log."""
     if motion_filter.half_width == 0 and log.velocity is not None:
         return log.velocity[rows]
-    return motion_filter.run(log.position[_widened(rows, motion_filter)], (1,))[0]
+    return motion_filter.run(log.position[_widen(rows, motion_filter)], (1,))[0]
 
 
-def _higher_derivatives(
+def _compute_jerk_and_snap(
     state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
 ) -> tuple[Array | None, Array | None]:
-    """Return second and third derivative of the velocity, so that it is right `reach` rows before and after, (N, n)."""
+    """Compute jerk and snap of the velocity such that it is exact `reach` rows before and after, shape (N, n)."""
     if not reach:
         return None, None
     time = reach * period
@@ -276,5 +276,5 @@ def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
     return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
 
 
-def _widened(rows: slice, motion_filter: Filter) -> slice:
+def _widen(rows: slice, motion_filter: Filter) -> slice:
     return slice(rows.start - motion_filter.half_width, rows.stop + motion_filter.half_width)

@@ -1,4 +1,4 @@
-"""The friction observer run over a log: what `MomentumObserver` gives sample by sample, for many samples at once."""
+"""Friction observer over a log: same results as `MomentumObserver`, for many samples at once."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -17,14 +17,15 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 
 GAP = 1.5
-"""Sample periods [1] beyond which an interval is none."""
+"""Longest interval between samples in sample periods [1]; longer ones are gaps."""
 
 PAST = (1.0, 3.0)
-"""Lags [1] before a sample at which the velocity is taken too, for the low-pass of a law where the joint turns."""
+"""Times before a sample, in lags [1], with additional velocities, for the low-pass of a law where the joint reverses.
+"""
 
 
 class _Last(NamedTuple):
-    """The last sample of a part of a log, what had passed the low-pass there, if any, and the velocities until then."""
+    """Last sample of a part of a log, its low-pass output (if any), and the velocities until then."""
 
     mode: int
     time: float
@@ -34,17 +35,17 @@ class _Last(NamedTuple):
 
 
 class LogObserver:
-    """Explains samples by the friction observer; it works on one log, part by part.
+    """Computes friction torques of a log with the friction observer, part by part.
 
-    Wherever contact mode or time leave off, it begins anew with the mean over the first sample period, not with zero:
-    velocity, acceleration and torque pass the same low-pass from the same beginning, so that nothing has to settle.
+    After a gap or a change of contact mode, the observer starts with the mean over the first sample period instead of
+    zero: velocity, acceleration and torque pass the same low-pass from the same start, so there is no transient.
 
     Parameters
     ----------
     period
-        [s].
+        Sampling period [s].
     bandwidth
-        [Hz].
+        Bandwidth of the low-pass [Hz].
     """
 
     def __init__(self, period: float, bandwidth: float) -> None:
@@ -62,9 +63,9 @@ class LogObserver:
         torque: Array,
         settings: Settings,
     ) -> Explained:
-        """Return the friction torque of samples, and their velocity, acceleration and torque, all low-passed.
+        """Compute low-pass filtered friction torque, velocity, acceleration and torque of samples.
 
-        The acceleration is the change of the low-passed velocity. No ground reaction is predicted: it takes
+        The acceleration is the change of the filtered velocity. No ground reaction is predicted, because that requires
         accelerations.
         """
         usable = np.zeros(torque.shape, dtype=bool)
@@ -80,14 +81,14 @@ class LogObserver:
             usable[rows] = seen_joints(robot, modes[k].feet, settings)
         passed, past = self._low_pass(mode, time, signals)
         friction, velocity, acceleration, effort = passed
-        jerk, snap = self._higher_derivatives(velocity, acceleration, past)
+        jerk, snap = self._differentiate(velocity, acceleration, past)
         wrench = np.full((len(torque), 6), np.nan)
         return Explained(friction, usable, wrench, velocity, acceleration, effort, self._nodes, jerk, snap)
 
     def _low_pass(self, mode: NDArray[np.int64], time: Array, signals: Array) -> tuple[Array, Array]:
-        """Return what has passed at each sample, shape (4, T, n), and the velocities of the past, shape (2, T, n).
+        """Filter signals, shape (4, T, n), and collect past velocities, shape (2, T, n).
 
-        Of p, tau + b, v and tau; see `_means`.
+        The signals are p, tau + b, v and tau; see `_average_periods`.
         """
         passed, past = np.full_like(signals, np.nan), np.empty((len(PAST), *signals.shape[1:]))
         steps = [lags * self._nodes.lag / self._period for lags in PAST]
@@ -101,8 +102,8 @@ class LogObserver:
             if last:
                 run = np.concatenate([last.signals, run], axis=1)
                 velocities = np.concatenate([last.velocities, velocities])
-            past[:, start:stop] = [_earlier(velocities, step)[start - stop :] for step in steps]
-            means = _means(run, self._period)
+            past[:, start:stop] = [_interpolate_past(velocities, step)[start - stop :] for step in steps]
+            means = _average_periods(run, self._period)
             if means.shape[1]:
                 before = means[:, :1] if last is None or last.passed is None else last.passed
                 share = 1 - self._decay
@@ -117,8 +118,8 @@ class LogObserver:
             )
         return passed, past
 
-    def _higher_derivatives(self, velocity: Array, acceleration: Array, past: Array) -> Array:
-        """Return jerk and snap by which `FrictionSamples.velocity_around` goes through the velocities of the past."""
+    def _differentiate(self, velocity: Array, acceleration: Array, past: Array) -> Array:
+        """Compute jerk and snap such that `FrictionSamples.velocity_around` matches the past velocities."""
         lag = self._nodes.lag
         s = -lag * np.array(PAST)
         matrix = np.column_stack([s * (s / 2 + lag), s * (s**2 / 6 - lag**2)])
@@ -126,18 +127,18 @@ class LogObserver:
         return np.asarray(np.einsum("ij,jtn->itn", np.linalg.inv(matrix), beyond))
 
 
-def _earlier(values: Array, steps: float) -> Array:
-    """Return values some samples ago, shape (T, n), the first before there are any."""
+def _interpolate_past(values: Array, steps: float) -> Array:
+    """Interpolate values some samples ago, shape (T, n); before the first sample, the first value."""
     whole = int(steps)
     rows = np.arange(len(values)) - whole
     share = steps - whole
     return np.asarray((1 - share) * values[np.maximum(rows, 0)] + share * values[np.maximum(rows - 1, 0)])
 
 
-def _means(signals: Array, period: float) -> Array:
-    """Return means over the sample periods between samples, shape (4, T - 1, n): R, v, v' and tau.
+def _average_periods(signals: Array, period: float) -> Array:
+    """Compute means over the sample periods between samples, shape (4, T - 1, n): R, v, v' and tau.
 
-    Of momentum, tau + b, velocity and torque, shape (4, T, n).
+    The inputs are momentum, tau + b, velocity and torque, shape (4, T, n).
     """
     momentum, drive, velocity, torque = signals
     mean = [(each[1:] + each[:-1]) / 2 for each in (drive, velocity, torque)]

@@ -1,19 +1,19 @@
-"""The generalised-momentum friction observer, sample by sample: for a controller, without accelerations.
+"""Friction observer based on generalized momentum, sample by sample: for controllers, without accelerations.
 
 The momentum p = M(q) v of the rooted tree changes by `p' = tau - R + b`, `b = C^T v - g` (`dynamics.momentum`). Over a
 sample period h, with b and tau linear in it, the mean friction torque is
 
     R_mean = mean(tau + b) - (p_after - p_before) / h
 
-and the observer, `R_est' = K (R - R_est)`, moves by as much as for a friction that is constant over the period:
+and the observer, `R_est' = K (R - R_est)`, changes as for a friction that is constant over the period:
 
     R_est <- d R_est + (1 - d) R_mean,    d = exp(-K h),    K = 2 pi bandwidth
 
-That is exact for its low-pass, and stable at every bandwidth, as 0 < d < 1: a bandwidth far above the sample rate gives
-R_mean itself. The observer is that of A. De Luca, A. Albu-Schaeffer, S. Haddadin and G. Hirzinger, "Collision detection
-and safe reaction with the DLR-III lightweight manipulator arm", IROS 2006; for friction, L. Le Tien, A. Albu-Schaeffer,
-A. De Luca and G. Hirzinger, "Friction observer and compensation for control of robots with joint torque measurement",
-IROS 2008 (section 2.3 of the paper).
+This is exact for the low-pass, and stable at every bandwidth, because 0 < d < 1: a bandwidth far above the sample rate
+gives R_mean itself. Sources: A. De Luca, A. Albu-Schaeffer, S. Haddadin and G. Hirzinger, "Collision detection and safe
+reaction with the DLR-III lightweight manipulator arm", IROS 2006; for friction, L. Le Tien, A. Albu-Schaeffer, A. De
+Luca and G. Hirzinger, "Friction observer and compensation for control of robots with joint torque measurement", IROS
+2008 (section 2.3 of the paper).
 """
 
 from collections.abc import Sequence
@@ -32,12 +32,12 @@ from stribeck.robot import Robot
 
 
 def decay(bandwidth: ArrayLike, period: float) -> Array:
-    """Return by what a first-order low-pass of a bandwidth [Hz] shrinks over a sample period [s]."""
+    """Compute the factor by which a first-order low-pass of a bandwidth [Hz] decays per sample period [s]."""
     return np.exp(-2 * np.pi * period * np.asarray(bandwidth, dtype=np.float64))
 
 
 class _Instant(NamedTuple):
-    """A sample: the contact mode, the joints whose friction shows in it, and p, tau + b and v, shape (n,) each."""
+    """Sample: contact mode, joints whose friction is observable in it, and p, tau + b and v, shape (n,) each."""
 
     mode: StandingFeet
     seen: NDArray[np.bool_]
@@ -49,31 +49,31 @@ class _Instant(NamedTuple):
 class MomentumObserver:
     """Estimates the friction torque of every joint from position, velocity and torque, sample by sample.
 
-    The estimate is the friction torque through a first-order low-pass of the bandwidth, and begins at zero. When other
-    feet stand, the momentum begins anew, that of another tree across an impact, and the estimate is carried on: a
-    joint's friction does not ask who stands. Where the wrenches on the feet leave a joint open (between several
-    standing feet, above a point foot, all joints in flight), its estimate is held.
+    The estimate is the low-pass filtered friction torque, and starts at zero. When the standing feet change, the tree
+    and its momentum change too: the momentum starts anew and the estimate continues, because a joint's friction does
+    not depend on the contacts. Joints whose torque depends on unknown foot wrenches (between several standing feet,
+    above a point foot, all joints in flight) keep their estimate.
 
     Parameters
     ----------
     robot
-        Its model, and which of its joints are position-controlled: those have NaN for an estimate.
+        Robot model; the estimate of its position-controlled joints is NaN.
     period
-        Of the samples [s].
+        Sampling period [s].
     bandwidth
-        Of the low-pass, -3 dB [Hz]: one for all joints, or one a joint in the robot's order, shape (n,).
+        -3 dB bandwidth of the low-pass [Hz]: one for all joints, or one per joint in robot order, shape (n,).
 
     Attributes
     ----------
     friction_torque
-        The estimate R [N m], for prismatic joints [N], shape (n,).
+        Estimate R [N m], for prismatic joints [N], shape (n,).
     velocity
-        Through the same low-pass, shape (n,): a law of this velocity lags as the estimate does.
+        Velocity after the same low-pass, shape (n,): a law of this velocity has the same lag as the estimate.
 
     Raises
     ------
     SettingsError
-        If period or bandwidth are not positive and finite, or there are not as many as joints.
+        If period or bandwidth are not positive and finite, or the number of bandwidths is wrong.
 
     Examples
     --------
@@ -91,7 +91,7 @@ class MomentumObserver:
             raise SettingsError(f"period is {period!r}; expected a positive number of seconds")
         if given.shape not in ((), (joints,)):
             raise SettingsError(
-                f"bandwidth has shape {given.shape}; expected one number [Hz], or one a joint, ({joints},)"
+                f"bandwidth has shape {given.shape}; expected one number [Hz], or one per joint, ({joints},)"
             )
         if not (np.isfinite(given) & (given > 0)).all():
             raise SettingsError(f"bandwidth is {bandwidth!r}; expected positive numbers of hertz")
@@ -110,19 +110,21 @@ class MomentumObserver:
         base_orientation: ArrayLike | None = None,
         angular_velocity: ArrayLike | None = None,
     ) -> Array:
-        """Take a sample, one period after the last one, and return the friction torque.
+        """Process a sample, one period after the last one, and return the friction torque.
 
         Parameters
         ----------
         position, velocity, torque
-            Of the joints, in the robot's order [rad], [rad/s], [N m], shape (n,); torques of position-controlled joints
-            are not used. Known external torques are to be added to the others.
+            Joint signals in robot order [rad], [rad/s], [N m], shape (n,). Torques of position-controlled joints are
+            not used. Add known external torques to the others.
         feet
-            Names of the contacts that stand, of a floating base; none in flight.
+            Names of the standing contacts of a floating base; empty in flight.
         base_orientation
-            Quaternion xyzw of the robot's base frame, shape (4,), as a log has it; without it a standing sole is level.
+            Quaternion xyzw of the robot's base frame, shape (4,), as in a log; without it, a standing sole counts as
+            level.
         angular_velocity
-            Of the root link, in its coordinates [rad/s], shape (3,); one or two point feet leave it open.
+            Angular velocity of the root link in its coordinates [rad/s], shape (3,); required with one or two point
+            feet.
 
         Returns
         -------
@@ -132,10 +134,10 @@ class MomentumObserver:
         Raises
         ------
         LogError
-            If a sample has another shape or is not finite, a foot is unknown, or what point feet leave open is
-            missing. Nothing changes then.
+            If a sample has a wrong shape or is not finite, a foot is unknown, or a signal that point feet require is
+            missing. The observer does not change then.
         """
-        now = self._instant(position, velocity, torque, tuple(feet), base_orientation, angular_velocity)
+        now = self._make_instant(position, velocity, torque, tuple(feet), base_orientation, angular_velocity)
         before, self._before = self._before, now
         if now is not None and before is not None and set(before.mode.feet) == set(now.mode.feet):
             mean = (before.drive + now.drive) / 2 - (now.momentum - before.momentum) / self._period
@@ -144,7 +146,7 @@ class MomentumObserver:
             self.velocity = self.velocity + share * ((before.velocity + now.velocity) / 2 - self.velocity)
         return self.friction_torque.copy()
 
-    def _instant(
+    def _make_instant(
         self,
         position: ArrayLike,
         velocity: ArrayLike,
@@ -153,9 +155,9 @@ class MomentumObserver:
         base_orientation: ArrayLike | None,
         angular_velocity: ArrayLike | None,
     ) -> _Instant | None:
-        """Return the sample, None in flight."""
+        """Check and convert a sample; None in flight."""
         robot, joints = self._robot, len(self._robot.joint_names)
-        q, v = _finite("position", position, (joints,)), _finite("velocity", velocity, (joints,))
+        q, v = _check("position", position, (joints,)), _check("velocity", velocity, (joints,))
         if unknown := [foot for foot in feet if foot not in robot.contacts]:
             raise LogError(
                 f"feet: found '{unknown[0]}', expected {', '.join(robot.contacts) or 'none on a fixed base'}"
@@ -163,19 +165,19 @@ class MomentumObserver:
         effort = np.array(torque, dtype=np.float64)
         if effort.shape == (joints,):
             effort[[name in robot.position_controlled for name in robot.joint_names]] = 0.0
-        effort = _finite("torque", effort, (joints,))
+        effort = _check("torque", effort, (joints,))
         turn = None
         if base_orientation is not None:
-            quaternion = _finite("base_orientation", base_orientation, (4,))
+            quaternion = _check("base_orientation", base_orientation, (4,))
             if not quaternion.any():
                 raise LogError("base_orientation: found zeros, expected a quaternion x, y, z, w")
-            omega = np.zeros(3) if angular_velocity is None else _finite("angular_velocity", angular_velocity, (3,))
+            omega = np.zeros(3) if angular_velocity is None else _check("angular_velocity", angular_velocity, (3,))
             turn = Orientation(root_quaternions(robot, q[None], quaternion[None]), omega[None], np.zeros((1, 3)))
         if robot.base == "floating" and feet:
             points = all(robot.contacts[foot].kind == "point" for foot in feet)
             if points and len(feet) < ENOUGH_POINTS and angular_velocity is None:
                 raise LogError(
-                    f"{'+'.join(feet)}: so few point feet leave the base's turning open; expected angular_velocity"
+                    f"{'+'.join(feet)}: up to two point feet leave the base rotation open; expected angular_velocity"
                 )
         if robot.base == "floating" and not feet:
             return None
@@ -186,8 +188,8 @@ class MomentumObserver:
         return _Instant(mode, seen, momentum[0], effort + change[0], v)
 
 
-def _finite(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """Return what `update` is given, checked."""
+def _check(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Check the shape of an argument of `update`, and that it is finite."""
     found = np.asarray(values, dtype=np.float64)
     if found.shape != shape:
         raise LogError(f"{name}: found shape {found.shape}, expected {shape}")

@@ -1,4 +1,4 @@
-"""A log made ready, once: read, on an even clock, its support phases found, and what was done to it."""
+"""Preparation of a log: reading, even sampling, and support phases."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 
 Progress = Callable[[str, float], None]
-"""Told the stage and how much of it is done, from 0 to 1."""
+"""Callback `progress(stage, fraction)` with fraction from 0 to 1."""
 
 
 def quiet(*_: object) -> None:
@@ -25,16 +25,16 @@ def quiet(*_: object) -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedLog:
-    """A log that is evenly sampled, with its support; long logs lie on disk (`stribeck.log.storage`).
+    """Evenly sampled log with support phases; long logs are kept on disk (`stribeck.log.storage`).
 
     Attributes
     ----------
     log
-        Evenly sampled within each segment of `sampling`.
+        Log, evenly sampled within each segment of `sampling`.
     prints
-        By which the same samples are known in another log (`stribeck.log.overlap`).
+        Fingerprints that detect the same samples in another log (`stribeck.log.overlap`).
     notes
-        What was done to it, a sentence each; what a user should act on is for the audit (`stribeck.audit`) to say.
+        Changes to the log, one sentence each; problems are reported by the audit (`stribeck.audit`).
     """
 
     log: RobotLog
@@ -45,7 +45,7 @@ class PreparedLog:
 
 
 def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> PreparedLog:
-    """Read a log, put it on an even clock and find its support phases.
+    """Read a log, resample it evenly and find its support phases.
 
     Raises
     ------
@@ -65,17 +65,17 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
         notes += sampling.notes
         if not len(robot.torque_controlled):
             raise RobotFileError(
-                f"{robot.path}: [robot] position_controlled names every joint; expected one whose torque is measured"
+                f"{robot.path}: [robot] position_controlled names all joints; expected one with measured torque"
             )
         support = find_support_phases(log, robot, sampling.segments, settings.support)
         notes += support.notes
     if settings.filter.kind != "auto":
-        make_filter(settings.filter, sampling.period)  # refused now, and not once a method has worked for minutes
+        make_filter(settings.filter, sampling.period)  # refuse wrong settings before a method runs for minutes
     if robot.base == "floating" and log.base_orientation is None:
-        notes.append("no base orientation: the standing foot is taken to be level")
+        notes.append("no base orientation: the standing foot is assumed to be level")
     return PreparedLog(log=log, sampling=sampling, support=support, prints=of_log, notes=tuple(notes))
 
 
 def log_names(prepared: Sequence[PreparedLog]) -> list[str]:
-    """Return what each log is called where something is said of it: its path, or its number."""
+    """Name each log for messages: by its path, or its number."""
     return [part.log.path or ("log" if len(prepared) == 1 else f"log {k}") for k, part in enumerate(prepared, 1)]

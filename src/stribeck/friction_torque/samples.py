@@ -1,4 +1,4 @@
-"""Friction torque samples, as the fit and the report take them."""
+"""Friction torque samples for fits and reports."""
 
 from dataclasses import dataclass
 
@@ -11,39 +11,39 @@ from stribeck.differentiation.averaging import Nodes
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FrictionSamples:
-    """N samples of the friction torque of n joints, kept from one log or several.
+    """N samples of the friction torque of n joints, from one or more logs.
 
     Attributes
     ----------
     joint_names
-        The n torque-controlled joints.
+        Names of the n torque-controlled joints.
     period
-        Sampling period of the log [s]; samples kept may be further apart.
+        Sampling period of the log [s]; samples may be farther apart.
     time
-        [s], shape (N,).
+        Time [s], shape (N,).
     velocity, acceleration, friction_torque
-        [rad/s], [rad/s^2], [N m], shape (N, n); NaN where the friction torque is not known.
+        Motion and friction torque [rad/s], [rad/s^2], [N m], shape (N, n); NaN where the friction torque is unknown.
     usable
-        Which samples a fit may use, shape (N, n): the joint's limb swings, or the base is fixed.
+        Samples that a fit may use, shape (N, n): the joint's limb swings, or the base is fixed.
     block
-        Number of the step or second a sample belongs to, shape (N,): samples of one block are correlated.
+        Number of each sample's step or second, shape (N,): samples of one block are correlated.
     support
         Index into `support_names`, shape (N,).
     support_names
-        E.g. ("left_foot", "left_foot+right_foot"); ("base",) for a fixed base.
+        Contact modes, e.g. ("left_foot", "left_foot+right_foot"); ("base",) for a fixed base.
     stride
-        One of this many samples was kept.
+        Every `stride`-th sample was kept.
     prismatic
-        Which of the n joints slide, in m, m/s and N; empty if none does.
+        Whether each of the n joints is prismatic, with units m, m/s and N; empty if none is.
     nodes
-        Instants around a sample over which the filter has averaged the friction torque; none if None.
+        Instants around a sample over which the filter has averaged the friction torque; None without averaging.
     jerk, snap
         Second and third derivative of the velocity over those instants, shape (N, n); None without nodes.
     sharp_velocity
-        Through half of the filter's window [rad/s], shape (N, n): noisier, but it shows reversals as they are, of which
-        a law with state makes its own average. None without nodes.
+        Velocity filtered with half the window [rad/s], shape (N, n): noisier, but with accurate reversals, for the
+        average of a law with state. None without nodes.
     torque
-        Measured, filtered as the friction torque is [N m], shape (N, n); None where nobody asks for it.
+        Measured torque, filtered like the friction torque [N m], shape (N, n); None if not needed.
     """
 
     joint_names: tuple[str, ...]
@@ -69,10 +69,10 @@ class FrictionSamples:
         return bool(self.prismatic) and self.prismatic[column]
 
     def velocity_around(self, column: int, rows: NDArray[np.int64]) -> Array | None:
-        """Return a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes.
+        """Compute a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes.
 
-        With a lag, the mean over the past is the sample's velocity, as exponential weights have -lag, 2 lag^2 and
-        -6 lag^3 for means of s, s^2 and s^3.
+        With a lag, the mean over the past is the sample's velocity, because exponential weights have -lag, 2 lag^2 and
+        -6 lag^3 as means of s, s^2 and s^3.
         """
         if self.nodes is None or self.jerk is None or self.snap is None:
             return None

@@ -1,4 +1,4 @@
-"""The friction torque of logs worked through: every sample to the table, one of some to the fit and the report."""
+"""Friction torque of all logs: every sample for the table, a thinned selection for fit and report."""
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -23,27 +23,27 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
 CLOSE_UP = 4.0
-"""[s] of the log that the report shows over time."""
+"""Duration [s] of the close-up in the report."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LogFriction:
-    """The friction torque of one log: samples in bounded number, and notes on it.
+    """Friction torque of one log: a bounded number of samples, and notes.
 
     Attributes
     ----------
     used
-        Samples that a fit may use for some joint.
+        Number of samples that a fit may use for some joint.
     samples
-        Those kept, in bounded number.
+        Kept samples, bounded in number.
     close_up
         A few seconds at the full rate.
     phases
         Contact modes over time, as in `Evidence`.
     notes, findings
-        A sentence each.
+        Notes, one sentence each, and findings.
     filter_name
-        Of the filter, with its numbers.
+        Description of the filter with its numbers.
     """
 
     used: int
@@ -57,18 +57,18 @@ class LogFriction:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LogsFriction:
-    """The friction torque of all logs.
+    """Friction torque of all logs.
 
     Attributes
     ----------
     logs
-        Of each log.
+        Friction torque of each log.
     samples
-        Those kept of all of them.
+        Kept samples of all logs.
     settings
-        With the filter that was chosen.
+        Settings with the chosen filter.
     notes
-        On that choice, a sentence each.
+        Notes on the choice of the filter, one sentence each.
     """
 
     logs: tuple[LogFriction, ...]
@@ -78,10 +78,10 @@ class LogsFriction:
 
 
 class FrictionTorqueStage:
-    """Works the friction torque of logs out, and not twice in a row if asked for the same.
+    """Computes the friction torque of logs, and caches the last result.
 
-    A method that fits it and the report that shows it so share one answer. The table is of the answer given last. The
-    filter is chosen once, from the first log as it was given, so that methods are compared at one bandwidth.
+    The fit and the report share the result. The table belongs to the last result. The filter is chosen once, from the
+    first log before any correction, so that methods are compared at one bandwidth.
     """
 
     def __init__(
@@ -98,26 +98,26 @@ class FrictionTorqueStage:
 
     @cached_property
     def _cutoff(self) -> float | None:
-        """The cutoff that the first log asks for [Hz], whatever the filter is."""
+        """Cutoff chosen from the first log [Hz], for any kind of filter."""
         if self._given[2].filter.kind == "auto":
             return self._filter[0].cutoff
         log, robot, settings = self._given
         return with_filter(log, robot, settings.model_copy(update={"filter": FilterSettings()}))[0].filter.cutoff
 
     def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
-        """Return the friction torque of logs by a robot; one filter for all logs.
+        """Compute the friction torque of logs for a robot, with one filter for all logs.
 
         Raises
         ------
         LogError, SettingsError
-            If a log lacks a channel that the settings ask for, is too short, or the settings do not suit it.
+            If a log lacks a channel that the settings require, is too short, or the settings do not suit it.
         """
         asked = tuple(logs), robot, settings  # the same logs and robot, equal settings
         if self._last is None or self._last[0] != asked:
-            self._last = asked, self._work_out(logs, robot, settings)
+            self._last = asked, self._compute(logs, robot, settings)
         return self._last[1]
 
-    def _work_out(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
+    def _compute(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
         filter_, notes = self._filter
         settings = settings.model_copy(update={"filter": filter_})
         if settings.observer_bandwidth == "auto":
@@ -131,16 +131,16 @@ class FrictionTorqueStage:
 
 
 def _drop(*_: object) -> None:
-    """Write nowhere."""
+    """Discard a chunk."""
 
 
 def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tuple[Settings, list[str]]:
-    """Return the settings with the filter that a log asks for, if that is left to it, and a note on the choice.
+    """Choose the filter from a log if its kind is "auto", and note the choice.
 
     Raises
     ------
     LogError
-        If no segment is long enough to have a spectrum.
+        If no segment is long enough for a spectrum.
     """
     if settings.filter.kind != "auto":
         return settings, []
@@ -153,8 +153,8 @@ def with_filter(prepared: PreparedLog, robot: Robot, settings: Settings) -> tupl
 def thinned_samples(
     prepared: PreparedLog, count: int, robot: Robot, settings: Settings, most: int = MOST_KEPT
 ) -> FrictionSamples:
-    """Return the samples that `log_friction` keeps of one of `count` logs, and work no others out."""
-    stride = _stride(prepared, count, most)
+    """Compute only the samples that `log_friction` keeps of one of `count` logs."""
+    stride = _choose_stride(prepared, count, most)
     return join([thin(chunk, stride) for chunk in torque_chunks(prepared, robot, settings, stride=stride)])
 
 
@@ -167,7 +167,7 @@ def log_friction(
     write: Callable[[int, Chunk], None],
     progress: Progress,
 ) -> LogFriction:
-    """Work through log `index` of `count`: every sample to `write`, one of some to the fit.
+    """Compute the friction torque of log `index` of `count`: pass every sample to `write`, keep a thinned selection.
 
     Raises
     ------
@@ -175,21 +175,21 @@ def log_friction(
         If the log cannot be used.
     """
     log, phases = prepared.log, prepared.support.phases
-    stride = _stride(prepared, count, MOST_KEPT)
+    stride = _choose_stride(prepared, count, MOST_KEPT)
     kept, used, moments = [], 0, np.zeros((3, 6))
     with errors_about(log.path):
         for chunk in torque_chunks(prepared, robot, settings):
             write(index, chunk)
             kept.append(thin(chunk, stride))
             used += int(chunk.samples.usable.any(axis=1).sum())
-            moments += _wrench_errors(log, chunk)
+            moments += _compare_wrenches(log, chunk)
             progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
         samples = join(kept)
-    notes, findings = _ground_reaction(moments, robot)
+    notes, findings = _note_ground_reaction(moments, robot)
     return LogFriction(
         used=used,
         samples=samples,
-        close_up=_close_up(prepared, robot, settings, samples),
+        close_up=_cut_close_up(prepared, robot, settings, samples),
         phases=[
             (
                 float(log.time[phase.start]),
@@ -201,14 +201,15 @@ def log_friction(
         ],
         notes=notes,
         findings=findings,
-        filter_name=_filter_name(settings, prepared.sampling.period),
+        filter_name=_name_filter(settings, prepared.sampling.period),
     )
 
 
-def _wrench_errors(log: RobotLog, chunk: Chunk) -> Array:
-    """Compare a single standing foot's measured wrench with the wrench that the model predicts.
+def _compare_wrenches(log: RobotLog, chunk: Chunk) -> Array:
+    """Compare a single standing foot's measured wrench with the predicted wrench.
 
-    Count, sum and sum of squares of the differences over a chunk, shape (3, 6). Friction does not enter them.
+    Computes count, sum and sum of squares of the differences over a chunk, shape (3, 6). They are independent of
+    friction.
     """
     moments = np.zeros((3, 6))
     for k, name in enumerate(chunk.samples.support_names):
@@ -220,35 +221,35 @@ def _wrench_errors(log: RobotLog, chunk: Chunk) -> Array:
     return moments
 
 
-def _ground_reaction(moments: Array, robot: Robot) -> tuple[list[str], list[Finding]]:
-    """Write a note on the differences of wrenches, and a finding where model and foot sensor are far apart."""
+def _note_ground_reaction(moments: Array, robot: Robot) -> tuple[list[str], list[Finding]]:
+    """Write a note on the differences of wrenches, and a finding if model and foot sensor differ strongly."""
     samples = int(moments[0, 0])
     if not samples:
         return [], []
     weight = robot.mass * float(np.linalg.norm(robot.gravity))
     rms, mean = np.sqrt(moments[2] / samples), float(moments[1, 2] / samples)
     text = (
-        f"ground reaction, foot sensor against model, RMS over {samples} samples: vertical {rms[2]:.1f} N "
+        f"ground reaction, foot sensor minus model, RMS over {samples} samples: vertical {rms[2]:.1f} N "
         f"({100 * rms[2] / weight:.1f} % of the weight, mean {mean:+.1f} N), horizontal "
         f"{float(np.hypot(*rms[:2])):.1f} N, moments {float(np.linalg.norm(rms[3:])):.2f} N m"
     )
     return [text], [Finding.of("foot-sensors", evidence=text)] if rms[2] > 0.1 * weight else []
 
 
-def _filter_name(settings: Settings, period: float) -> str:
+def _name_filter(settings: Settings, period: float) -> str:
     name = make_filter(settings.filter, period).name
     bandwidth = settings.observer_bandwidth
     return f"{name}; momentum observer, -3 dB at {bandwidth:.3g} Hz" if bandwidth else name
 
 
-def _stride(prepared: PreparedLog, count: int, most: int) -> int:
-    """Return one of how many rows is kept if there are `count` logs like this one."""
+def _choose_stride(prepared: PreparedLog, count: int, most: int) -> int:
+    """Compute the thinning stride for `count` logs of this size."""
     rows = sum(phase.last - phase.first for phase in prepared.support.phases)
     return max(1, -(-rows * count // most))
 
 
-def _close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: FrictionSamples) -> FrictionSamples:
-    """Return a few seconds at the full rate, around where most joints move fast."""
+def _cut_close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: FrictionSamples) -> FrictionSamples:
+    """Select a few seconds at the full rate, around the fastest motion of most joints."""
     log = prepared.log
     speed = np.abs(samples.velocity)
     busy = np.where(samples.usable, speed, 0.0) @ (1 / np.maximum(speed.max(axis=0), 1e-9))

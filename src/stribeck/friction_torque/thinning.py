@@ -1,4 +1,4 @@
-"""Keeps what the fit and the report need of a stream of chunks, in bounded memory."""
+"""Thinning of a stream of chunks to the samples that fit and report need, in bounded memory."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,17 +11,17 @@ from stribeck.friction_torque.inverse_dynamics import Chunk
 from stribeck.friction_torque.samples import FrictionSamples
 
 MOST_KEPT = 60_000
-"""Samples that are kept: filtered samples lie closer together than they differ, so a fit loses nothing."""
+"""Largest number of kept samples. Filtered samples are closer together than they differ, so a fit loses nothing."""
 
 PER_SAMPLE = (
     *("time", "velocity", "acceleration", "friction_torque", "usable", "block", "support"),
     *("torque", "jerk", "snap", "sharp_velocity"),
 )
-"""What `FrictionSamples` has of each sample."""
+"""Attributes of `FrictionSamples` with one entry per sample."""
 
 
 def thin(chunk: Chunk, stride: int) -> FrictionSamples:
-    """Return one of `stride` samples of a chunk, counted in rows of the log so that chunks fit together."""
+    """Keep every `stride`-th sample of a chunk, counted in rows of the log so that chunks fit together."""
     return chunk.samples if stride == 1 else replace(take(chunk.samples, chunk.rows % stride == 0), stride=stride)
 
 
@@ -32,13 +32,13 @@ def take(samples: FrictionSamples, rows: NDArray[np.bool_]) -> FrictionSamples:
 
 
 def join_logs(logs: Sequence[FrictionSamples]) -> FrictionSamples:
-    """Return the samples of several logs as one, their blocks numbered through; see `join`."""
+    """Join the samples of several logs, with blocks numbered consecutively; see `join`."""
     firsts = np.cumsum([0, *(int(log.block.max(initial=-1)) + 1 for log in logs)])
     return join([replace(log, block=log.block + first) for log, first in zip(logs, firsts, strict=False)])
 
 
 def join(parts: Sequence[FrictionSamples]) -> FrictionSamples:
-    """Return parts of one log as one; supports are merged by name.
+    """Join parts of one log; supports are merged by name.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def join(parts: Sequence[FrictionSamples]) -> FrictionSamples:
     """
     if not parts:
         raise LogError(
-            "log: no sample is usable: no support phase is longer than what is trimmed off and filtered away"
+            "log: no sample is usable: all support phases are shorter than the edges removed by trimming and filtering"
         )
     if len({part.joint_names for part in parts}) > 1:
         raise LogError("log: the logs have different joints")
