@@ -77,7 +77,8 @@ def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Gr
     """Return the groups of a segment from its design, shape (K m, D + 1)."""
     groups = Groups(part, first, step, np.zeros(0))
     by_window = groups.of_windows(design.reshape(*part.residual.shape, -1))
-    return replace(groups, design=by_window.reshape(len(by_window), -1, design.shape[1]).copy())
+    rows = part.lags * part.residual.shape[1]  # a segment shorter than a group has no group
+    return replace(groups, design=by_window.reshape(len(by_window), rows, design.shape[1]).copy())
 
 
 def more_likely(
@@ -107,7 +108,8 @@ def more_likely(
         for response, correlation in kinds:
             effect = inverse @ _innovations(groups.of_windows(response), correlation)
             left = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2 * freedom
-            of_each.append(np.stack([left, (effect**2).sum(axis=1)]).reshape(2, len(white), part.lags, -1))
+            size = (2, len(white), part.lags, effect.shape[2] // part.lags)
+            of_each.append(np.stack([left, (effect**2).sum(axis=1)]).reshape(size))
         bins, which = groups.of_windows(bin_of(part)), components.which(part)
         for k in range(2):
             np.add.at(sums[k], (which, bins[:, :, None]), of_each[0][k])
