@@ -215,7 +215,7 @@ def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_a
     named = {kind for kind in entries if f'"{kind}"' in source} | {FRICTION + kind for kind in (*WORDS, "unclear")}
     assert set(re.findall(r'Finding\.of\(\s*"([^"]+)"', source)) <= named == set(entries)
     for kind, entry in entries.items():
-        assert "." in kind or {"explanation", "advice", "example", "text"} <= entry.keys()
+        assert "." in kind or {"explanation", "example", "text"} <= entry.keys()
     assert Finding(check="clock", text="").place == "docs/findings.md#clock"
 
 

@@ -28,7 +28,7 @@ def test_the_sign_audit_names_inverted_torques_and_no_others(arm: Robot, inverte
     found = inspect_log(replace(log, torque=torque), arm)
     names = [arm.joint_names[k] for k in inverted]
     assert [name for name, joint in found.joints.items() if joint.sign == "opposite"] == names
-    assert bool(inverted) == any("torque runs against the model" in text for text in found.findings)
+    assert bool(inverted) == any("wrong sign of torque" in text for text in found.findings)
     for name in names:
         assert name in found.findings[0]
 

@@ -158,7 +158,7 @@ def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:
     shifted = log.position.copy()
     shifted[:, 2] += high[2] - shifted[:, 2].max()
     warnings = identify(replace(log, position=shifted), arm).warnings
-    warning = next(text for text in warnings if "end of their range" in text)
+    warning = next(text for text in warnings if "reaches its limit" in text)
 
     assert "slide" in warning
     assert "shoulder" not in warning

@@ -107,7 +107,7 @@ def test_tx40_by_default_gives_the_published_friction(converted):
         assert joint.verdict == "identified"
         assert joint.curve[1].value == pytest.approx(level + slope * joint.curve[1].velocity, rel=0.05)
     assert result.joints["joint_5"].verdict == result.couplings["motor_6"].verdict == "identified"
-    assert not any("chi^2" in warning for warning in result.warnings)
+    assert not any("χ²" in warning for warning in result.warnings)
 
 
 def test_tx40_friction_of_the_shared_motor_is_the_published_one(converted):

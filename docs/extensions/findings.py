@@ -10,32 +10,29 @@ PAGE = Path(__file__).parents[1] / "findings.md"
 
 HEAD = """# Findings
 
-A finding is a problem in a log, a robot file or a fit. `Result.findings` contains the name of its check, the message,
-the affected joints and a remedy. `Result.warnings`, the console and the report show each finding in one line. The
-headings below are the names of the checks. This page is generated from `src/stribeck/base/findings.toml`.
+Look up a finding here when `inspect`, `identify` or the report shows one. The headings are the names of the checks.
+Each section quotes an example with its remedy and explains the check. `Result.findings` contains check, message,
+remedy and joints.
 
 In simulation, the audit detects all 61 faults of 34 kinds, and no log without a fault has a finding
 (`python -m studies.faults --save studies/faults.json`). Checks after the fit report half of the causes, with one false
 finding in 794 cases (`python -m studies.misfits --save studies/misfits.json`).
+
+*Generated from `src/stribeck/base/findings.toml`.*
 """
 
 INTRODUCTIONS = {
     "before": """## Before the fit
 
-`identify` audits every log before the fit, and `inspect` shows the same findings. The audit first checks single
-channels, then orientation, contacts and kinematics against one another, then the torques against the model's. Each
-joint's torque is regressed on the model's torque and shapes of friction. A finding requires a model torque that
-varies much more than friction and noise. A joint that carries little, or a log of one second, therefore gets few of
-these findings. A fault that makes the model's torque wrong hides the checks that depend on it: with exchanged feet or
-frozen positions, torques give no information. A finding that makes every number wrong *stops* `identify` (exit code
-2). With `--force` it goes on, and the finding becomes part of the result. The audit compares at most 30,000 samples
-with the model, in evenly spaced parts of the log.
+`identify` and `inspect` audit each log: first channels, then orientation and contacts, then torques versus the model.
+Faults hide the checks that depend on them: with frozen positions, for example, torques contain no information. Joints
+that carry little load, and very short logs, get few of these findings. A finding that would make every number wrong
+*stops* `identify` (exit code 2). With `--force` it continues, and the finding becomes part of the result.
 """,
     "after": """## After the fit
 
-A fit may converge and still mean little, because its law does not describe the friction, or because another effect is
-taken for friction. Each of these findings was tested on logs with its cause and on logs with another cause. An effect
-that moves the friction curve by less than its interval is not reported.
+A fit may converge although the law does not describe the friction, or although another effect looks like friction.
+Effects that move the friction curve by less than its interval are not reported.
 """,
 }
 
@@ -57,12 +54,12 @@ def _paragraph(check: str, entries: list[dict[str, Any]]) -> str:
     explanation = " ".join(entry["explanation"].split())
     if stops:
         explanation += " Stops." if stops is True else f" Stops {stops}."
-    examples = ["; ".join(filter(None, message(each, each["example"]))) for each in entries if "example" in each]
+    examples = [". ".join(filter(None, message(each, each["example"]))) for each in entries if "example" in each]
     quoted = [
-        fill(text.replace("<", "\\<"), 128, initial_indent="> ", subsequent_indent="> ", break_on_hyphens=False)
+        fill(text.replace("<", "\\<") + ".", 128, initial_indent="> ", subsequent_indent="> ", break_on_hyphens=False)
         for text in examples
     ]
-    texts = [f"### {check}", _wrapped(explanation), *quoted, _wrapped(f"Remedy: {entry['advice']}")]
+    texts = [f"### {check}", *quoted, _wrapped(" ".join([explanation, entry.get("advice", "")]))]
     return "\n\n".join(texts) + "\n"
 
 

@@ -36,7 +36,7 @@ def test_the_effort_limits_bound_the_torque_of_an_axis_that_carries_nothing(hone
     (finding,) = _said(honest["turntable"], 1000.0)
     assert finding.check == "torque-scale"
     assert finding.stops
-    assert "set [log] torque = { scale = 0.001 }" in finding.cure
+    assert "et scale = 0.001 in [log.torque]" in finding.cure
 
 
 def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, CleanLog]) -> None:
@@ -55,7 +55,7 @@ def test_the_weight_bounds_the_torques_of_legs_that_all_stand(
     (finding,) = _said(honest["standing"], factor)
     assert finding.check == "torque-scale"
     assert finding.stops
-    assert f"times the robot's weight where it stands, as if they were in {unit}" in finding.text
+    assert f"times the robot's weight, as if they were in {unit}" in finding.text
 
 
 def test_one_joint_beyond_its_limit_is_named_alone(honest: dict[str, CleanLog]) -> None:

@@ -37,7 +37,7 @@ def test_gravity_says_how_much_torque_an_ampere_makes(arm):
     found = identify(in_amperes(robot, log), robot, EXACT)
     (finding,) = [each for each in found.findings if each.check == "torque-constant"]
     assert finding.joints == ("shoulder", "elbow")
-    assert "shoulder 4.999 +- 0.3 N m/A, elbow 7.963 +- 0.7 N m/A" in finding.text
+    assert "shoulder 4.999 ± 0.3 N m/A, elbow 7.963 ± 0.7 N m/A" in finding.text
     true = identify(log, robot, EXACT)
     for joint in ("shoulder", "elbow"):
         coulomb, known = (result.joints[joint].parameters["coulomb"] for result in (found, true))
@@ -72,7 +72,9 @@ def test_the_interval_heeds_what_the_models_weights_may_be_off(arm):
         off.append((converted[0].log.torque[0, 0] / amperes.torque[0, 0] / GAINS[0] - 1) / errors["shoulder"])
     assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.6
     unknown = robot.settings.model_copy(update={"priors": robot.settings.priors.model_copy(update={"mass": 0.5})})
-    with pytest.raises(LogError, match=r"shoulder \(gravity varies by .* known within \d+ % by the model's weights\)"):
+    with pytest.raises(
+        LogError, match=r"shoulder \(gravity varies by .* uncertain by \d+ % because of the model's weights\)"
+    ):
         inspect_log(amperes, robot, unknown)
 
 
@@ -81,21 +83,21 @@ def test_without_a_load_of_gravity_nothing_is_made_up(arm, tmp_path):
     robot = Robot.from_file(write_arm(tmp_path, CURRENTS + "gravity = [0.0, 0.0, 0.0]\n"))
     with pytest.raises(LogError) as caught:
         identify(in_amperes(robot, log), robot, EXACT)
-    words = "gravity does not say how much torque an ampere makes in shoulder (gravity varies by 0 N m)"
+    words = "gravity does not determine the torque per ampere of shoulder (gravity varies by 0 N m)"
     assert words in str(caught.value)
-    assert "expected [robot.motors.shoulder] torque_constant and ratio" in str(caught.value)
+    assert "Set torque_constant and ratio in [robot.motors.shoulder]" in str(caught.value)
 
 
 def test_currents_that_run_against_gravity_are_named(arm):
     robot, log = arm
     turned = in_amperes(robot, log)
     turned = replace(turned, torque=turned.torque * np.array([-1.0, 1.0, 1.0]))
-    with pytest.raises(LogError, match=r"shoulder \(it runs against gravity: .*; found were elbow 7.96"):
+    with pytest.raises(LogError, match=r"shoulder \(current opposes gravity: .*\. Determined: elbow 7.96"):
         inspect_log(turned, robot, EXACT)
 
 
 def test_a_joint_at_rest_says_nothing(arm):
     robot, _ = arm
     still = arm_log(robot, duration=8.0, rate=250.0, still="elbow")
-    with pytest.raises(LogError, match=r"elbow \(it hardly moves\)"):
+    with pytest.raises(LogError, match=r"elbow \(too little motion\)"):
         identify(in_amperes(robot, still), robot, EXACT)

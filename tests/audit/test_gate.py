@@ -41,7 +41,7 @@ def test_force_goes_on_and_says_so_everywhere(folder: Path, capsys: pytest.Captu
     (finding,) = document["findings"]
     assert finding["check"] == "torque-scale"
     assert finding["stops"]
-    line = f"{finding['text']}; {finding['cure']}"
+    line = f"{finding['text']}. {finding['cure']}"
     assert line in document["warnings"]
     assert line in capsys.readouterr().out.replace("\n", "")
     assert finding["cure"] in (tmp_path / "out" / "report.html").read_text()
@@ -65,8 +65,8 @@ def test_a_finding_of_several_logs_is_told_once(folder: Path) -> None:
     other.unlink()
     (finding,) = result.findings
     assert finding.logs == (str(folder / "log.npz"), str(other))
-    assert finding.text.startswith(f"{folder / 'log.npz'}: the torques are")
-    assert finding.text.endswith(f" (and likewise in {other})")
+    assert finding.text.startswith(f"{folder / 'log.npz'}: The torques are")
+    assert finding.text.endswith(f" (also in {other})")
     assert result.warnings.count(str(finding)) == 1
 
 
@@ -86,7 +86,7 @@ def test_inspect_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str])
     document = json.loads(capsys.readouterr().out)
     (finding,) = document["audit"]
     assert finding["check"] == "torque-scale"
-    assert document["findings"] == [f"{finding['text']}; {finding['cure']}"]
+    assert document["findings"] == [f"{finding['text']}. {finding['cure']}"]
 
 
 @pytest.mark.parametrize("rows", [2, 15, 16, 30, 45])

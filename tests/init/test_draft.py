@@ -221,7 +221,7 @@ def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], Ro
     pa.csv.write_csv(pa.table(columns), path, pa.csv.WriteOptions(delimiter=" ", quoting_style="none"))
     robot, text = drafted(ARM, path, tmp_path)
     assert robot.torque_source == "motor_current"
-    assert "gravity does not say how much torque an ampere makes in shoulder_pan_joint" in " ".join(
+    assert "gravity does not determine the torque per ampere of shoulder_pan_joint" in " ".join(
         text.replace("#", " ").split()
     )
     np.testing.assert_allclose(read_log(path, robot).torque, log.torque / gains, rtol=1e-12)

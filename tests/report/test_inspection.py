@@ -41,8 +41,8 @@ def inspection() -> Inspection:
             "left_knee": joint(0.9, "opposite", correlation=-0.95),
             "head <b>": joint(0.0, "unclear", None, None),
         },
-        findings=["the torque runs against the model: left_knee <script>"],
-        audit=[Finding(check="torque-sign", text="the torque runs against the model: left_knee <script>")],
+        findings=["left_knee <script>: wrong sign of the torque"],
+        audit=[Finding(check="torque-sign", text="left_knee <script>: wrong sign of the torque")],
         notes=["3 samples with a repeated time were dropped."],
     )
 

@@ -77,7 +77,7 @@ def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(
     if delay in kinds:
         assert float(said.pop(FRICTION + "delay").split()[0]) == pytest.approx(6.0, abs=0.15)
     if ripple in kinds:
-        assert f"{RIPPLES} periods a turn" in said[FRICTION + "ripple"]
+        assert f"{RIPPLES} periods per turn" in said[FRICTION + "ripple"]
     assert all("% of its friction" in own for own in said.values())
 
 
@@ -105,7 +105,7 @@ def test_kinds_that_explain_as_much_are_named_together() -> None:
     together = (found("ripple"), found("play", 300.0), found("presliding", 250.0))
     (finding,) = misfit_findings([together], ["knee"], np.array([18.0]))
     assert finding.check == UNCLEAR
-    assert "not explained by friction of velocity: knee (ripple over position or play or presliding)" in finding.text
+    assert finding.text.startswith("knee (ripple over position or play or presliding): the residual is not explained")
 
 
 @pytest.mark.parametrize(

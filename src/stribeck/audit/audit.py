@@ -46,7 +46,7 @@ def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Setti
         if stops and not force:
             with findings_kept([str(finding) for finding in each if finding is not stops]):
                 raise LogError(
-                    f"{where}: {stops}; every number would be wrong, --force continues anyway ({stops.place})"
+                    f"{where}: {stops}. Every number would be wrong; --force continues anyway ({stops.place})"
                 )
         found.append((where, each))
     return merged(found)
@@ -88,7 +88,7 @@ def check_samples(evidence: Evidence) -> list[Finding]:
     sampling, time = evidence.prepared.sampling, evidence.prepared.log.time
     found = []
     if sampling.lost > 0.2:
-        setting = "[log] max_gap would bridge longer gaps" if sampling.gaps else "record longer logs"
+        setting = "Raise max_gap in [log] to bridge longer gaps" if sampling.gaps else "Record longer logs"
         gaps = len(sampling.gaps)
         found.append(Finding.of("samples-lost", lost=100 * sampling.lost, short=SHORT, gaps=gaps, setting=setting))
     phases = evidence.prepared.support.phases

@@ -57,12 +57,12 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     ground = np.where(standing, height, np.inf).min(axis=1, keepdims=True)  # a foot that swings may reach below it
     above = np.where(standing, height - ground, 0.0)
     parts = [
-        f"{foot} is logged as standing while it is above another foot that stands"
+        f"{foot} is logged as standing, but is above another standing foot"
         for k, foot in enumerate(feet)
         if _repeats(standing[:, k], above[:, k])
     ]
     parts += [
-        f"{foot} is not logged as standing for long, although all others are above it"
+        f"{foot} is not logged as standing, but all other feet are above it"
         for k, foot in enumerate(feet)
         if _repeats(~standing[:, k], others[:, k])
     ]

@@ -46,7 +46,7 @@ def check_channels(evidence: Evidence) -> list[Finding]:
         for channel, values in (("torque", torque), ("position", position)):
             held = held_for(values[:HELD_ROWS])
             if held:
-                add("channel-held", channel, joint, f"for {held} samples")
+                add("channel-held", channel, joint, f"{held} samples")
     return [
         Finding.of(
             check,

@@ -39,7 +39,7 @@ class Gain:
     unknown: str = ""
 
     def __str__(self) -> str:
-        return f"{self.value:.4g} +- {self.half_width:.1g} N m/A"
+        return f"{self.value:.4g} ± {self.half_width:.1g} N m/A"
 
 
 def torques_of_currents(
@@ -66,9 +66,9 @@ def torques_of_currents(
     if unknown := {name: gain for name, gain in gains.items() if gain.unknown}:
         first = next(iter(unknown))
         raise LogError(
-            f"{log_names(prepared)[0]}: the torques are currents, and gravity does not say how much torque an ampere "
-            f"makes in {listed([f'{name} ({gain.unknown})' for name, gain in unknown.items()])}; expected "
-            f"[robot.motors.{first}] torque_constant and ratio" + (f"; found were {found}" if found else "")
+            f"{log_names(prepared)[0]}: the torques are currents, and gravity does not determine the torque per ampere "
+            f"of {listed([f'{name} ({gain.unknown})' for name, gain in unknown.items()])}. Set torque_constant and "
+            f"ratio in [robot.motors.{first}]" + (f". Determined: {found}" if found else "")
         )
     factors = np.array([gains[name].value if name in gains else 1.0 for name in robot.joint_names])
     converted = [
@@ -109,7 +109,7 @@ def _gain(logs: Sequence[tuple[Evidence, Array]], k: int) -> Gain:
         currents.append(evidence.torque[rows, k])
         runs.append(evidence.run[rows] + 1_000_000 * number)
     if sum(map(len, currents)) < FEWEST:
-        return Gain(0.0, 0.0, "it hardly moves")
+        return Gain(0.0, 0.0, "too little motion")
     (gravity, *drawn), current, run = np.concatenate(gravities, axis=1), np.concatenate(currents), np.concatenate(runs)
     shapes = np.concatenate(parts)
     own, left = without(shapes, gravity, current)
@@ -123,11 +123,11 @@ def _gain(logs: Sequence[tuple[Evidence, Array]], k: int) -> Gain:
     freedom = max(1.0, len(error) * independent - shapes.shape[1] - 1)
     deviation = float(np.sqrt(float(error @ error) / freedom / power))
     if slope < 0 and -slope > 2 * deviation / WIDEST:
-        return Gain(0.0, 0.0, "it runs against gravity: set [log.torque] scale to -1 there")
+        return Gain(0.0, 0.0, "current opposes gravity: set its scale in [log.torque] to -1")
     if slope <= 0 or 2 * deviation > WIDEST * slope:
         near = f", {1 / slope:.3g} N m/A within {200 * deviation / slope:.0f} %" if slope > 2 * deviation else ""
         return Gain(0.0, 0.0, varies + near)
     of_model = float(np.std(np.array(drawn) @ own / power))
     if 2 * of_model > 0.25:
-        return Gain(0.0, 0.0, f"{varies}, known within {200 * of_model:.0f} % by the model's weights")
+        return Gain(0.0, 0.0, f"{varies}, uncertain by {200 * of_model:.0f} % because of the model's weights")
     return Gain(1 / slope, 2 / slope * float(np.hypot(deviation / slope, of_model)))

@@ -88,9 +88,9 @@ def _clock_finding(evidence: Evidence, scale: float, how: str) -> Finding:
     """Report that time must be multiplied by about two or a half."""
     table, exact = evidence.robot.log_table, 2.0 if scale > 1 else 0.5
     present = table.time.scale if isinstance(table.time.scale, float | int) else 1.0
-    setting = f"[log.time] scale = {present * exact:.4g}"
+    setting = f"scale = {present * exact:.4g} in [log.time]"
     if table.rate is not None:
-        setting = f"[log] rate = {table.rate / exact:.6g}"
+        setting = f"rate = {table.rate / exact:.6g} in [log]"
     speed = "slowly" if scale > 1 else "fast"
     return Finding.of("clock", factor=max(scale, 1 / scale), speed=speed, evidence=how, setting=setting)
 
@@ -121,7 +121,7 @@ def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
         direction = np.sign(direction[axis]) * np.eye(3)[axis]
     return Finding.of(
         "gravity",
-        turned="upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f} deg",
+        turned="upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f}°",
         direction=np.round(pooled.gravity, 1).tolist(),
         left=100 * pooled.left,
         setting=", ".join(f"{value:.4g}" for value in np.round(size * direction, 3) + 0.0),

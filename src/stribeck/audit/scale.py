@@ -61,16 +61,18 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
     gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
-    gains = ", ".join(f"{evidence.joints[k]} {found.gain:.3g} +- {2 * found.error:.1g}" for k, found in off.items())
     factors = {evidence.joints[k]: 1 / abs(found.gain) for k, found in off.items()}
     finding = Finding.of(
         "torque-gain",
-        tuple(factors),
+        {evidence.joints[k]: f" ({_plus_minus(found)} times the model's)" for k, found in off.items()},
         gear=", as if a gear ratio were missing" if gear else "",
-        evidence=gains,
         setting=scale_line(evidence.robot, factors),
     )
     return [finding, *bounded]
+
+
+def _plus_minus(found: Fit) -> str:
+    return f"{found.gain:.3g} ± {2 * found.error:.1g}"
 
 
 def _surely(found: Fit) -> bool:
@@ -132,7 +134,7 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
         named = f", as if they were in {UNITS[unit]}" if unit else ""
         return [Finding.of("torque-scale.weight", evidence.joints, factor=carried, unit=named, setting=setting)]
     reached = {k: times for k, times in _over_limits(evidence).items() if k in joints}
-    over = {evidence.joints[k]: f" {times:.3g} times" for k, times in reached.items() if times > FAR}
+    over = {evidence.joints[k]: f" ({times:.3g} times)" for k, times in reached.items() if times > FAR}
     if not over:
         return []
     most = len(over) >= max(min(2, len(evidence.joints)), MOST * len(reached))
@@ -234,7 +236,7 @@ def check_external(evidence: Evidence, left_out: Collection[str] = ()) -> list[F
     return [
         Finding.of(
             "external-torque",
-            {name: f" {found.gain:.3g} +- {2 * found.error:.1g}" for name, found in off.items()},
+            {name: f" ({_plus_minus(found)} times the expected torque)" for name, found in off.items()},
             stops=len(off) >= MOST * len(evidence.joints),
             setting=scale_line(evidence.robot, {name: found.gain for name, found in off.items()}, "external_torque"),
         )
@@ -249,9 +251,9 @@ def scale_line(robot: Robot, factors: Mapping[str, float], channel: str = "torqu
     present = getattr(robot.log_table, channel).scale
     joints = [robot.joint_names[column] for column in robot.torque_controlled]
     if isinstance(present, list):
-        return f"change [log] {channel} scale, a list in the log's joint order"
+        return f"scale, a list in the log's joint order, in [log.{channel}]"
     if set(factors) == set(joints) and len(set(factors.values())) == 1 and not isinstance(present, dict):
-        return f"set [log] {channel} = {{ scale = {present * next(iter(factors.values())):.4g} }}"
+        return f"scale = {present * next(iter(factors.values())):.4g} in [log.{channel}]"
     logged = {model: name for name, model in robot.log_table.joint_names.items()}
     scales = {}
     for joint in joints:
@@ -261,4 +263,4 @@ def scale_line(robot: Robot, factors: Mapping[str, float], channel: str = "torqu
             scales[name] = before * factors.get(joint, 1.0)
     keys = {name: name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"' for name in scales}
     shown = [f"{keys[name]} = {scale:.4g}" for name, scale in scales.items()]
-    return f"set [log.{channel}] scale = {{ {', '.join(shown[:16])}{', ...' if len(shown) > 16 else ''} }}"
+    return f"scale = {{ {', '.join(shown[:16])}{', ...' if len(shown) > 16 else ''} }} in [log.{channel}]"

@@ -74,7 +74,7 @@ class Finding:
 
     def __str__(self) -> str:
         """Join text and remedy in one line."""
-        return f"{self.text}; {self.cure}" if self.cure else self.text
+        return f"{self.text}. {self.cure}" if self.cure else self.text
 
     @property
     def on_friction(self) -> bool:
@@ -138,6 +138,6 @@ def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
         if all(each.text == first.text for _, each in group):
             text = f"{listed(logs)}: {first.text}"
         else:
-            text = f"{logs[0]}: {first.text}" + (f" (and likewise in {listed(logs[1:])})" if logs[1:] else "")
+            text = f"{logs[0]}: {first.text}" + (f" (also in {listed(logs[1:])})" if logs[1:] else "")
         found.append(replace(first, text=text, logs=logs))
     return found

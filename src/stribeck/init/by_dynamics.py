@@ -51,7 +51,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
     for finding in left:
-        draft.ask("robot", f"{finding.text}; {finding.cure}." if finding.cure else f"{finding.text}.")
+        draft.ask("robot", f"{finding}.")
 
 
 def _take_setting(draft: Draft, finding: Finding) -> bool:
@@ -61,20 +61,20 @@ def _take_setting(draft: Draft, finding: Finding) -> bool:
     """
     if finding.check in ("torque-sign", "joints-swapped", "torque-gain", "position-limits"):
         return False
-    found = re.match(r"set \[([a-z._]+)\] (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+))", finding.cure)
-    if found is None or "..." in found[2]:
+    found = re.match(r"Set (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+)) in \[([a-z._]+)\]", finding.cure)
+    if found is None or "..." in found[1]:
         return False
     try:
-        ((key, value),) = tomllib.loads(found[2]).items()
+        ((key, value),) = tomllib.loads(found[1]).items()
     except tomllib.TOMLDecodeError:  # a joint's name may have any sign
         return False
-    if finding.check == "torque-scale" and isinstance(value, dict) and isinstance(value.get("scale"), dict):
+    if finding.check == "torque-scale" and isinstance(value, dict):
         return False  # factors of each joint's own may be gears, or a wrong order: it is asked
-    table = draft.table(found[1])
+    table = draft.table(found[2])
     new = {**table.get(key, {}), **value} if isinstance(value, dict) else value
     if table.get(key) == new:
         return False
-    draft.set(found[1], key, new, f"{finding.text}.")
+    draft.set(found[2], key, new, f"{finding.text}.")
     return True
 
 

@@ -48,7 +48,7 @@ def find(
     fitted = curve_fit.find(logs, robot, law, settings, friction_torque, progress)
     swings = _swings(fitted.fits, friction_torque(logs, robot, settings).samples, robot, law, settings)
     without_zero = dict.fromkeys(foot for of_log in unknown for foot in of_log)
-    shown = ", ".join(f"{joint} {text}" for joint, (text, _) in swings.items())
+    shown = ", ".join(f"{joint} ({text})" for joint, (text, _) in swings.items())
     note = f"friction of swinging legs relative to that of the same legs standing: {shown}"
     return replace(
         fitted,
@@ -125,7 +125,7 @@ def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str,
     starts = np.flatnonzero(np.diff(swung.block, prepend=-1))
     errors = np.sqrt(np.sum((np.add.reduceat(left, starts) @ inverse) ** 2, axis=0))
     off = (np.abs([factor - 1, shift]) - 2.0 * errors) / [1.0, _rms(swung.friction_torque)]
-    return f"{factor:.2f} times {shift:+.2g} N m", bool((off > 0.5).any())
+    return f"{factor:.2f} times and {shift:+.2g} N m", bool((off > 0.5).any())
 
 
 def _rms(values: Array) -> float:
@@ -145,7 +145,7 @@ def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[
 
 def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
     """Report joints with another friction while their leg swings."""
-    joints = {joint: f"{joint} {text}" for joint, (text, differs) in swings.items() if differs}
+    joints = {joint: f"{joint} ({text})" for joint, (text, differs) in swings.items() if differs}
     if not joints:
         return []
     return [Finding.of("swing-differs", tuple(joints), evidence=", ".join(joints.values()))]

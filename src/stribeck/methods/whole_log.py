@@ -175,9 +175,7 @@ class WholeLog:
         joints = tuple(name for name, own in self.terms.items() if own.builds_up)
         if late and joints and late[1] > 0.7 * self.fit.fit.model.priors.torque_delay:
             size, error = 1e3 * late[0], 1e3 * late[1]
-            unclear.append(
-                Finding.of("torque-delay.ambiguous", joints, size=size, error=error, names=", ".join(joints))
-            )
+            unclear.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
         return unclear + [
             Finding.of(
                 check,

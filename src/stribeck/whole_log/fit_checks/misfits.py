@@ -242,4 +242,4 @@ def _evidence(misfit: Misfit, per_turn: float) -> str:
     if misfit.kind == "delay":
         return f"{1e3 * misfit.size:.2g} ms"
     share = f"{100 * misfit.share:.0f} % of its friction"
-    return f"{share}, {per_turn:.3g} periods a turn" if misfit.kind == "ripple" else share
+    return f"{share}, {per_turn:.3g} periods per turn" if misfit.kind == "ripple" else share
