@@ -63,6 +63,7 @@ docs: .venv/.dev
 
 accuracy: .venv/.dev
 	$(BIN)/python -m studies.accuracy --save studies/accuracy.json
+	$(BIN)/python -m studies.summary
 
 real: .venv/.dev
 	$(BIN)/python -m studies.real

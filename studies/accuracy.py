@@ -175,7 +175,7 @@ HARDER_HEAD = ("condition", "robot", "curve-fit", "law known", "default")
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of docs/whole-log.md: accuracy, joints that differ or short logs, and harder conditions."""
+    """Format the tables of walks, of walks with different joints or short logs, and of disturbed walks."""
     together: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
         together.setdefault((row["robot"], row["case"], row["method"]), []).append(row)

@@ -127,7 +127,7 @@ def run(case: str, repetitions: int) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of README.md and docs/whole-log.md."""
+    """Format the tables of robots, and of an arm with steps that agree or disagree."""
     robots, steps = [], []
     for row in rows:
         shares = {name: 100 * each["coverage"] for name, each in row["parameters"].items()}

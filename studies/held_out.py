@@ -183,7 +183,7 @@ def run(robot: str) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table of docs/real-robots.md."""
+    """Format the errors of all joints; docs/accuracy.md summarizes them."""
     head = ("robot", "joint", "no friction", "curve-fit", *METHODS)
     cells = [
         (row["name"], joint, *(f"{errors[method]:.3g}" for method in head[2:]))

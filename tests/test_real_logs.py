@@ -218,7 +218,7 @@ def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch, name, hea
     examples = ROOT / "examples" / "real_robots"
     monkeypatch.syspath_prepend(str(examples))
     printed = rows(runpy.run_path(str(examples / "run.py"))["shown"](name, DATA, tmp_path))
-    page = (ROOT / "docs" / "real-robots.md").read_text(encoding="utf-8")
+    page = (examples / "results.md").read_text(encoding="utf-8")
     shown = rows(page.split(f"\n## {heading}\n")[1].split("\n## ")[0])
     assert [row[:1] for row in printed] == [row[:1] for row in shown]
     for fresh, old in zip(printed, shown, strict=True):

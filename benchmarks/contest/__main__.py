@@ -1,8 +1,8 @@
-"""The public benchmark (docs/benchmark.md).
+"""The public benchmark (README.md).
 
     python -m benchmarks.contest make FOLDER                        logs and truth, from a seed
     python -m benchmarks.contest run FOLDER --save benchmarks/contest/scores.json
-    python -m benchmarks.contest table benchmarks/contest/scores.json          as in docs/benchmark.md
+    python -m benchmarks.contest table benchmarks/contest/scores.json          all tables
     python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 
 A method of your own: `python -m benchmarks.contest run FOLDER --entry "mine=python my_method.py"`.

@@ -1,4 +1,4 @@
-"""The picture of docs/benchmark.md: the errors of the curves, method by method and condition by condition.
+"""Draws the errors of the friction curves per method and condition for docs/accuracy.md.
 
 python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 """

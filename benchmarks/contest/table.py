@@ -1,4 +1,4 @@
-"""The tables of docs/benchmark.md, from saved scores."""
+"""Formats saved scores as tables; docs/accuracy.md shows two of them."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -11,8 +11,8 @@ GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in PRESCRIBED}}
 """Robots that stand in one row."""
 HEAD = (
     "| logs | contestant | joints answered | Coulomb error, median (90 %) | viscous error, median (90 %) | "
-    "offset error [N m], median (90 %) | curve error, median (90 %) | intervals that cover | "
-    "good, but over 25 % off | good, but over 3 errors off | processor time [s/s] | memory [MB] | needs |\n"
+    "offset error [N m], median (90 %) | curve error, median (90 %) | coverage | "
+    "confident, > 25 % off | confident, > 3 errors off | processor time [s/s] | memory [MB] | needs |\n"
     "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
 )
 BLANK = "–"
@@ -32,6 +32,12 @@ def main_table(scores: Sequence[Score]) -> list[str]:
             if any(each.curve for each in own):
                 rows.append(_row(group, name, own))
     return rows
+
+
+def summary_table(scores: Sequence[Score]) -> list[str]:
+    """Select the columns of the main table that docs/accuracy.md shows."""
+    rows = [line.strip("| ").split(" | ") for line in "\n".join(main_table(scores)).splitlines()]
+    return [f"| {' | '.join(row[k] for k in (0, 1, 3, 6, 7, 8))} |" for row in rows]
 
 
 def _row(group: str, name: str, own: Sequence[Score]) -> str:

@@ -1,7 +1,7 @@
 """Identifies the joint friction of real robots from their published logs, and prints it beside the published figures.
 
-`python examples/real_robots/run.py DATA_FOLDER` prints the tables of docs/real-robots.md: what stribeck finds by
-itself, and what its curve fit finds, whose settings stand in the robots' curve-fit.toml.
+`python examples/real_robots/run.py DATA_FOLDER` prints the tables of results.md: the default result, and the
+curve fit with the settings of the robot's curve-fit.toml.
 """
 
 import sys
@@ -180,8 +180,8 @@ def double_pendulum(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # n
         {
             "joint": list(result.joints),
             "Coulomb [N m]": estimates(result, "coulomb"),
-            "log 1 alone": numbers(found(identify(logs[0], robot), "coulomb")),
-            "log 2 alone": numbers(found(identify(logs[1], robot), "coulomb")),
+            "log 1 only": numbers(found(identify(logs[0], robot), "coulomb")),
+            "log 2 only": numbers(found(identify(logs[1], robot), "coulomb")),
             "Coulomb, published": numbers(DOUBLE_PENDULUM["coulomb"]),
             "viscous [N m s/rad]": estimates(result, "viscous"),
             "viscous, published": numbers(DOUBLE_PENDULUM["viscous"]),

@@ -10,13 +10,11 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from studies.markdown import markdown_table
+from studies.markdown import markdown_table, with_table
 from studies.paper.study import NUMBERS, ROOT, find_studies
 
 PAGE = ROOT / "docs" / "paper.md"
 STATEMENTS = Path(__file__).parent / "statements.toml"
-TABLE = re.compile(r"^\| place \|.*\n(?:\|.*\n)*", re.MULTILINE)
-"""Table of statements in the page."""
 
 
 def all_texts() -> dict[str, str]:
@@ -40,8 +38,7 @@ def filled(page: str, texts: Mapping[str, str]) -> str:
     for each in read_statements():
         finding = re.sub(r"\{(\w+\.[\w-]+)\}", lambda match: texts[match[1]], each.get("finding", ""))
         rows.append((each["place"], each["claim"], f"**{each['outcome']}**", finding))
-    table = markdown_table(("place", "the paper", "outcome", "here"), rows, 4)
-    return TABLE.sub(lambda _: table + "\n", page)
+    return with_table(page, markdown_table(("place", "the paper", "outcome", "here"), rows, 4))
 
 
 def fill_page() -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import accuracy, compensation, coverage, fault_cases, misfits, plan, verdicts, walking
+from matplotlib.figure import Figure
+from studies import accuracy, compensation, coverage, fault_cases, misfits, plan, summary, verdicts, walking
 from studies.accuracy_cases import CASES, NAMES, ROBOTS, as_walked, measured, walk_scenario, wrong_model
 from studies.command import ROOT, Row, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
@@ -41,6 +42,16 @@ def test_every_study_prints_its_tables_and_pages_show_these(name: str) -> None:
         assert rows
         assert all(table in text for text in texts if f"\n{head}\n" in text), head
     assert any(f"studies.{name}" in text for text in texts)
+
+
+def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
+    page = summary.PAGE.read_text(encoding="utf-8")
+    for table in summary.tables():
+        assert table in page, table
+    for name, (data, label) in summary.dots().items():
+        assert all(values for row in data.values() for values in row.values())
+        summary.draw(Figure(), data, label)
+        assert f"assets/{name}-light.svg" in page
 
 
 def test_every_study_that_a_page_names_exists() -> None:

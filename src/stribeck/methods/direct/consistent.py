@@ -1,4 +1,4 @@
-"""Least squares over bodies that can exist, and base parameters (docs/other-methods.md, 3 and 4).
+"""Least squares over bodies that can exist, and base parameters (docs/other-methods.md).
 
 The entropic divergence of a body's pseudo-inertia P from that of the model, P_0,
 
