@@ -11,8 +11,7 @@ PAGE = Path(__file__).parents[1] / "findings.md"
 HEAD = """# Findings
 
 Look up a finding here when `inspect`, `identify` or the report shows one. The headings are the names of the checks.
-Each section quotes an example with its remedy and explains the check. `Result.findings` contains check, message,
-remedy and joints.
+Each section quotes an example with its remedy and explains the check.
 
 In simulation, the audit detects all 61 faults of 34 kinds, and no log without a fault has a finding
 (`python -m studies.faults --save studies/faults.json`). Checks after the fit report half of the causes, with one false
@@ -25,8 +24,7 @@ INTRODUCTIONS = {
     "before": """## Before the fit
 
 `identify` and `inspect` audit each log: first channels, then orientation and contacts, then torques versus the model.
-Faults hide the checks that depend on them: with frozen positions, for example, torques contain no information. Joints
-that carry little load, and very short logs, get few of these findings. A finding that would make every number wrong
+A fault hides the checks that depend on it. Joints that carry little load, and short logs, get few findings. A finding that would make every number wrong
 *stops* `identify` (exit code 2). With `--force` it continues, and the finding becomes part of the result.
 """,
     "after": """## After the fit
