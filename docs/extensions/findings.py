@@ -24,8 +24,9 @@ INTRODUCTIONS = {
     "before": """## Before the fit
 
 `identify` and `inspect` audit each log: first channels, then orientation and contacts, then torques versus the model.
-A fault hides the checks that depend on it. Joints that carry little load, and short logs, get few findings. A finding that would make every number wrong
-*stops* `identify` (exit code 2). With `--force` it continues, and the finding becomes part of the result.
+A fault hides the checks that depend on it. Joints that carry little load, and short logs, get few findings. A finding
+that would make every number wrong *stops* `identify` (exit code 2). With `--force` it continues, and the finding
+becomes part of the result.
 """,
     "after": """## After the fit
 
