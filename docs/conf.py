@@ -1,6 +1,6 @@
 """Settings of the documentation site: `make docs` builds it into `site/`.
 
-The pages are plain Markdown that GitHub shows as it is; `extensions/` adds what a site needs besides.
+The pages are plain Markdown that GitHub shows too. `extensions/` adds the navigation and other features of the site.
 """
 
 import sys
@@ -69,7 +69,7 @@ NAVIGATION = {
         ]
     },
 }
-"""Page -> captions -> pages below it; `extensions/pages.py` puts it where the theme looks for it."""
+"""Page -> captions -> pages below it. `extensions/pages.py` adds them as toctrees."""
 
 default_role = "code"  # docstrings have single backticks, as Markdown has
 nb_execution_mode = "force"

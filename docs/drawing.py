@@ -9,34 +9,34 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 EXTENT = 2.4
-"""Height and width of what is drawn, from a little below the ground [m]."""
+"""Height and width of the drawn area, which starts slightly below the ground [m]."""
 BELOW = 0.1
-"""How far below the ground it begins [m]."""
+"""Depth of the drawn area below the ground [m]."""
 PIXELS = 640
-"""Height and width of what is drawn; a picture has half as many, which makes its edges smooth."""
+"""Height and width of the rendering; pictures have half as many pixels, which smooths edges."""
 GREY = (0.60, 0.63, 0.68, 1.0)
-"""Red, green, blue and opacity of the root."""
+"""Color of the root: red, green, blue, opacity."""
 URDF_SHAPES = '<mujoco><compiler discardvisual="false"/></mujoco>'
-"""Without it MuJoCo drops what a URDF shows."""
+"""Compiler setting that keeps visual shapes of a URDF."""
 
 
 def draw(
     model_file: str, names: NDArray[np.str_], colours: Array, configurations: Array, azimuth: Array
 ) -> NDArray[np.uint8]:
-    """Return pictures of poses, shape (F, PIXELS / 2, PIXELS / 2, 4).
+    """Render pictures of poses, shape (F, PIXELS / 2, PIXELS / 2, 4).
 
     Parameters
     ----------
     model_file
         URDF or MJCF.
     names
-        Of the joints beside the free one, n of them.
+        Names of all joints except the free one, n.
     colours
-        Red, green, blue and opacity of what each joint moves, shape (n, 4).
+        Red, green, blue and opacity of the links that each joint moves, shape (n, 4).
     configurations
         Position and quaternion xyzw of the root, then joints, shape (F, 7 + n).
     azimuth
-        Where the camera looks in each pose, level [rad], shape (F,).
+        Horizontal viewing direction of the camera for each pose [rad], shape (F,).
     """
     model = _drawable(model_file)
     joints = [model.joint(str(name)).id for name in names]
@@ -65,7 +65,7 @@ def draw(
 
 
 def _drawable(model_file: str) -> mujoco.MjModel:
-    """Return the model with its shapes and a free root."""
+    """Load the model with its shapes and a free root."""
     text = Path(model_file).read_text(encoding="utf-8")
     if text.rstrip().endswith("</robot>"):
         spec = mujoco.MjSpec.from_string(text.replace("</robot>", URDF_SHAPES + "</robot>"))
@@ -83,7 +83,7 @@ def _drawable(model_file: str) -> mujoco.MjModel:
 
 
 def _paint(model: mujoco.MjModel, colours: dict[int, Array]) -> None:
-    """Give every shape its body's colour; a body that no joint moves has that of its parent."""
+    """Color each shape by its body. Bodies that no joint moves get the color of their parent."""
     painted = [np.array(GREY)]
     for body in range(1, model.nbody):  # parents come first
         painted.append(colours.get(body, painted[model.body_parentid[body]]))
@@ -91,7 +91,7 @@ def _paint(model: mujoco.MjModel, colours: dict[int, Array]) -> None:
 
 
 def _smooth(colour: NDArray[np.uint8], opaque: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Return the mean of each two by two pixels, those of the background left out of its colour."""
+    """Average blocks of two by two pixels; background pixels do not affect the color."""
     pairs = (PIXELS // 2, 2, PIXELS // 2, 2)
     share = opaque.reshape(pairs).mean(axis=(1, 3))
     total = (colour * opaque[..., None]).reshape(*pairs, 3).mean(axis=(1, 3))

@@ -1,4 +1,4 @@
-"""Draw the README's picture: the demonstration's robot, and the friction found in its log beside the truth.
+"""Draw the README's picture: the robot of the demo, and identified and true friction.
 
 python docs/picture.py
 """
@@ -65,7 +65,7 @@ def draw_walk(axes: Axes, walk: WalkPicture, robot: Robot) -> None:
 
 
 def draw_friction(axes: Axes, joint: str, example: Demo, result: Result) -> None:
-    """Draw a joint's samples, the law that was put in and the law that was found."""
+    """Draw a joint's samples, the true and the identified curve."""
     law = get_law(result.law)
     assert result.evidence is not None
     samples = result.evidence.samples

@@ -1,4 +1,4 @@
-"""Docstrings are written for people who read the code; here they become reStructuredText without loss."""
+"""Convert docstrings, which are written for readers of the code, to reStructuredText."""
 
 import re
 from typing import Any
@@ -7,19 +7,19 @@ from pydantic import BaseModel
 from sphinx.application import Sphinx
 
 CODE = re.compile(r"(`[^`]*`)")
-"""What stands between backticks is taken as it is."""
+"""Text between backticks, which stays unchanged."""
 
 ARRAY = re.compile(r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[~?numpy\.(\w+)\]\]")
-"""What NumPy's NDArray stands for."""
+"""Expanded form of NumPy's NDArray."""
 
 
 def short_types(text: str) -> str:
-    """Return a signature with the names of array types that the source has."""
+    """Replace expanded array types by the names in the source."""
     return ARRAY.sub(lambda found: "Array" if found[1] == "float64" else f"NDArray[{found[1]}]", text)
 
 
 def escape(line: str) -> str:
-    """Return a line whose bars and stars are what they are: |v| and v * a, not a substitution and not emphasis."""
+    """Escape bars and stars of |v| and v * a, which would become a substitution or emphasis."""
     pieces = CODE.split(line)
     pieces[::2] = [re.sub(r"(?<!\*)([|*])(?!\*)", r"\\\1", piece) for piece in pieces[::2]]
     return "".join(pieces)
@@ -33,7 +33,7 @@ def escape_all(_app: Sphinx, _what: str, _name: str, _thing: Any, _options: Any,
 def short_signature(
     _app: Sphinx, _what: str, _name: str, thing: Any, _options: Any, signature: str | None, returned: str | None
 ) -> tuple[str | None, str | None]:
-    """Write settings as their source has them, and three dots for defaults that dataclasses make."""
+    """Format settings like their source, and factory defaults as three dots."""
     if isinstance(thing, type) and issubclass(thing, BaseModel):
         kinds = thing.__annotations__
         keys = (f"{key}: {kinds[key]} = {field.default!r}" for key, field in thing.model_fields.items())
@@ -43,12 +43,12 @@ def short_signature(
 
 
 def leave_out(_app: Sphinx, what: str, name: str, _thing: Any, skip: bool, _options: Any) -> bool:
-    """Leave out a module's constants: they stand beside the code that uses them."""
+    """Leave out constants of modules, which are documented next to the code that uses them."""
     return skip or (what == "module" and name.isupper())
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Listen before napoleon, which turns sections into fields."""
+    """Connect before napoleon, which turns sections into fields."""
     app.connect("autodoc-process-docstring", escape_all, priority=100)
     app.connect("autodoc-process-signature", short_signature)
     app.connect("autodoc-skip-member", leave_out)
