@@ -138,7 +138,7 @@ def test_a_log_given_twice_is_refused(method: str, arm: Robot, tmp_path: Path) -
     path = save_npz(log, tmp_path / "log.npz")
     piece = save_npz(log.take(slice(3000, None)), tmp_path / "piece.npz", time=log.time[3000:] - 3.0)
     for second in (path, piece):
-        with pytest.raises(LogError, match=rf"{second}: 100 % of its samples are those of {path}"):
+        with pytest.raises(LogError, match=rf"{second}: 100 % of its samples are also in {path}"):
             identify([path, second], arm, method=method)
 
 

@@ -24,7 +24,7 @@ def test_samples_given_twice(rows):
     log = noisy(1)
     part = log.take(rows)
     for other in (part, replace(part, time=part.time - part.time[0] + 1e6)):
-        with pytest.raises(LogError, match=r"b\.npz: .* % of its samples are those of a\.npz; expected logs of"):
+        with pytest.raises(LogError, match=r"b\.npz: .* % of its samples are also in a\.npz; use each"):
             refuse(other, log)
 
 

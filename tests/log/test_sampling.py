@@ -75,7 +75,7 @@ def test_an_optional_channel_without_values_is_left_out_and_costs_no_rows():
     even, sampling = regularise(log, TABLE)
     assert even.acceleration is None
     assert len(even.time) == 400
-    assert any("'acceleration' is left out" in note for note in sampling.notes)
+    assert any("'acceleration' is ignored" in note for note in sampling.notes)
 
 
 @settings(deadline=None, max_examples=40)

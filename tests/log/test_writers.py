@@ -38,7 +38,7 @@ def test_missing_values_stay_missing(tmp_path: Path) -> None:
 
 
 def test_a_suffix_without_writer_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match=r"the suffix is '\.mcap'; logs are written as \.npz, \.parquet$"):
+    with pytest.raises(LogError, match=r"unknown suffix '\.mcap'; expected \.npz or \.parquet$"):
         write_log(LOG, tmp_path / "log.mcap")
     assert not list(tmp_path.iterdir())
 

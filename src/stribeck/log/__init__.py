@@ -1,3 +1,3 @@
-"""What happened: a robot's recorded signals, read from any file, checked and put on an even clock."""
+"""Logs of robots: read from files, checked, and evenly resampled."""
 
 from stribeck.log.robot_log import RobotLog as RobotLog

@@ -1,4 +1,4 @@
-"""A log's clock: its period, how regular it is, and what is done where it is not."""
+"""Clock of a log: period, regularity, and resampling to an even clock."""
 
 from dataclasses import replace
 
@@ -9,27 +9,27 @@ from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import on_uniform_clock
 
-RATES = (20.0, 100e3)  # [Hz]; below, no robot's motion can be followed; above, no joint is logged
-TOLERANCE = 0.01  # periods; steps that are off by less are uniform
-STEP = 1.5  # periods; a longer step lacks a sample
-BRIDGED = 0.01  # [s]; steps up to it are always interpolated: a quarter of the windows that estimators look through
-ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the line through the stamps a little
+RATES = (20.0, 100e3)  # [Hz]; slower logs miss the robot's motion, faster ones do not exist
+TOLERANCE = 0.01  # periods; smaller deviations count as uniform
+STEP = 1.5  # periods; in a longer step a sample is missing
+BRIDGED = 0.01  # [s], steps that are always interpolated: a quarter of the windows of estimators
+ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the fitted line a little
 
 
 def refuse_backward_time(time: Array, path: str) -> None:
-    """Raise a LogError if time runs backwards anywhere."""
+    """Raise a LogError if time decreases."""
     rows = np.flatnonzero(np.isfinite(time))
     back = np.flatnonzero(np.diff(time[rows]) < 0)
     if back.size:
         before, after = rows[back[0]], rows[back[0] + 1]
         raise LogError(
             f"{path or 'log'}: time runs backwards in row {after}, from {time[before]:.9g} s to {time[after]:.9g} s; "
-            "expected stamps that rise (split the log there, or sort it)"
+            "expected increasing stamps (split the log there, or sort it)"
         )
 
 
 def refuse_jump(time: Array, path: str) -> None:
-    """Raise a LogError if a step is longer than any recording: then a stamp is damaged, or the clock was set."""
+    """Raise a LogError if a step is longer than any recording, because a stamp is damaged or the clock was set."""
     rows = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[rows])
     if steps.size and steps.max() > 1e8:  # [s]; three years
@@ -41,32 +41,32 @@ def refuse_jump(time: Array, path: str) -> None:
 
 
 def typical_step(time: Array, where: str) -> float:
-    """Return the median step [s] between different stamps, refused where it cannot be one of a robot's log."""
+    """Compute the median step [s] between different stamps; refuse rates that no robot's log has."""
     steps = np.diff(time)
     steps = steps[steps > 0]
     if not steps.size:
-        raise LogError(f"{where}: all stamps are {time[0]:.9g} s; expected time that rises")
+        raise LogError(f"{where}: all stamps are {time[0]:.9g} s; expected increasing time")
     step = float(np.median(steps))
     if not RATES[0] <= 1 / step <= RATES[1]:
         factors = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "s": 1.0}
-        cures = [unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
-        cure = (
-            f'; [log.time] unit = "{cures[0]}" would make it {1 / (step * factors[cures[0]]):.6g} Hz' if cures else ""
+        units = [unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
+        remedy = (
+            f'; [log.time] unit = "{units[0]}" would make it {1 / (step * factors[units[0]]):.6g} Hz' if units else ""
         )
         raise LogError(
             f"{where}: the step of 'time' is {step:.6g} s, a rate of {1 / step:.6g} Hz; "
-            f"expected {RATES[0]:g} Hz to {RATES[1]:g} Hz{cure}"
+            f"expected {RATES[0]:g} Hz to {RATES[1]:g} Hz{remedy}"
         )
     return step
 
 
 def longest_step(step: float, max_gap: float | None) -> float:
-    """Return the longest step [s] that is interpolated, given the typical one: a scheduler's jitter is no gap."""
+    """Return the longest step [s] that is interpolated, given the typical one; jitter of a scheduler is no gap."""
     return max_gap or max(STEP * step, BRIDGED)
 
 
 def mean_step(time: Array, segments: tuple[slice, ...]) -> float:
-    """Return the step [s] of the least-squares line through the stamps, one slope for all segments."""
+    """Compute the step [s] of the least-squares line through the stamps, with one slope for all segments."""
     covariance, variance = 0.0, 0.0
     for part in segments:
         row = _centred_rows(part)
@@ -84,22 +84,25 @@ def _centred_rows(part: slice) -> Array:
 def even(
     log: RobotLog, segments: tuple[slice, ...], period: float, jitter: float
 ) -> tuple[RobotLog, tuple[slice, ...], float, list[str]]:
-    """Return the log on a uniform clock in each segment, as it is, restamped, or interpolated, and its period [s]."""
+    """Resample the log to a uniform clock in each segment if necessary, and return its period [s] and notes.
+
+    A log is unchanged, gets new stamps, or is interpolated.
+    """
     if jitter <= TOLERANCE * period and not _drifts(log.time, segments, period):
         return log, segments, period, []
-    grain = _resolution(log.time)
-    time = _restamped(log.time, segments, period)
+    grain = _find_resolution(log.time)
+    time = _restamp(log.time, segments, period)
     if np.abs(time - log.time).max() <= ROUNDING * grain < ROUNDING * period:
-        note = f"Stamps are rounded to {1e3 * grain:.4g} ms: evenly spaced stamps take their place."
+        note = f"Stamps are rounded to {1e3 * grain:.4g} ms and were replaced by evenly spaced ones."
         return replace(log, time=time), segments, period, [note]
     even, parts = on_uniform_clock(log, segments, period)
-    of_all = mean_step(log.time, segments)  # late stamps make long steps, and short ones after them
-    time = _restamped(log.time, segments, of_all)
+    of_all = mean_step(log.time, segments)  # late stamps cause long steps, then short ones
+    time = _restamp(log.time, segments, of_all)
     late = float(np.abs(time - log.time).max())
-    if late <= BRIDGED and _smoother(log, segments, even, parts):
+    if late <= BRIDGED and _is_smoother(log, segments, even, parts):
         note = (
-            f"Stamps are up to {1e3 * late:.4g} ms early or late, as the motion is much smoother over evenly spaced "
-            "ones: these take their place."
+            f"Stamps are up to {1e3 * late:.4g} ms early or late (the motion is much smoother with evenly spaced "
+            "ones) and were replaced."
         )
         return replace(log, time=time), segments, of_all, [note]
     note = (
@@ -109,27 +112,27 @@ def even(
     return even, parts, period, [note]
 
 
-def _restamped(time: Array, segments: tuple[slice, ...], period: float) -> Array:
-    """Return evenly spaced stamps about the mean of each segment's."""
+def _restamp(time: Array, segments: tuple[slice, ...], period: float) -> Array:
+    """Compute evenly spaced stamps around the mean of each segment."""
     return np.concatenate([np.mean(time[part]) + period * _centred_rows(part) for part in segments])
 
 
-def _smoother(log: RobotLog, rows: tuple[slice, ...], even: RobotLog, parts: tuple[slice, ...]) -> bool:
-    """Return whether positions are much smoother row by row than by their stamps: then it is these that were late."""
-    as_rows, by_stamps = _roughness(log, rows), _roughness(even, parts)
+def _is_smoother(log: RobotLog, rows: tuple[slice, ...], even: RobotLog, parts: tuple[slice, ...]) -> bool:
+    """Return whether positions are much smoother by rows than by stamps; then the stamps were wrong."""
+    as_rows, by_stamps = _compute_roughness(log, rows), _compute_roughness(even, parts)
     both = as_rows + by_stamps
     share = np.divide(as_rows, both, out=np.full_like(both, 0.5), where=both > 0)
     return bool(np.mean(share) < 0.33)
 
 
-def _roughness(log: RobotLog, segments: tuple[slice, ...]) -> Array:
-    """Return the mean size of the fourth differences of each position, shape (n,): jerks where stamps are wrong."""
+def _compute_roughness(log: RobotLog, segments: tuple[slice, ...]) -> Array:
+    """Compute the mean fourth difference of each position, shape (n,); wrong stamps make it large."""
     differences = [np.abs(np.diff(log.position[part], 4, axis=0)) for part in segments]
     return np.asarray(sum(each.sum(axis=0) for each in differences) / max(sum(len(each) for each in differences), 1))
 
 
 def _drifts(time: Array, segments: tuple[slice, ...], period: float) -> bool:
-    """Return whether some segment has another rate than the log, beyond what jitter of its two ends explains."""
+    """Return whether a segment has another rate than the log, by more than jitter of its ends explains."""
     for part in segments:
         steps = part.stop - part.start - 1
         error = abs(float(time[part.stop - 1] - time[part.start]) / period - steps)
@@ -138,8 +141,8 @@ def _drifts(time: Array, segments: tuple[slice, ...], period: float) -> bool:
     return False
 
 
-def _resolution(time: Array) -> float:
-    """Return the step that stamps seem rounded to [s]: of single precision, or of decimals."""
+def _find_resolution(time: Array) -> float:
+    """Find the step that stamps are rounded to [s], from single precision or from decimals."""
     grains = [float(np.spacing(np.float32(np.abs(time).max())))] if np.all(time == time.astype(np.float32)) else []
     for decimals in range(2, 7):
         scaled = time * 10.0**decimals

@@ -1,4 +1,4 @@
-"""Values between samples, each kind of signal in its own way; nothing is extrapolated beyond the end samples."""
+"""Interpolation between samples for each kind of signal, without extrapolation."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,11 +12,11 @@ from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS, allocate
 
-MARGIN = 64  # samples; a sample's influence on a cubic spline falls to a quarter from one to the next
+MARGIN = 64  # samples; the influence of a sample on a cubic spline falls to a quarter per sample
 
 
 def linear(query: Array, time: Array, values: Array) -> Array:
-    """Return straight-line values at `query`, shape (Q, ...), for `values` of shape (T, ...) at increasing `time`."""
+    """Interpolate linearly at `query`, shape (Q, ...); `values` have shape (T, ...) at increasing `time`."""
     result = allocate((len(query), *values.shape[1:]))
     columns, wanted = values.reshape(len(time), -1), result.reshape(len(query), -1)
     for index in range(columns.shape[1]):
@@ -25,9 +25,9 @@ def linear(query: Array, time: Array, values: Array) -> Array:
 
 
 def cubic(query: Array, time: Array, values: Array) -> Array:
-    """Return cubic-spline values at rising `query`, shape (Q, n), of `values`, shape (T, n), at strictly rising `time`.
+    """Interpolate with a cubic spline at increasing `query`, shape (Q, n); `values` are (T, n) at increasing `time`.
 
-    Long signals are worked through in blocks whose splines reach `MARGIN` samples further than they are used.
+    Long signals are processed in blocks, whose splines extend `MARGIN` samples beyond the block.
     """
     result = allocate((len(query), values.shape[1]))
     if len(time) == 1:
@@ -49,7 +49,7 @@ def previous(query: Array, time: Array, values: NDArray[np.generic]) -> NDArray[
 
 
 def slerp(query: Array, time: Array, quaternions: Array) -> Array:
-    """Return unit quaternions on the shortest great arc between samples, shape (Q, 4), signs of samples being free."""
+    """Interpolate unit quaternions of arbitrary sign on the shortest great arc between samples, shape (Q, 4)."""
     result = allocate((len(query), 4))
     if len(time) == 1:
         result[:] = quaternions
@@ -67,7 +67,7 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
 
 
 def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
-    """Return which queries lie outside the samples, or strictly between two that are further apart than `longest`."""
+    """Find queries outside the samples, or strictly between two samples farther apart than `longest`."""
     if len(time) == 1:
         elsewhere: NDArray[np.bool_] = query != time[0]
         return elsewhere
@@ -79,7 +79,7 @@ def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
 
 
 def _bracket(query: Array, time: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the index of the sample before each query and the share of the way to the next one, in 0...1."""
+    """Find the index of the sample before each query, and the share of the way to the next one, in 0...1."""
     left = np.clip(np.searchsorted(time, query, side="right") - 1, 0, len(time) - 2)
     step = time[left + 1] - time[left]
     share = np.divide(query - time[left], step, out=np.zeros(len(query)), where=step > 0)
@@ -92,12 +92,12 @@ KINDS: dict[str, Callable[[Array, Array, Any], NDArray[Any]]] = {
     "base_orientation": slerp,
     "contact": previous,
 }
-"""Smooth signals by splines, flags by the value before; everything else on straight lines, which ring at no step."""
+"""Interpolation by channel: splines for smooth signals, the previous value for flags, otherwise linear."""
 
 
 def on_uniform_clock(log: RobotLog, segments: tuple[slice, ...], period: float) -> tuple[RobotLog, tuple[slice, ...]]:
-    """Return the log with a sample every `period` [s] from the start of each segment to its end, and the segments."""
-    clocks = [_clock(log.time[part], period) for part in segments]
+    """Resample the log every `period` [s] from the start of each segment to its end; return the new segments too."""
+    clocks = [_make_clock(log.time[part], period) for part in segments]
     ends = np.cumsum([len(clock) for clock in clocks]).tolist()
     parts = tuple(slice(start, stop) for start, stop in zip([0, *ends[:-1]], ends, strict=True))
     even: dict[str, NDArray[Any]] = {"time": np.concatenate(clocks)}
@@ -112,7 +112,7 @@ def on_uniform_clock(log: RobotLog, segments: tuple[slice, ...], period: float) 
     return replace(log, **even), parts  # type: ignore[arg-type]
 
 
-def _clock(time: Array, period: float) -> Array:
-    steps = int(np.floor((time[-1] - time[0]) / period + 1e-6))  # a last sample that rounding puts beyond the end stays
+def _make_clock(time: Array, period: float) -> Array:
+    steps = int(np.floor((time[-1] - time[0]) / period + 1e-6))  # keep a last sample that rounding moves beyond the end
     clock: Array = np.minimum(time[0] + period * np.arange(steps + 1), time[-1])
     return clock

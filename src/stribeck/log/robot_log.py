@@ -1,4 +1,4 @@
-"""What happened: the robot's recorded signals, in SI units, in the robot's own joint order."""
+"""`RobotLog`: recorded signals in SI units, in the robot's joint order."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RobotLog:
-    """A log of T samples of n joints; SI units and radians; anything optional may be None.
+    """Log of T samples of n joints, in SI units and radians. Optional channels may be None.
 
     Attributes
     ----------
     time
-        [s], shape (T,), strictly increasing.
+        Time [s], shape (T,), strictly increasing.
     joint_names
-        n names, in the order of the columns.
+        Names of the n joints, in the order of the columns.
     position, torque
-        [rad] or [m], and [N m] or [N], shape (T, n).
+        Positions [rad] or [m] and torques [N m] or [N], shape (T, n).
     velocity, acceleration
-        As the log holds them, shape (T, n).
+        Recorded velocities and accelerations, shape (T, n).
     base_orientation
-        Unit quaternion xyzw, base to world, shape (T, 4).
+        Unit quaternion xyzw from base to world, shape (T, 4).
     angular_velocity, linear_acceleration
-        Of the IMU, in its own frame, [rad/s] and [m/s^2], shape (T, 3).
+        IMU signals in the frame of the IMU, [rad/s] and [m/s^2], shape (T, 3).
     foot_names
         Names of the columns of `contact`, `foot_wrench` and `foot_force`.
     contact
@@ -41,20 +41,20 @@ class RobotLog:
     foot_wrench
         Force [N] and moment [N m] of the ground on the foot, in the contact frame, shape (T, feet, 6).
     foot_force
-        Vertical force of the ground on the foot [N], shape (T, feet), of sensors with a single axis.
+        Vertical force of the ground on the foot [N] from sensors with a single axis, shape (T, feet).
     temperature
-        [deg C], shape (T, n).
+        Temperature [°C], shape (T, n).
     external_torque
-        Of what is not in the model, on the joints, e.g. of a load motor: positive in the direction in which the
-        position grows [N m] or [N], shape (T, n).
+        External joint torques [N m] or [N], e.g. from a load motor, positive in the direction of increasing position,
+        shape (T, n).
     torque_source
-        Where the torque comes from.
+        Source of the torque.
     in_amperes
-        Joints whose torque is a current [A]: nothing says yet how much torque an ampere makes.
+        Joints whose torque is a current [A], because their torque constant is unknown.
     notes
-        What the reader did to the data, a sentence each.
+        Changes that the reader made to the data, one sentence each.
     path
-        The file it was read from, empty for a log made in memory.
+        Path of the file; empty for a log made in memory.
 
     Raises
     ------
@@ -125,7 +125,7 @@ class RobotLog:
         return f"RobotLog({len(self.time)} samples in {seconds:.4g} s{place}, {joints}: {names}; {held})"
 
     def applied_torque(self, rows: slice = slice(None)) -> Array:
-        """Return the torques on the joints, measured and external, of which inverse dynamics leaves the friction's."""
+        """Sum measured and external torques."""
         torque = self.torque[rows]
         return torque if self.external_torque is None else torque + self.external_torque[rows]
 
@@ -136,17 +136,17 @@ class RobotLog:
         Parameters
         ----------
         frame
-            Of pandas, polars or another library with the Arrow interface (`__arrow_c_stream__`). Its columns are named
-            as those of a log in Parquet or CSV; an index that has a name counts as a column.
+            Frame of pandas, polars or another library with the Arrow interface (`__arrow_c_stream__`). Its columns are
+            named as in a log in Parquet or CSV; a named index counts as a column.
         robot
-            Whose joints to read, in whose order, and whose `[log]` settings to follow; the log's own joints if None.
+            Robot whose joint order and `[log]` settings are applied. If None, all joints of the log are read.
 
         Raises
         ------
         LogError
-            If it is no frame, or lacks joints that the robot has.
+            If it is no frame, or lacks joints of the robot.
         SettingsError
-            If `[log]` asks for what makes no sense.
+            If a setting of `[log]` is not valid for its channel.
 
         Examples
         --------
@@ -157,21 +157,21 @@ class RobotLog:
         >>> RobotLog.from_frame(frame, robot)
         RobotLog(12000 samples in 12 s, 3 joints: shoulder, elbow, slide; position, torque)
         """
-        readers = import_module("stribeck.log.readers")  # which know RobotLog, and are not needed before
+        readers = import_module("stribeck.log.readers")  # the readers import this module
         return cast(RobotLog, readers.read_frame(frame, robot))
 
     def channels(self) -> dict[str, NDArray[np.generic]]:
-        """Return the sampled channels that this log has, by name; the first axis of each is time."""
+        """Return the sampled channels of this log by name; the first axis of each is time."""
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
 
     def between(self, start: float | None = None, stop: float | None = None) -> RobotLog:
-        """Return the log from `start` to `stop` [s], both from its begin; None is its begin or its end.
+        """Cut out the time from `start` to `stop` [s] after the start of the log; None is its start or end.
 
         Raises
         ------
         LogError
-            If less than two samples lie there.
+            If fewer than two samples remain.
 
         Examples
         --------
@@ -185,12 +185,12 @@ class RobotLog:
         kept = (since >= low) & (since <= high)
         if np.count_nonzero(kept) < 2:
             raise LogError(
-                f"{self.path or 'log'}: has {np.count_nonzero(kept)} samples from {low:g} s to {high:g} s after its "
-                f"begin; it lasts {lasts:.6g} s, and expected is a part of that"
+                f"{self.path or 'log'}: has {np.count_nonzero(kept)} samples from {low:g} s to {high:g} s; choose a "
+                f"part of its {lasts:.6g} s"
             )
-        note = f"Of the log's {lasts:.6g} s, those from {low:g} s to {high:g} s are used."
+        note = f"Only {low:g} s to {high:g} s of the log's {lasts:.6g} s are used."
         return replace(self.take(kept), notes=(*self.notes, note))
 
     def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
-        """Return the log of these rows alone."""
+        """Select rows."""
         return replace(self, **{name: array[rows] for name, array in self.channels().items()})  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""From a log as it was recorded to segments of uniformly sampled, complete rows."""
+"""Conversion of a recorded log to segments of uniformly sampled, complete rows."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -13,34 +13,34 @@ from stribeck.log.completeness import complete_rows, counts, cut, repeats, witho
 from stribeck.log.plausibility import check_plausible
 from stribeck.settings import LogTable
 
-FEWEST = 16  # rows; less than that supports no filter
-SHORT = 0.12  # [s]; no window of an estimator with the filters before it fits into less
-LEAST_SHARE = 0.02  # of the rows; where less is left, the log is not what it seems
+FEWEST = 16  # rows; fewer are too short for filters
+SHORT = 0.12  # [s]; shorter segments are too short for filters and windows of estimators
+LEAST_SHARE = 0.02  # of the rows; if fewer remain, the log is unusable
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
-    """How a log was sampled, and what was done about it.
+    """Sampling of a log, and the changes made to it.
 
     Attributes
     ----------
     rate, period
-        Of the returned log [Hz], [s].
+        Rate [Hz] and period [s] of the returned log.
     jitter
-        Largest deviation of a step from the period, in the log as it was recorded [s].
+        Largest deviation of a step from the period in the recorded log [s].
     gaps
         (last row before, first row after) each gap [s].
     duplicates
-        Rows left out because their stamp repeats the one before.
+        Number of rows removed because their stamp repeats the previous one.
     missing
-        Rows left out because of a missing value, by column: {"position.<joint>": rows, ...}.
+        Number of rows removed because of a missing value, by column: {"position.<joint>": rows, ...}.
     segments
-        Rows of the returned log between gaps, in order; together they are all rows. Nothing may be filtered or
-        differentiated across them.
+        Rows of the returned log between gaps, in order; together they are all rows. Filters and derivatives must not
+        cross them.
     lost
-        Share of the rows that are cut out, or lie between gaps so close that nothing can use them [1].
+        Share of the rows that are removed, or in segments too short to use [1].
     notes
-        A sentence each about what was done.
+        Changes, one sentence each.
     """
 
     rate: float
@@ -54,35 +54,35 @@ class Sampling:
     notes: tuple[str, ...]
 
 
-@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; what comes of it is cut out
+@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; such rows are removed
 def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
-    """Return a log whose segments are uniformly sampled and complete; a log that is already so comes back uncopied.
+    """Make the segments of a log uniformly sampled and complete; a log that already is comes back uncopied.
 
-    Repeated stamps and rows with missing values are cut out, gaps split the log, and stamps that jitter are replaced
-    by a uniform clock: positions and velocities by cubic splines, orientations on great arcs, contact flags by the
-    value before, the rest on straight lines.
+    Repeated stamps and rows with missing values are removed, gaps split the log, and jittering stamps are replaced by a
+    uniform clock: positions and velocities by cubic splines, orientations on great arcs, contact flags by the previous
+    value, other channels by linear interpolation.
 
     Parameters
     ----------
     log_table
-        `max_gap` is the longest step [s] that is still interpolated, in place of `longest_step`.
+        `max_gap` overrides the longest step [s] that is interpolated, `longest_step`.
 
     Raises
     ------
     LogError
-        If time runs backwards, its unit cannot be seconds, hardly a row is complete, or values cannot be meant
+        If time decreases, cannot be in seconds, hardly a row is complete, or values are implausible
         (`stribeck.log.plausibility`).
     """
     where, rows = log.path or "log", len(log.time)
     refuse_backward_time(log.time, log.path)
     refuse_jump(log.time, log.path)
-    log, missing, duplicates, notes = _complete(log, where)
+    log, missing, duplicates, notes = _remove_incomplete(log, where)
     step = typical_step(log.time, where)
     longest = longest_step(step, log_table.max_gap)
     segments, gaps = _split(log.time, longest)
     if max(part.stop - part.start for part in segments) < FEWEST:
         raise LogError(
-            f"{where}: no segment of {FEWEST} rows is without a step longer than {longest:.6g} s (the typical one is "
+            f"{where}: no segment has {FEWEST} rows without a step longer than {longest:.6g} s (typical step: "
             f"{step:.6g} s); allow longer steps with [log] max_gap"
         )
     if gaps:
@@ -91,14 +91,14 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     lost = 1 - sum(usable) / rows
     if lost > 0 and len(segments) > len(usable):
         notes.append(
-            f"{100 * lost:.3g} % of the samples are not used: they are cut out, or lie in parts between gaps that are "
+            f"{100 * lost:.3g} % of the samples are not used: they were removed, or are in segments between gaps "
             f"shorter than {SHORT:g} s."
         )
     with findings_kept(notes):
         notes += check_plausible(log)
-    period = mean_step(log.time, _split(log.time, STEP * step)[0])  # also where longer steps are interpolated
+    period = mean_step(log.time, _split(log.time, STEP * step)[0])  # even if longer steps are interpolated
     jitter = max(float(np.abs(np.diff(log.time[part]) - period).max(initial=0)) for part in segments)
-    log, segments, period, how = even(_unit_orientation(log), segments, period, jitter)
+    log, segments, period, how = even(_normalize_orientation(log), segments, period, jitter)
     return log, Sampling(
         rate=1 / period,
         period=period,
@@ -112,33 +112,33 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     )
 
 
-def _complete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, int], int, list[str]]:
-    """Return the log of complete rows with different stamps, what the others lacked, and how many stamps repeat."""
+def _remove_incomplete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, int], int, list[str]]:
+    """Keep complete rows with different stamps; return missing values, number of repeated stamps, and notes."""
     log, notes = without_empty_channels(log)
     keep, missing = complete_rows(log)
     complete = int(keep.sum())
     if len(keep) < FEWEST:
         raise LogError(f"{where}: the log has {len(keep)} samples; expected at least {FEWEST}")
     if complete < max(FEWEST, LEAST_SHARE * len(keep)):
-        raise LogError(f"{where}: {complete} of {len(keep)} rows are complete; missing values are in {counts(missing)}")
+        raise LogError(f"{where}: only {complete} of {len(keep)} rows are complete; missing: {counts(missing)}")
     if missing:
-        notes.append(f"{len(keep) - complete} rows with missing values are cut out: {counts(missing)}.")
+        notes.append(f"{len(keep) - complete} rows with missing values were removed: {counts(missing)}.")
     again = repeats(log.time, keep, typical_step(log.time[keep], where))
     keep[again] = False
     if len(again):
-        notes.append(f"{len(again)} rows whose stamp repeats the one before are cut out.")
+        notes.append(f"{len(again)} rows with repeated stamps were removed.")
     return cut(log, keep), missing, len(again), notes
 
 
 def _split(time: Array, longest: float) -> tuple[tuple[slice, ...], tuple[tuple[float, float], ...]]:
-    """Return the segments between steps longer than `longest` [s], and those steps."""
+    """Find the segments between steps longer than `longest` [s], and those steps."""
     ends = np.flatnonzero(np.diff(time) > longest) + 1
     edges = [0, *ends.tolist(), len(time)]
     segments = tuple(slice(start, stop) for start, stop in pairwise(edges))
     return segments, tuple((float(time[end - 1]), float(time[end])) for end in ends)
 
 
-def _unit_orientation(log: RobotLog) -> RobotLog:
+def _normalize_orientation(log: RobotLog) -> RobotLog:
     if log.base_orientation is None:
         return log
     norm = np.linalg.norm(log.base_orientation, axis=1, keepdims=True)

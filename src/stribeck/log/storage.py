@@ -1,4 +1,4 @@
-"""Memory for channels: ordinary arrays, and beyond a size arrays on an unlinked temporary file."""
+"""Memory for channels: ordinary arrays, or arrays on an unlinked temporary file if they are large."""
 
 import math
 import os
@@ -13,65 +13,65 @@ from stribeck.base.typing import Array
 from stribeck.errors import LogError
 
 IN_MEMORY_LIMIT = 1 << 29
-"""What channels may take of memory, those of all logs together [bytes]."""
+"""Memory for the channels of all logs together [bytes]."""
 
 BLOCK_ROWS = 1 << 16
-"""Rows that are worked through at once: a block of 100 channels of them takes about 50 MB."""
+"""Number of rows per block; 100 channels take about 50 MB."""
 
 EXPANSION = 200
-"""Bytes of samples a byte of a file [1], above which a file is refused as a bomb.
+"""Largest ratio of samples to file size [1]; files with a larger ratio are refused as bombs.
 
-An estimate: measured signals hardly compress more than tenfold.
+Measured signals hardly compress more than tenfold.
 """
 
 
 def too_large(path: str) -> str:
-    """Return that a log finds no room."""
+    """Describe that a log does not fit in memory or on disk."""
     return (
-        f"{path}: is too large for this machine's memory and the folder of temporary files, {tempfile.gettempdir()}; "
-        "expected room in one of them (TMPDIR can name a folder on a larger disk)"
+        f"{path}: is too large for memory and for the temporary folder {tempfile.gettempdir()}; "
+        "set TMPDIR to a folder on a larger disk"
     )
 
 
 _in_memory: list[weakref.ref[Array]] = []
-"""Arrays that were handed out; those that are gone are struck off when the next is asked for."""
+"""Weak references to allocated arrays; dead ones are dropped at the next allocation."""
 
 
 def stored_bytes(path: Path) -> int:
-    """Return how many bytes of a file are on the disk: one with holes says that it is longer."""
+    """Compute the size of a file on disk, which is smaller than its length if the file has holes."""
     status = path.stat()
-    blocks = getattr(status, "st_blocks", 0)  # of 512 bytes; some systems and file systems do not count them
+    blocks = getattr(status, "st_blocks", 0)  # of 512 bytes; some file systems do not count them
     return min(status.st_size, 512 * blocks) if blocks else status.st_size
 
 
 def check_size(path: str, size: int) -> None:
-    """Refuse samples that take `size` bytes by a file's own account, before the first of them is unpacked.
+    """Refuse samples whose declared `size` [bytes] is too large, before they are unpacked.
 
     Raises
     ------
     LogError
-        If the file is far too small to hold them (a bomb).
+        If the file is far too small for its samples (a bomb).
     MemoryError
-        If there is no room for them.
+        If they do not fit.
     """
     stored = stored_bytes(Path(path))
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
         raise LogError(
-            f"{path}: declares {size:.2g} bytes of samples and has {stored}; expected a log of measured signals"
+            f"{path}: declares {size:.2g} bytes of samples, but has {stored} bytes; expected measured signals"
         )
     if size > IN_MEMORY_LIMIT + shutil.disk_usage(tempfile.gettempdir()).free:
         raise MemoryError
 
 
 def allocate(shape: tuple[int, ...]) -> Array:
-    """Return an array of zeros, on an unlinked temporary file where those in memory would go beyond `IN_MEMORY_LIMIT`.
+    """Allocate an array of zeros, on an unlinked temporary file if arrays in memory would exceed `IN_MEMORY_LIMIT`.
 
-    The operating system writes such an array out when memory is short, and the file vanishes with the array.
+    The operating system writes such an array to disk when memory is short, and the file vanishes with the array.
 
     Raises
     ------
     LogError
-        If the disk has no room for it.
+        If the disk is full.
     """
     size = 8 * math.prod(shape)
     living = [array for reference in _in_memory if (array := reference()) is not None]
@@ -80,7 +80,7 @@ def allocate(shape: tuple[int, ...]) -> Array:
         _in_memory[:] = [weakref.ref(array) for array in (*living, found)]
         return found
     with tempfile.TemporaryFile(prefix="stribeck-") as file:
-        if hasattr(os, "posix_fallocate"):  # a full disk is told now, and not by a crash when a page is written
+        if hasattr(os, "posix_fallocate"):  # detect a full disk now, not by a crash when a page is written
             try:
                 os.posix_fallocate(file.fileno(), 0, size)
             except OSError as error:

@@ -1,4 +1,4 @@
-"""Writers of logs, under the names that `read_log` reads without any setting."""
+"""Writers of logs, with names that `read_log` reads without any setting."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,19 +16,19 @@ from stribeck.log.storage import BLOCK_ROWS
 
 
 def write_log(log: RobotLog, path: str | Path) -> None:
-    """Write a log, in SI units and under the names that `read_log` reads without any setting, whole or not at all.
+    """Write a log in SI units, with names that `read_log` reads without any setting; whole or not at all.
 
     Parameters
     ----------
     log
-        Its time may be irregular and values may be missing (NaN); both are written unchanged.
+        Log to write. Irregular time and missing values (NaN) are written unchanged.
     path
-        A `.npz` or `.parquet` file; an existing file is replaced.
+        Path of a `.npz` or `.parquet` file; an existing file is replaced.
 
     Raises
     ------
     LogError
-        If there is no writer for the suffix, or torques are currents.
+        If the suffix is unknown, or torques are currents.
     SettingsError
         If the file cannot be written.
 
@@ -38,11 +38,11 @@ def write_log(log: RobotLog, path: str | Path) -> None:
     """
     target = Path(path)
     if target.suffix not in WRITERS:
-        raise LogError(f"{target}: the suffix is '{target.suffix}'; logs are written as {', '.join(WRITERS)}")
+        raise LogError(f"{target}: unknown suffix '{target.suffix}'; expected {' or '.join(WRITERS)}")
     if log.in_amperes:
         raise LogError(
-            f"{log.path or 'log'}: torques of {', '.join(log.in_amperes)} are currents in amperes, and logs are "
-            "written in N m; expected their [robot.motors.<joint>] torque_constant"
+            f"{log.path or 'log'}: torques of {', '.join(log.in_amperes)} are in amperes, but logs are "
+            "written in N m; set [robot.motors.<joint>] torque_constant"
         )
     with whole_or_not_at_all(target) as temporary:
         WRITERS[target.suffix](log, temporary)

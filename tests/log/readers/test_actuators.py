@@ -119,7 +119,7 @@ def test_a_topic_of_commands_is_held_until_the_next(tmp_path):
     rows = np.arange(len(found.time))
     wanted = 10 * (log.position[rows - rows % 20] - log.position[rows]) + log.torque[rows - rows % 20]
     np.testing.assert_allclose(found.torque, wanted, atol=1e-9)
-    assert any("'/command' is held" in note for note in found.notes)
+    assert any("'/command' is resampled" in note for note in found.notes)
 
 
 REFUSED = {
@@ -134,7 +134,7 @@ REFUSED = {
     "motor behind the gear": ("[robot.motors.elbow]\nratio = 2.0\n", "'motor_current' or 'motor_side_sensor'"),
     "constant of a sensor": (
         'torque_source = "motor_side_sensor"\n[robot.motors.elbow]\ntorque_constant = 2.0\n',
-        "torque_constant is for torque_source 'motor_current', and",
+        "torque_constant is for torque_source 'motor_current', not",
     ),
 }
 
@@ -171,6 +171,6 @@ def test_currents_are_not_written_as_torques(log, tmp_path):
     arm = robot(tmp_path, 'torque_source = "motor_current"\n[log.torque]\nunit = "A"\n')
     found = read_log(save_npz(log, tmp_path / "log.npz"), arm)
     assert found.in_amperes == JOINTS
-    with pytest.raises(LogError, match="are currents in amperes"):
+    with pytest.raises(LogError, match="are in amperes"):
         write_log(found, tmp_path / "out.npz")
     assert not (tmp_path / "out.npz").exists()

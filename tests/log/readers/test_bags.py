@@ -83,7 +83,7 @@ def test_torques_that_come_far_too_seldom(every, refused, tmp_path):
     if not refused:
         assert len(read_log(path, StubRobot()).time) == 501
         return
-    with pytest.raises(LogError, match=rf"'/efforts' sends 'torque' .* at {500 / every:g} Hz, .* 500 Hz; expected at"):
+    with pytest.raises(LogError, match=rf"'/efforts' has 'torque' .* at {500 / every:g} Hz, .* 500 Hz; expected at"):
         read_log(path, StubRobot())
 
 
@@ -92,7 +92,7 @@ def test_an_imu_that_cannot_follow_is_left_out(tmp_path):
     read = read_log(write_messages(tmp_path / "log.mcap", sent), StubRobot())
     assert len(read.time) == 301
     assert read.base_orientation is None
-    assert any("'/imu' is left out: 5 Hz" in note for note in read.notes)
+    assert any("'/imu' is ignored: 5 Hz" in note for note in read.notes)
 
 
 def flip(path: Path, value: float) -> None:
@@ -140,7 +140,7 @@ def test_a_compressed_bag_that_unpacks_to_far_more_than_it_is(plugin, tmp_path, 
     path = write_rosbag2(tmp_path, LOG, plugin, rosbag2.CompressionMode.FILE)
     file = next(file for file in path.iterdir() if file.suffix == ".zstd")
     file.write_bytes(zstandard.compress(bytes(1 << 26)))
-    with pytest.raises(LogError, match=r"declares [\d.e+]+ bytes of samples and has \d+; expected a log") as caught:
+    with pytest.raises(LogError, match=r"declares [\d.e+]+ bytes of samples, but has \d+ bytes; expected") as caught:
         read_log(path, StubRobot())
     assert len(str(caught.value).splitlines()) == 1
 
@@ -169,7 +169,7 @@ def test_a_database_whose_pages_do_not_fit_together(tmp_path):
 def test_a_bag_that_was_not_closed(tmp_path):
     path = write_rosbag2(tmp_path, LOG)
     main_file(path).with_name(main_file(path).name + "-wal").write_bytes(b"messages")
-    with pytest.raises(LogError, match=r"db3-wal: holds messages that were never merged"):
+    with pytest.raises(LogError, match=r"db3-wal: contains messages that were not merged"):
         read_log(path, StubRobot())
 
 

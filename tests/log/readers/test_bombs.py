@@ -94,5 +94,5 @@ def test_no_room_for_a_sound_log(tmp_path, monkeypatch):
     np.savez(tmp_path / "log.npz", time=np.arange(9.0), position=np.ones((9, 2)), torque=np.ones((9, 2)))
     monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 100)
     monkeypatch.setattr("stribeck.log.storage.shutil.disk_usage", lambda _: SimpleNamespace(free=100))
-    with pytest.raises(LogError, match="too large for this machine"):
+    with pytest.raises(LogError, match="too large for memory"):
         read_log(tmp_path / "log.npz")

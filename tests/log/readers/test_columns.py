@@ -111,7 +111,7 @@ def test_a_numbered_optional_channel_that_is_not_of_the_joints_is_left_alone(tmp
 @pytest.mark.parametrize("names", [("t", "q", "qd", "tau"), ("timestamp", "joint_pos", "joint_vel", "effort")])
 def test_usual_names_are_read_and_noted(names, tmp_path):
     arrays = dict(zip(names, (LOG.time, LOG.position, LOG.velocity, LOG.torque), strict=True))
-    note = f"Read by their usual names: '{names[0]}' as time, '{names[1]}' as position, '{names[2]}' as velocity, "
+    note = f"Alternative names in the log: '{names[0]}' as time, '{names[1]}' as position, '{names[2]}' as velocity, "
     write_columns(tmp_path, **arrays)
     with h5py.File(tmp_path / "log.h5", "w") as file:
         file.update(arrays)
@@ -166,18 +166,18 @@ def test_columns_are_for_csv_alone(tmp_path):
 
 ROWS = [[0.0, 1.0, 2.0, 3.0], [0.002, 1.0, 2.0, 3.0]]
 REFUSED = [
-    ("names nowhere", [], ROWS, {}, r"holds numbers \('0.0', '1.0', '2.0' and 1 more\); expected a line"),
-    ("names twice", ["time", "a", "b", "c"], ROWS, {"columns": ["time", "a", "b", "c"]}, "names the columns .* and so"),
-    ("too few names", [], ROWS, {"columns": ["time", "q_0"]}, r"has 4 values, and \[log\] columns has 2 names"),
+    ("names nowhere", [], ROWS, {}, r"contains numbers \('0.0', '1.0', '2.0' and 1 more\); expected a line"),
+    ("names twice", ["time", "a", "b", "c"], ROWS, {"columns": ["time", "a", "b", "c"]}, "names the columns .* remove"),
+    ("too few names", [], ROWS, {"columns": ["time", "q_0"]}, r"has 4 values, but \[log\] columns has 2 names"),
     ("a wanted name twice", [], ROWS, {"columns": ["time", "q_0", "q_0", "q_1"]}, "'q_0' more than once"),
     ("a joint too many", ["t", "q_0", "q_1", "q_2", "q_3"], [[0, 1, 2, 3, 4]] * 2, {}, "4 columns without names"),
     ("a number left out", ["t", "q_0", "q_1", "q_3"], ROWS, {}, "have the numbers '0', '1', '3'; expected 0, 1, ... 2"),
     ("numbers from two", ["t", "q_2", "q_3", "q_4"], ROWS, {}, "expected 1, 2, ... 3, each once"),
     ("a number twice", ["t", "q_0", "q0", "q_1"], ROWS, {}, "have the numbers '0', '0', '1'"),
     ("lists of two lengths", ["t", "q", "tau"], [[0, "[1, 2, 3]", "[1, 2, 3]"], [1, "[1, 2]", "[1, 2, 3]"]], {},
-     "column 'q' holds 2 values in row 2 and 3 before; expected as many in every row"),
+     "column 'q' contains 2 values in row 2, 3 before; expected the same number in every row"),
     ("a list of words", ["t", "q", "tau"], [[0, "[1, 2, 3]", "[1, 2, 3]"], [1, "[1, two, 3]", "[1, 2, 3]"]], {},
-     r"column 'q' holds '\[1, two, 3\]' in row 2; expected a list of numbers like \[1.0, 2.0\]"),
+     r"column 'q' contains '\[1, two, 3\]' in row 2; expected a list of numbers like \[1.0, 2.0\]"),
     ("a shortened list", ["t", "q", "tau"], [[0, "[1 ... 3]", "[1, 2, 3]"]] * 2, {}, r"'\[1 ... 3\]' in row 1"),
     ("a list without an end", ["t", "q", "tau"], [[0, "[1, 2, 3", "[1, 2, 3]"]] * 2, {}, "expected a list of numbers"),
     ("lists of too few joints", ["t", "q", "tau"], [[0, "[1, 2]", "[1, 2]"]] * 2, {}, "2 columns without names"),

@@ -88,7 +88,9 @@ def test_a_path_that_cannot_be_one_is_refused():
 def test_a_file_that_is_nearly_all_a_hole(writer, tmp_path):
     path = writer(tmp_path, synthetic_log(20))
     os.truncate(path, 1 << 40)
-    with pytest.raises(LogError, match=r"is 1\.1e\+12 bytes long, of which \d+ are on the disk; expected a whole file"):
+    with pytest.raises(
+        LogError, match=r"is 1\.1e\+12 bytes long, of which \d+ are on the disk; expected a complete file"
+    ):
         read_log(path, StubRobot())
 
 

@@ -96,7 +96,7 @@ def lose_a_value(message):
 @pytest.mark.parametrize(
     ("maker", "words"),
     [
-        (at_row_five(lose_a_name), ["3 joint names and interfaces of 4", "expected as many"]),
+        (at_row_five(lose_a_name), ["3 joint names, but 4 interfaces", "expected as many"]),
         (at_row_five(lose_a_value), ["5 interface names and 4 values of joint 'hip'", "expected one value"]),
     ],
 )

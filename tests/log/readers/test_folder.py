@@ -75,14 +75,14 @@ def test_files_of_other_clocks_are_brought_to_that_of_the_positions(tmp_path):
     kept = (LOG.time >= late[0]) & (LOG.time <= late[-1])
     np.testing.assert_array_equal(log.position, LOG.position[kept])
     np.testing.assert_allclose(log.torque, LOG.torque[kept], atol=1e-4)
-    assert "'torque.csv' is interpolated from 333.3 Hz to that clock." in log.notes
+    assert "'torque.csv' is resampled from 333.3 Hz (interpolated)." in log.notes
 
 
 @pytest.mark.parametrize("names", [("position", "torque"), ("q", "tau")])
 def test_matrices_without_names_beside_a_file_of_times(names, tmp_path):
     for name, values in zip(names, MATRICES.values(), strict=True):
         write(tmp_path / "run", f"{name}.csv", values)
-    with pytest.raises(LogError, match=r"holds no time; expected a column 'time', a file time\.csv"):
+    with pytest.raises(LogError, match=r"contains no time; expected a column 'time', a file time\.csv"):
         read_log(tmp_path / "run", StubRobot())
     np.testing.assert_allclose(read_log(tmp_path / "run", robot_with(rate=500.0)).time, LOG.time, atol=1e-9)
     write(tmp_path / "run", "time.csv", 1e3 * LOG.time[:, None])
@@ -133,18 +133,18 @@ REFUSED = [
     ("a joint short", both(torque=dict(list(joints(LOG.torque).items())[:3])), {}, "no torque of joint 'wheel'"),
     ("words", both(torque=WORDS), {}, r"torque\.csv: cannot be read as CSV.*oops"),
     ("a stamp missing", both(torque=HOLE), {}, r"torque\.csv: row 8 has no time; expected one in every row"),
-    ("another day", both(torque=joints(LOG.torque, LOG.time + 100)), {}, "have no time in common"),
-    ("too slow", both(torque={k: v[::20] for k, v in joints(LOG.torque).items()}), {}, "at 25 Hz, .* at 500 Hz"),
+    ("another day", both(torque=joints(LOG.torque, LOG.time + 100)), {}, "do not overlap in time"),
+    ("too slow", both(torque={k: v[::20] for k, v in joints(LOG.torque).items()}), {}, "at 25 Hz, .* 500 Hz"),
     ("nanoseconds", both(torque=joints(LOG.torque, 1e18 + LOG.time)), {}, "up to 1e.18 s; expected seconds"),
-    ("names alone", both(torque={name: [] for name in joints(LOG.torque)}), {}, r"torque\.csv: has names of columns"),
+    ("names alone", both(torque={name: [] for name in joints(LOG.torque)}), {}, r"torque\.csv: has column names"),
     ("a file short of times",
      {"position.csv": LOG.position, "torque.csv": LOG.torque[:9], "time.csv": LOG.time[:, None]}, {},
-     r"torque\.csv: has 9 rows and no time, 'time.csv' has 200; expected as many"),
-    ("one without time", both(torque=LOG.torque), {"rate": 500.0}, r"torque\.csv: holds no time"),
-    ("a name that is nowhere", both(), {"torque": {"name": "strain"}}, r"\[log.torque\] name asks for 'strain'"),
+     r"torque\.csv: has 9 rows and no time, but 'time.csv' has 200; expected as many"),
+    ("one without time", both(torque=LOG.torque), {"rate": 500.0}, r"torque\.csv: contains no time"),
+    ("a name that is nowhere", both(), {"torque": {"name": "strain"}}, r"\[log.torque\] name is 'strain'"),
     ("the same joints twice", both(arms={"time": LOG.time, "torque.hip": LOG.time}), {}, "one column for 'hip'"),
     ("names and none", both(arms={"time": LOG.time, "torque_0": LOG.time}), {},
-     r"'torque' is in 'arms.csv', 'torque.csv', and the columns of 'arms.csv' have no names"),
+     r"'torque' is in 'arms.csv', 'torque.csv', but the columns of 'arms.csv' have no names"),
 ]  # fmt: skip
 
 

@@ -53,8 +53,8 @@ def test_an_index_with_a_name_is_a_column():
     ("columns", "words"),
     [
         ({"position.hip": None}, "no position of joint 'hip'"),
-        ({"torque.hip": ["high"] * 60}, "'torque.hip' holds values of type .*string.*; expected numbers"),
-        ({"time": None}, "holds no time"),
+        ({"torque.hip": ["high"] * 60}, "'torque.hip' contains values of type .*string.*; expected numbers"),
+        ({"time": None}, "contains no time"),
     ],
 )
 def test_what_a_frame_lacks_is_said_in_one_sentence(make, columns, words):

@@ -43,8 +43,8 @@ def test_slower_streams_are_interpolated_and_flags_are_held(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(result.base_orientation, axis=1), 1)
     np.testing.assert_allclose(result.foot_wrench, wrench, atol=1e-9)
     np.testing.assert_array_equal(result.contact, log.contact[np.arange(101) // 10 * 10])
-    assert any("'/imu' is interpolated from 100 Hz" in note for note in result.notes)
-    assert any("held at its last value" in note for note in result.notes)
+    assert any("'/imu' is resampled from 100 Hz (interpolated)" in note for note in result.notes)
+    assert any("the last value is held" in note for note in result.notes)
 
 
 def test_only_the_time_that_all_wanted_topics_cover_is_kept(tmp_path):
@@ -79,7 +79,7 @@ def test_settings_choose_between_topics(tmp_path):
     log = synthetic_log(40)
     commands = RobotLog(**{**vars(log), "torque": log.torque + 1})
     both = [*messages(log, "/measured"), *messages(commands, "/asked")]
-    with pytest.raises(LogError, match="all hold position"):
+    with pytest.raises(LogError, match="all contain position"):
         read(tmp_path, both)
     chosen = {
         "position": {"name": "/measured/joint_states"},
@@ -92,7 +92,7 @@ def test_settings_choose_between_topics(tmp_path):
     np.testing.assert_allclose(result.position, log.position, atol=1e-12)
     np.testing.assert_allclose(result.torque, log.torque + 1, atol=1e-12)
     with pytest.raises(
-        LogError, match=r"\[log.torque\] name asks for topic '/x'; the log has '/measured/joint_states'"
+        LogError, match=r"\[log.torque\] name lists topic '/x'; topics of this type are '/measured/joint_states'"
     ):
         read(tmp_path, both, position={"name": "/measured/joint_states"}, torque={"name": "/x"})
 
@@ -136,5 +136,7 @@ def test_the_effort_of_another_topic_is_an_external_torque(tmp_path):
     result = read(tmp_path, [*messages(log), *motor], external_torque={"name": "/load", "scale": -2.0})
     np.testing.assert_allclose(result.torque, log.torque, atol=1e-12)
     np.testing.assert_allclose(result.external_torque, -2 * log.external_torque, atol=1e-12)
-    with pytest.raises(LogError, match=r"\[log\.external_torque\] name asks for topic '/imu'; the log has '/joint_st"):
+    with pytest.raises(
+        LogError, match=r"\[log\.external_torque\] name lists topic '/imu'; topics of this type are '/joint_st"
+    ):
         read(tmp_path, messages(log), external_torque={"name": "/imu"})

@@ -70,8 +70,8 @@ def test_positions_and_efforts_of_the_state_are_read_by_name(version, tmp_path):
     np.testing.assert_allclose(read.position, LOG.position[:, ::-1], atol=1e-6)
     np.testing.assert_allclose(read.torque, LOG.torque[:, ::-1], atol=1e-6)
     assert read.velocity is None
-    assert any("2 episodes follow each other" in note for note in read.notes)
-    assert any("does not say its units" in note for note in read.notes)
+    assert any("2 episodes were concatenated" in note for note in read.notes)
+    assert any("do not state units" in note for note in read.notes)
 
 
 def test_episodes_are_segments(tmp_path):
@@ -105,7 +105,7 @@ def test_currents_are_torques_where_the_robot_file_says_so(tmp_path):
     )
     table = {"torque": {"name": "observation.current", "scale": 1.5}, "position": {"unit": "deg"}}
     read = read_log(path, StubRobot(log_table=LogTable.model_validate(table)))
-    assert not any("does not say its units" in note for note in read.notes)
+    assert not any("do not state units" in note for note in read.notes)
     np.testing.assert_allclose(read.position, LOG.position, atol=1e-5)
     np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-5)
 
@@ -157,14 +157,14 @@ TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos",
     [
         (of_positions_alone, ["holds no joint torques", "'observation.effort'", "if the arm's driver reports"]),
         (with_damaged_json, ["info.json: cannot be read as LeRobot's info.json"]),
-        (rewritten(features=[]), ["info.json: holds no table 'features'", "expected that of a LeRobot dataset"]),
+        (rewritten(features=[]), ["info.json: contains no table 'features'", "expected a LeRobot dataset"]),
         (rewritten(features={"action": {}}), ["has features 'action'", "expected 'observation.state'"]),
-        (rewritten(features=TWICE), ["info.json: names more than one place 'position.hip'", "expected one a joint"]),
-        (without_data, ["holds no data/chunk-000/*.parquet", "expected the dataset's data"]),
+        (rewritten(features=TWICE), ["info.json: contains 'position.hip' twice", "expected one entry per joint"]),
+        (without_data, ["contains no data/chunk-000/*.parquet", "expected the data next"]),
         (cut, ["file-001.parquet: cannot be read as Parquet"]),
         (
             lambda folder: dataset(folder, "v2.1", uneven),
-            ["holds 5 values in row 8 and 6 before", "as many in every row"],
+            ["contains 5 values in row 8, 6 before", "the same number in every row"],
         ),
     ],
 )

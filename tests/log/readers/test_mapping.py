@@ -205,13 +205,13 @@ def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_n
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"position": {"unit": "rpm"}}, r"\[log.position\] unit is 'rpm'; valid are 'rad', 'deg'"),
-        ({"time": {"unit": "h"}}, r"\[log.time\] unit is 'h'; valid are 's', 'ms'"),
+        ({"position": {"unit": "rpm"}}, r"\[log.position\] unit is 'rpm'; expected 'rad', 'deg'"),
+        ({"time": {"unit": "h"}}, r"\[log.time\] unit is 'h'; expected 's', 'ms'"),
         ({"torque": {"unwrap": True}}, r"\[log.torque\] unwrap"),
         ({"torque": {"order": "wxyz"}}, r"\[log.torque\] order"),
         ({"time": {"delay": 0.1}}, r"\[log.time\] has a delay"),
         ({"torque": {"scale": {"hop": 2.0}}}, r"\[log.torque\] scale names 'hop'; the log's columns are 'hip'"),
-        ({"torque": {"offset": [1.0]}}, r"\[log.torque\] offset lists 1 values; the log has 3"),
+        ({"torque": {"offset": [1.0]}}, r"\[log.torque\] offset lists 1 values; expected 3"),
     ],
 )
 def test_settings_that_mean_nothing_are_refused_with_the_robot_file_and_the_key(table, words, tmp_path):
@@ -222,8 +222,8 @@ def test_settings_that_mean_nothing_are_refused_with_the_robot_file_and_the_key(
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"position": {"name": "p"}}, r"\[log.position\] name asks for array 'p'; the file holds 'time'"),
-        ({"torque": {"delay": 10.0}}, "less than the delays"),
+        ({"position": {"name": "p"}}, r"\[log.position\] name lists array 'p'; the file contains 'time'"),
+        ({"torque": {"delay": 10.0}}, "shorter than the delays"),
     ],
 )
 def test_settings_that_do_not_fit_the_log_are_refused_with_the_log(table, words, tmp_path):

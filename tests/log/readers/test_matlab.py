@@ -203,13 +203,13 @@ def cut_within_a_variable(folder):
         (changed(uneven, version_5), ["has data of shape (3, 39)", "40 timestamps"]),
         (changed(nameless), ["joints_state.torques' has no names of joints", "expected 'elements_names'"]),
         (changed(twice), ["joints_state.positions' names joint 'hip' twice", "expected each once"]),
-        (changed(timeless), ["joints_state.positions.timestamps' holds nan", "expected seconds"]),
+        (changed(timeless), ["joints_state.positions.timestamps' contains nan", "expected seconds"]),
         (changed(without_torques), ["holds no joint torques", "[log.torque] name"]),
         (
             lambda folder: version_7_3(folder, in_degrees(0.1 * LOG.position)),
-            ["said to be in deg", "[log.position] unit"],
+            ["has the unit deg", "set the units of [log.position]"],
         ),
-        (of_complex_numbers, ["'position' holds values of type complex128", "expected numbers"]),
+        (of_complex_numbers, ["array 'position' contains values of type complex128", "expected numbers"]),
         (with_a_short_torque, ["'torque' has 39 rows, 'time' has 40"]),
         (of_another_version, ["no joint torques"]),
         (cut_within_a_variable, ["cannot be read as MATLAB"]),
@@ -222,6 +222,6 @@ def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
 def test_a_file_that_unpacks_to_far_more_than_it_is(tmp_path, monkeypatch):
     monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1 << 22)
     path = bomb(tmp_path)
-    with pytest.raises(LogError, match=r"declares [\d.e+]+ bytes of samples and has \d+; expected a log") as caught:
+    with pytest.raises(LogError, match=r"declares [\d.e+]+ bytes of samples, but has \d+ bytes; expected") as caught:
         read_log(path)
     check_message(caught.value, path, [])

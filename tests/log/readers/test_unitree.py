@@ -105,8 +105,8 @@ def test_a_quadruped_is_read_without_a_setting(inside, define, tmp_path):
     assert np.all(read.temperature == 40)
     assert read.torque_source == "motor_current"
     notes = " ".join(read.notes)
-    assert "the order of Go1, Go2, A1, B2, in which motor_0 is FR_hip_joint" in notes
-    assert "count milliseconds" in notes
+    assert "the order of Go1, Go2, A1, B2 was assumed: motor_0 is FR_hip_joint" in notes
+    assert "millisecond counter" in notes
     assert "foot forces" in notes
 
 
@@ -129,7 +129,7 @@ def test_humanoids_are_known_by_their_joints(kind, joints, name, tmp_path):
     read = read_log(write_mcap(tmp_path / "log.mcap", low_states(kind, log, motors)), StubRobot(joint_names=joints))
     check_same(read, log)
     assert np.all(read.temperature == 40)  # the housing's, not the winding's
-    assert any(f"the order of {name}, in which" in note for note in read.notes)
+    assert any(f"the order of {name} was assumed" in note for note in read.notes)
 
 
 def test_foot_forces_are_read_once_they_have_a_scale(tmp_path):
@@ -166,7 +166,7 @@ def test_messages_are_placed_by_their_counter_where_the_network_is_late(tmp_path
     stopped = write_mcap(tmp_path / "stopped.mcap", low_states(GO, LOG, MOTORS, late=1_500_000, counter=0))
     read = read_log(stopped, robot)
     assert np.ptp(np.diff(read.time)) > 1e-3
-    assert any("the recorder's time is taken" in note for note in read.notes)
+    assert any("the recorder's time is used" in note for note in read.notes)
 
 
 def test_the_fast_topic_and_its_imu_are_taken_of_several(tmp_path):
@@ -201,9 +201,9 @@ def sound(folder):
         (in_parallel_mode, {}, ["'/lowstate' has mode_pr 1", "expected mode_pr 0"]),
         (of_two_robots, {}, ["'/a/lowstate', '/b/lowstate'", "[log.position] name"]),
         (sound, {"joint_names": _ARM}, ["no position of joint", "motor_0"]),
-        (sound, {"joint_names": tuple(f"left_{name}" for name in _ARM)}, ["the order of 'G1', 'H1-2'", "joint_order"]),
+        (sound, {"joint_names": tuple(f"left_{name}" for name in _ARM)}, ["the orders of 'G1', 'H1-2'", "joint_order"]),
         (sound, {"joint_names": (*G1, "left_hand_thumb_0_joint")}, ["no position of joint 'left_hand_thumb", "locked"]),
-        (sound, {"log_table": LogTable(joint_order=[f"j{k}" for k in range(36)])}, ["has 36 joints", "motors, 35"]),
+        (sound, {"log_table": LogTable(joint_order=[f"j{k}" for k in range(36)])}, ["has 36 joints", "only 35 motors"]),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(maker, robot, words, tmp_path):

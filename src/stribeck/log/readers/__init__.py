@@ -1,4 +1,4 @@
-"""Logs of robots, read from the files they come in."""
+"""Readers of log files."""
 
 from stribeck.log.readers.read import FORMATS as FORMATS
 from stribeck.log.readers.read import read_frame as read_frame

@@ -1,4 +1,4 @@
-"""Files that contain whole arrays under names: NumPy archives (`.npz`, nothing pickled is ever opened) and HDF5."""
+"""Files of named arrays: NumPy archives (`.npz`, without pickled objects) and HDF5."""
 
 import io
 import math
@@ -36,7 +36,7 @@ WORDS = ("joint_names", "foot_names", "torque_source")
 
 @dataclass(frozen=True)
 class StoredArray:
-    """An array in a file: its shape, its type, and a function that reads it."""
+    """Array in a file: shape, type, and a function that reads it."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
@@ -44,12 +44,12 @@ class StoredArray:
 
     @property
     def columns(self) -> int:
-        """Number of columns if everything after the first axis is laid side by side."""
+        """Number of columns after flattening all axes but the first."""
         return math.prod(self.shape[1:])
 
     @property
     def size(self) -> int:
-        """Number of bytes by the file's own account, at least one value per row."""
+        """Declared number of bytes, at least one value per row."""
         return self.dtype.itemsize * math.prod(max(1, length) for length in self.shape)
 
 
@@ -59,24 +59,24 @@ def open_npz(path: Path, table: LogTable) -> Recording:
     Raises
     ------
     LogError
-        If it is damaged, holds pickled objects where numbers are wanted, or lacks an array that `[log]` names.
+        If it is damaged, contains pickled objects in a used array, or lacks an array that `[log]` names.
     """
     with foreign(str(path), "NumPy .npz"), zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
-            archive.open(member).close()  # its own header must name it as the directory does
+            archive.open(member).close()  # checks that its header has the same name as the directory
         members = [name for name in archive.namelist() if name.endswith(".npy")]
-        arrays = {name.removesuffix(".npy"): _member(path, archive, name) for name in members}
-        words = {name: _words_of_npz(arrays[name], name, path) for name in WORDS if name in arrays}
+        arrays = {name.removesuffix(".npy"): _open_member(path, archive, name) for name in members}
+        words = {name: _read_words_of_npz(arrays[name], name, path) for name in WORDS if name in arrays}
         if not arrays:
-            raise LogError(f"{path}: holds no arrays; expected at least 'position' and 'torque'")
+            raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
     return source_of_arrays(str(path), "NumPy .npz", arrays, words, table)
 
 
-def _member(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArray:
+def _open_member(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArray:
     with archive.open(member) as file:
-        shape, dtype = _header(file)
+        shape, dtype = _read_header(file)
         if math.prod(shape) * dtype.itemsize + file.tell() > archive.getinfo(member).file_size:
-            raise ValueError(f"array {member} is shorter than its own header says")
+            raise ValueError(f"array {member} is shorter than its header declares")
 
     def read() -> NDArray[Any]:
         with zipfile.ZipFile(path) as archive, archive.open(member) as file:
@@ -85,7 +85,7 @@ def _member(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArray:
     return StoredArray(shape, dtype, read)
 
 
-def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     """Read an array's header, which may claim to be gigabytes long."""
     start = io.BytesIO(file.read(1 << 16))
     version = np.lib.format.read_magic(start)
@@ -97,23 +97,23 @@ def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-def _words_of_npz(stored: StoredArray, name: str, path: Path) -> tuple[str, ...]:
+def _read_words_of_npz(stored: StoredArray, name: str, path: Path) -> tuple[str, ...]:
     check_size(str(path), stored.size)
     if stored.dtype.kind not in "US":
-        raise LogError(f"{path}: array '{name}' holds values of type {stored.dtype}; expected text")
+        raise LogError(f"{path}: array '{name}' contains values of type {stored.dtype}; expected text")
     return tuple(value.decode() if isinstance(value, bytes) else str(value) for value in np.ravel(stored.read()))
 
 
 def open_hdf5(path: Path, table: LogTable) -> Recording:
     """Open an HDF5 file with datasets named as the channels of RobotLog at its root.
 
-    `[log] <channel>.name` reaches datasets in groups by their path. `joint_names`, `foot_names` and `torque_source`
+    `[log] <channel>.name` refers to datasets in groups by their path. `joint_names`, `foot_names` and `torque_source`
     may be datasets or attributes of the root.
 
     Raises
     ------
     LogError
-        If it is damaged, holds anything but numbers where numbers are wanted, or lacks a dataset that `[log]` names.
+        If it is damaged, contains other values than numbers in a used dataset, or lacks a dataset that `[log]` names.
     """
 
     def read(name: str) -> NDArray[Any]:
@@ -127,18 +127,18 @@ def open_hdf5(path: Path, table: LogTable) -> Recording:
             if node.shape is not None
         }
         check_size(str(path), sum(arrays[name].size for name in WORDS if name in arrays))
-        words = {name: _words_of_hdf5(file, name, path) for name in WORDS if name in arrays or name in file.attrs}
+        words = {name: _read_words_of_hdf5(file, name, path) for name in WORDS if name in arrays or name in file.attrs}
     if not arrays:
-        raise LogError(f"{path}: holds no datasets; expected at least 'position' and 'torque'")
+        raise LogError(f"{path}: contains no datasets; expected at least 'position' and 'torque'")
     return source_of_arrays(str(path), "HDF5", arrays, words, table)
 
 
 def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
-    """Find the datasets of an HDF5 file by their paths, refused where other files would have to be opened."""
+    """Find the datasets of an HDF5 file by path; refuse datasets stored in other files."""
     found: dict[str, h5py.Dataset] = {}
 
     def visit(name: str, node: h5py.Dataset | h5py.Group) -> None:
-        name = name if isinstance(name, str) else repr(name)  # h5py gives bytes for what is not UTF-8
+        name = name if isinstance(name, str) else repr(name)  # h5py returns bytes if it is not UTF-8
         if isinstance(node, h5py.Dataset):
             if node.is_virtual or node.external:  # even its shape may be elsewhere
                 raise LogError(
@@ -146,30 +146,30 @@ def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
                 )
             found[name] = node
 
-    file.visititems(visit)  # which follows no links to other files
+    file.visititems(visit)  # does not follow links to other files
     return found
 
 
-def _words_of_hdf5(file: h5py.File, name: str, path: Path) -> tuple[str, ...]:
+def _read_words_of_hdf5(file: h5py.File, name: str, path: Path) -> tuple[str, ...]:
     """Read the texts of a dataset or an attribute."""
     node = file[name] if name not in file.attrs else file.attrs[name]
     values = np.ravel(np.asarray(node[()] if isinstance(node, h5py.Dataset) else node, dtype=object))
     if not all(isinstance(value, (bytes, str)) for value in values):
-        raise LogError(f"{path}: '{name}' holds something else than text")
+        raise LogError(f"{path}: '{name}' contains other values than text")
     return tuple(value.decode() if isinstance(value, bytes) else value for value in values)
 
 
 def source_of_arrays(
     path: str, what: str, arrays: Mapping[str, StoredArray], words: Mapping[str, tuple[str, ...]], table: LogTable
 ) -> Recording:
-    """Return the source of a file (`what` it is, for messages) with these arrays and texts (see `WORDS`)."""
+    """Make the recording of a file with these arrays and texts (see `WORDS`); `what` is its format, for messages."""
     offers = {
         key: array.columns
         for key, array in arrays.items()
         if key in CHANNELS or (array.dtype.kind in "fiu" and 1 <= len(array.shape) <= 2)
     }
     aliases = find_aliases(table, offers)
-    used = {name: _names_of(name, arrays, table, aliases.get(name, name), path) for name in CHANNELS}
+    used = {name: _find_names(name, arrays, table, aliases.get(name, name), path) for name in CHANNELS}
     used = {name: keys for name, keys in used.items() if keys}
     parts = {name: [arrays[key] for key in keys] for name, keys in used.items()}
     for name, keys in used.items():
@@ -186,7 +186,7 @@ def source_of_arrays(
     return Recording(
         path=path,
         channels={
-            name: Channel(sum(part.columns for part in stored), _labels(name, used[name], stored, words))
+            name: Channel(sum(part.columns for part in stored), _find_labels(name, used[name], stored, words))
             for name, stored in parts.items()
         },
         load=load,
@@ -196,8 +196,8 @@ def source_of_arrays(
     )
 
 
-def _names_of(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, usual: str, path: str) -> list[str]:
-    """Return the arrays of a channel: as `[log]` names them, or the one of the channel's own or usual name."""
+def _find_names(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, usual: str, path: str) -> list[str]:
+    """Find the arrays of a channel: as `[log]` names them, or by the standard or alternative name."""
     asked = getattr(table, channel).name
     if asked is None:
         return [usual] if usual in arrays else []
@@ -205,14 +205,14 @@ def _names_of(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, 
     missing = [name for name in names if name not in arrays]
     if missing:
         raise LogError(
-            f"{path}: [log.{channel}] name asks for array {listed(missing)}; the file holds {listed(list(arrays))}"
+            f"{path}: [log.{channel}] name lists array {listed(missing)}; the file contains {listed(list(arrays))}"
         )
     return names
 
 
 def _check(array: StoredArray, key: str, channel: str, path: str) -> None:
     if array.dtype.kind not in "fiub":
-        raise LogError(f"{path}: array '{key}' holds values of type {array.dtype}; expected numbers for '{channel}'")
+        raise LogError(f"{path}: array '{key}' contains values of type {array.dtype}; expected numbers for '{channel}'")
     deepest = 3 if channel == "foot_wrench" else 2
     if not 1 <= len(array.shape) <= deepest:
         raise LogError(
@@ -221,10 +221,10 @@ def _check(array: StoredArray, key: str, channel: str, path: str) -> None:
         )
 
 
-def _labels(
+def _find_labels(
     channel: str, keys: list[str], stored: list[StoredArray], words: Mapping[str, tuple[str, ...]]
 ) -> tuple[str, ...] | None:
-    """Return the log's names of a channel's columns: those of several arrays, or its own lists of names."""
+    """Find the log's names of a channel's columns: the names of several arrays, or its lists of names."""
     if channel in JOINT_CHANNELS and len(keys) > 1 and all(array.columns == 1 for array in stored):
         return tuple(keys)
     if channel in JOINT_CHANNELS and "joint_names" in words:
@@ -236,7 +236,7 @@ def _labels(
 
 
 def _load(name: str, parts: Sequence[StoredArray], columns: list[int], path: str) -> NDArray[Any]:
-    """Read the wanted columns of arrays laid side by side."""
+    """Read columns of arrays that are laid side by side."""
     if len(rows := {part.shape[0] for part in parts}) > 1:
         raise LogError(f"{path}: the arrays of channel '{name}' have unequal lengths {sorted(rows)}")
     if name == "time":

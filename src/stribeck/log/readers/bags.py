@@ -36,7 +36,7 @@ Messages = Iterator[tuple[str, str, int, Any]]
 
 
 def open_bag(path: Path, table: LogTable) -> Recording:
-    """Open a bag with joint states, and with IMU, foot wrench and contact messages where it has them.
+    """Open a bag with joint states, and with IMU, foot wrench and contact messages if present.
 
     Raises
     ------
@@ -46,13 +46,13 @@ def open_bag(path: Path, table: LogTable) -> Recording:
     others: dict[str, None] = {}
     is_mcap = path.suffix.lower() == ".mcap"
     with foreign(str(path), "a rosbag2 folder" if path.is_dir() else "MCAP" if is_mcap else "a ROS 1 bag"):
-        read = _of_folder if path.is_dir() else _of_mcap if is_mcap else _of_rosbag
+        read = _read_folder if path.is_dir() else _read_mcap if is_mcap else _read_rosbag
         streams = collect(read(path, others), str(path))
     return join(str(path), streams, tuple(others), table, JOINT_TYPES)
 
 
-def _of_folder(path: Path, others: dict[str, None]) -> Messages:
-    """Read the messages of a rosbag2; files or messages that are compressed are unpacked within bounds."""
+def _read_folder(path: Path, others: dict[str, None]) -> Messages:
+    """Read the messages of a rosbag2; compressed files or messages are unpacked within bounds."""
     metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
     files = [file for file in sorted(path.iterdir()) if file.name in metadata and file.suffix != ".yaml"]
     mode = re.search(r"compression_mode:\s*[\"']?(\w+)", metadata)
@@ -65,13 +65,13 @@ def _of_folder(path: Path, others: dict[str, None]) -> Messages:
                     _unpack_file(file, Path(name, file.stem))
                 else:
                     Path(name, file.name).symlink_to(file.resolve())
-            yield from _of_files(Path(name), others, _unpacked if mode[1].lower() == "message" else bytes)
+            yield from _read_files(Path(name), others, _unpack if mode[1].lower() == "message" else bytes)
     else:
-        yield from _of_files(path, others, bytes)
+        yield from _read_files(path, others, bytes)
 
 
-def _of_files(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes]) -> Messages:
-    """Read the messages of a rosbag2 whose files are not compressed."""
+def _read_files(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes]) -> Messages:
+    """Read the messages of a rosbag2 without compressed files."""
     metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
     files = [file for file in sorted(path.iterdir()) if file.name in metadata]
     for file in files:
@@ -79,13 +79,13 @@ def _of_files(path: Path, others: dict[str, None], unpack: Callable[[bytes], byt
             _check_database(file)
     if files and all(file.suffix == ".mcap" for file in files):
         for file in files:
-            yield from _of_mcap(file, others, unpack)
+            yield from _read_mcap(file, others, unpack)
     else:
-        yield from _of_rosbag(path, others, unpack)
+        yield from _read_rosbag(path, others, unpack)
 
 
 def _unpack_file(packed: Path, target: Path) -> None:
-    """Unpack a file, refused as soon as it takes far more than it should."""
+    """Unpack a file; refuse it as soon as it becomes far too large."""
     size = 0
     with packed.open("rb") as file, target.open("wb") as out:
         unpacker = zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT)
@@ -96,14 +96,14 @@ def _unpack_file(packed: Path, target: Path) -> None:
             out.write(block)
 
 
-def _unpacked(data: bytes, most: int = IN_MEMORY_LIMIT) -> bytes:
-    """Unpack bytes of Zstandard, but not more than `most`."""
+def _unpack(data: bytes, most: int = IN_MEMORY_LIMIT) -> bytes:
+    """Unpack Zstandard data, at most `most` bytes."""
     with zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT).stream_reader(data) as stream:
         return bytes(stream.read(most))
 
 
 def _check_database(path: Path) -> None:
-    """Check that an SQLite file is as long as its header says, that its pages fit together, and that it was closed.
+    """Check that an SQLite file has the declared length, passes its integrity check, and was closed.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _check_database(path: Path) -> None:
         beside = path.with_name(path.name + suffix)
         if beside.exists() and beside.stat().st_size:
             raise LogError(
-                f"{beside}: holds messages that were never merged into the bag, which was not closed; expected a "
+                f"{beside}: contains messages that were not merged, because the bag was not closed; expected a "
                 f"closed bag (with a copy of the folder, sqlite3 {path.name} 'PRAGMA wal_checkpoint' merges them)"
             )
     with closing(sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1&mode=ro", uri=True)) as database:
@@ -129,33 +129,33 @@ def _check_database(path: Path) -> None:
         raise ValueError(f"{path.name}: {found}")
 
 
-def _of_rosbag(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
-    with AnyReader([path], default_typestore=_store()) as reader:
+def _read_rosbag(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+    with AnyReader([path], default_typestore=_types()) as reader:
         connections = [connection for connection in reader.connections if connection.msgtype in READ]
         others |= dict.fromkeys(sorted({one.topic for one in reader.connections if one.msgtype not in READ}))
-        if not connections:  # to AnyReader, an empty choice means everything
+        if not connections:  # AnyReader reads all messages if the choice is empty
             return
         there = reader.typestore.fielddefs
         if not {one.msgtype for one in connections} <= there.keys():  # some bags define only some types
-            reader.typestore.register({name: kind for name, kind in _store().fielddefs.items() if name not in there})
+            reader.typestore.register({name: kind for name, kind in _types().fielddefs.items() if name not in there})
         for connection, recorded, data in reader.messages(connections=connections):
             message = reader.deserialize(unpack(data), connection.msgtype)
             yield connection.topic, connection.msgtype, recorded, message
 
 
-def _of_mcap(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+def _read_mcap(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
     schemas: dict[int, Schema] = {}
     channels: dict[int, tuple[str, str, Callable[[bytes, str], object] | None]] = {}
-    for record in _records(path):
+    for record in _read_records(path):
         if isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel):
             schema = schemas.get(record.schema_id)
             name = schema.name if schema else ""
-            name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 leaves the middle part out
+            name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 omits the middle part
             decode: Callable[[bytes, str], object] | None = None
             if schema and name in READ and record.message_encoding in ("cdr", "ros1") and record.id not in channels:
-                store = _store_of(schema, name, record.message_encoding)
+                store = _find_store(schema, name, record.message_encoding)
                 decode = store.deserialize_cdr if record.message_encoding == "cdr" else store.deserialize_ros1
             channels.setdefault(record.id, (record.topic, name, decode))
         elif isinstance(record, Message):
@@ -166,56 +166,56 @@ def _of_mcap(path: Path, others: dict[str, None], unpack: Callable[[bytes], byte
                 yield topic, name, record.log_time, decode(unpack(record.data), name)
 
 
-def _records(path: Path) -> Iterator[McapRecord]:
-    """Read the records of an MCAP file in their order, checking every checksum; its index is not needed."""
+def _read_records(path: Path) -> Iterator[McapRecord]:
+    """Read the records of an MCAP file in order, checking all checksums; the index is not needed."""
     with path.open("rb") as file:
         reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=path.stat().st_size)
         for record in reader.records:
             if isinstance(record, Chunk):
-                yield from breakup_chunk(_whole(record, path), validate_crc=True)
+                yield from breakup_chunk(_unpack_chunk(record, path), validate_crc=True)
             else:
                 yield record
 
 
-def _whole(chunk: Chunk, path: Path) -> Chunk:
-    """Unpack a chunk, but not beyond the size that it states."""
+def _unpack_chunk(chunk: Chunk, path: Path) -> Chunk:
+    """Unpack a chunk, at most to the size that it declares."""
     if chunk.uncompressed_size > IN_MEMORY_LIMIT:
         raise LogError(
             f"{path}: has a chunk of {chunk.uncompressed_size:.2g} bytes; expected at most {IN_MEMORY_LIMIT:.2g}"
         )
     unpack: dict[str, Callable[[bytes, int], bytes]] = {
-        "zstd": _unpacked,
+        "zstd": _unpack,
         "lz4": lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),
         "": lambda data, _: data,
     }
     if chunk.compression not in unpack:
-        raise ValueError(f"compression '{chunk.compression}' is none of zstd, lz4")
+        raise ValueError(f"compression '{chunk.compression}' is not supported; expected zstd or lz4")
     data = unpack[chunk.compression](chunk.data, chunk.uncompressed_size + 1)
     if len(data) != chunk.uncompressed_size:
-        raise ValueError(f"a chunk is not of the {chunk.uncompressed_size} bytes that it says")
+        raise ValueError(f"a chunk does not have the declared {chunk.uncompressed_size} bytes")
     return replace(chunk, compression="", data=data)
 
 
 @cache
-def _store() -> Typestore:
-    """Return the types of ROS 2, and the published definitions of others that are read."""
+def _types() -> Typestore:
+    """Build a store with the types of ROS 2 and the published definitions of others."""
     store = get_typestore(Stores.ROS2_HUMBLE)
     for name, definition in DEFINITIONS.items():
         store.register(get_types_from_msg(definition, name))
     return store
 
 
-def _store_of(schema: Schema, name: str, encoding: str) -> Typestore:
-    """Return a store with the type of an MCAP channel: ROS's own, or as the file itself or its makers define it."""
+def _find_store(schema: Schema, name: str, encoding: str) -> Typestore:
+    """Build a store with the type of an MCAP channel: from ROS, the file itself, or the published definitions."""
     own = get_typestore(Stores.ROS2_HUMBLE if encoding == "cdr" else Stores.ROS1_NOETIC)
     if name not in own.types and schema.encoding in ("ros1msg", "ros2msg") and schema.data:
         own.register(get_types_from_msg(schema.data.decode(), name))
-    return own if name in own.types else _store()
+    return own if name in own.types else _types()
 
 
 @dataclass
 class _Growing:
-    """Flat buffers of a stream while its messages come in: a list of arrays would take ten times the memory."""
+    """Flat buffers of a stream's messages; a list of arrays would take ten times the memory."""
 
     stamps: array[int] = field(default_factory=partial(array, "q"))
     ticks: array[int] = field(default_factory=partial(array, "q"))
@@ -237,7 +237,7 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
         for part in READ[name](message, f"{path}: a message of topic '{topic}'"):
             labels, values = part.labels, part.values
             order = orders.setdefault((topic, frozenset(labels)), labels)
-            if order != labels:  # the names of a message say which value is which, whatever their order before
+            if order != labels:  # names may change their order between messages
                 places = [labels.index(label) for label in order]
                 labels, values = order, {channel: np.asarray(numbers)[places] for channel, numbers in values.items()}
             stream = growing.setdefault((topic, name, part.kind, labels, tuple(values)), _Growing())
@@ -247,31 +247,30 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
             stream.recorded.append(recorded)
             for channel, numbers in values.items():
                 stream.values.setdefault(channel, array("d")).frombytes(np.asarray(numbers, dtype=np.float64).tobytes())
-    return [_stream(*key[:4], stream) for key, stream in growing.items() if key[4]]
+    return [_make_stream(*key[:4], stream) for key, stream in growing.items() if key[4]]
 
 
-def _stream(topic: str, name: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:
+def _make_stream(topic: str, name: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:
     stamps, ticks, recorded = (
         np.array(one, dtype=np.int64) for one in (growing.stamps, growing.ticks, growing.recorded)
     )
     values = {channel: np.frombuffer(flat).reshape(len(stamps), -1) for channel, flat in growing.values.items()}
-    if (np.diff(recorded) < 0).any():  # a file may have its messages in another order than they were recorded in
+    if (np.diff(recorded) < 0).any():  # files may store messages out of order
         order = np.argsort(recorded, kind="stable")
         stamps, ticks, recorded = stamps[order], ticks[order], recorded[order]
         values = {channel: numbers[order] for channel, numbers in values.items()}
     stamped_by = "header"
-    from_zero = stamps[0] == 0 and 0 < stamps[1:2].sum() < NANO  # as a simulation's do
+    from_zero = stamps[0] == 0 and 0 < stamps[1:2].sum() < NANO  # as in simulations
     if (stamps[int(from_zero) :] <= 0).any() and (stamps != recorded).any():
-        counted = _counted(ticks, recorded)
+        counted = _convert_counter(ticks, recorded)
         stamps, stamped_by = (recorded, "recorder") if counted is None else (counted, "tick")
     return Stream(topic, name, kind, labels, stamps, values, stamped_by)
 
 
-def _counted(ticks: NDArray[np.int64], recorded: NDArray[np.int64]) -> NDArray[np.int64] | None:
-    """Return a counter of milliseconds as stamps of the recorder's time [ns]; None if it counts something else.
+def _convert_counter(ticks: NDArray[np.int64], recorded: NDArray[np.int64]) -> NDArray[np.int64] | None:
+    """Convert a millisecond counter to stamps of the recorder's time [ns]; None if it counts something else.
 
-    The counter begins anew after 2^32. A message waits for the network before it is recorded, and has been counted
-    before that.
+    The counter wraps around after 2^32. Messages are counted on board, and recorded after a network delay.
     """
     since = np.concatenate([[0], np.cumsum(np.diff(ticks) % (1 << 32))]) * MILLI
     span = int(recorded[-1] - recorded[0])

@@ -1,4 +1,4 @@
-"""Which columns of a table are which channel, and their values."""
+"""Assignment of a table's columns to channels, and their values."""
 
 import re
 from collections import Counter
@@ -33,27 +33,27 @@ NUMBER = r"[._]?(?:(\d+)|\[(\d+)\])"
 
 @dataclass(frozen=True)
 class Table:
-    """A table that is not read yet.
+    """Opened table.
 
     Attributes
     ----------
     path
-        The file, for messages.
+        Path of the file, for messages.
     names
-        Column names; a column `q` that has a list in every row counts as `q[0]`, `q[1]`, ...
+        Column names; a column `q` with a list in every row counts as `q[0]`, `q[1]`, ...
     places
-        {name: column in the file, place in its list or None}.
+        {name: column in the file, index in its list or None}.
     rows
         Upper bound of the number of rows.
     read
-        Reads columns of the file, batch by batch; those of the second argument need not be floating-point numbers, but
-        may be flags or dates.
+        Function that reads columns of the file in batches. Columns in its second argument may be flags or dates instead
+        of floating-point numbers.
     kind
-        Returns the type of a column of the file.
+        Function that returns the type of a column of the file.
     widths
         {column in the file: values in each of its lists}.
     on_disk
-        Whether `path` is a file, whose size bounds its content.
+        Whether `path` is a file, whose size limits its content.
     """
 
     path: str
@@ -69,9 +69,9 @@ class Table:
 def spread(
     names: Sequence[str], first: Mapping[str, Sequence[int]]
 ) -> tuple[list[str], dict[str, tuple[str, int | None]], dict[str, int]]:
-    """Return names, places and widths of a `Table`, given the sizes of the first lists of its columns of lists.
+    """Compute names, places and widths of a `Table`, given the sizes of the first lists in columns of lists.
 
-    A column with more than 1000 values in a row contains pictures or the like, and is not spread.
+    Columns with more than 1000 values per row contain images or the like, and are not spread.
     """
     widths = {name: next((size for size in sizes if size), 0) for name, sizes in first.items()}
     widths = {name: width for name, width in widths.items() if 0 < width <= 1000}
@@ -88,23 +88,23 @@ def is_list(kind: pa.DataType) -> bool:
 
 
 def source_of_columns(table: Table, settings: LogTable) -> Recording:
-    """Return the source of a table: its columns are named `<channel>.<label>`, are numbered, or as `[log]` says.
+    """Make the recording of a table whose columns are named `<channel>.<label>`, numbered, or named in `[log]`.
 
     Raises
     ------
     LogError
-        If it lacks a column that `[log]` names, or has one of the wanted twice.
+        If a column that `[log]` names is missing, or a used column name is not unique.
     """
     path, names = table.path, table.names
     aliases = find_aliases(settings, Counter(group_of(name) for name in names))
     used = {channel: _columns_of(channel, names, settings, aliases.get(channel, channel), path) for channel in CHANNELS}
-    for channel in ("velocity", "acceleration", "temperature"):  # numbers of joints only beside as many positions
+    for channel in ("velocity", "acceleration", "temperature"):  # numbered joints need as many positions
         labels, columns = used[channel]
         if labels and labels[0].isdecimal() and len(columns) != len(used["position"][1]):
             used[channel] = (None, [])
     taken = {name for _, columns in used.values() for name in columns}
     if clash := sorted(taken & {name for name, count in Counter(names).items() if count > 1}):
-        raise LogError(f"{path}: holds column {listed(clash)} more than once; expected one column a name")
+        raise LogError(f"{path}: contains column {listed(clash)} more than once; expected unique names")
     time = used["time"][1]
     return Recording(
         path=path,
@@ -117,7 +117,7 @@ def source_of_columns(table: Table, settings: LogTable) -> Recording:
 
 
 def group_of(name: str) -> str:
-    """Return what a column's name begins with: `q` of `q.hip`, `q_0`, `q[0]` or `q` itself."""
+    """Return the start of a column's name: `q` of `q.hip`, `q_0`, `q[0]` or `q` itself."""
     numbered = re.fullmatch(rf"([^.]*?){NUMBER}", name)
     return numbered[1] if numbered else name.partition(".")[0]
 
@@ -125,13 +125,13 @@ def group_of(name: str) -> str:
 def _columns_of(
     channel: str, names: Sequence[str], settings: LogTable, usual: str, path: str
 ) -> tuple[tuple[str, ...] | None, list[str]]:
-    """Return the labels and the names of a channel's columns, by its own or usual name, or as `[log]` asks."""
+    """Find labels and names of a channel's columns, by its standard or alternative name, or as `[log]` names them."""
     asked = getattr(settings, channel).name
     if isinstance(asked, list):
         missing = [name for name in asked if name not in names]
         if missing:
             raise LogError(
-                f"{path}: [log.{channel}] name asks for column {listed(missing)}; the file holds {listed(names)}"
+                f"{path}: [log.{channel}] name lists column {listed(missing)}; the file contains {listed(names)}"
             )
         return (tuple(asked) if channel in JOINT_CHANNELS else None), asked
     prefix = asked or usual
@@ -150,7 +150,7 @@ def _columns_of(
         labels = tuple(name.removeprefix(start) for name in found)
     if asked and not found:
         raise LogError(
-            f"{path}: [log.{channel}] name asks for columns that begin with '{asked}'; the file holds {listed(names)}"
+            f"{path}: [log.{channel}] name is '{asked}', but no column starts with it; the file has {listed(names)}"
         )
     return labels, found
 
@@ -158,7 +158,7 @@ def _columns_of(
 def _load(
     used: Mapping[str, list[str]], table: Table, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]
 ) -> Loaded:
-    """Read the wanted columns, copied batch by batch to their arrays, so that memory holds them once."""
+    """Read columns, batch by batch, directly into their arrays to save memory."""
     plan = {
         channel: [table.places[used[channel][k]] if k >= 0 else None for k in columns]
         for channel, columns in wanted.items()
@@ -173,7 +173,7 @@ def _load(
     for batch in table.read(stored, free):
         here = slice(row, row + batch.num_rows)
         lists = {
-            name: _matrix(batch.column(name), table.widths[name], row, name, table.path)
+            name: _stack_lists(batch.column(name), table.widths[name], row, name, table.path)
             for name in stored
             if name in table.widths
         }
@@ -182,35 +182,35 @@ def _load(
                 if place is not None:
                     values: NDArray[np.generic] = lists[name][:, place]
                 else:
-                    values = (_stamps if channel == "time" else _numbers)(batch.column(name), name, table.path)
+                    values = (_read_stamps if channel == "time" else _to_float)(batch.column(name), name, table.path)
                 if channel == "time":
                     stamps.append(values)
                 else:
                     channels[channel][here, k] = values
         row = here.stop
-    pa.default_memory_pool().release_unused()  # hundreds of megabytes that the stages after this one can use
+    pa.default_memory_pool().release_unused()  # hundreds of megabytes for later stages
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
     if "time" in plan:
         arrays["time"] = np.concatenate(stamps or [np.empty(0)])[:, None]
     return Loaded(arrays, tuple(notes))
 
 
-def _matrix(column: pa.Array, width: int, row: int, name: str, path: str) -> Array:
-    """Return lists as shape (rows, width), NaN where there is none; `row` is the first row's number."""
-    sizes, flat = _cells(column, row, name, path)
+def _stack_lists(column: pa.Array, width: int, row: int, name: str, path: str) -> Array:
+    """Convert lists to an array (rows, width) with NaN for missing ones; `row` is the number of the first row."""
+    sizes, flat = _split_cells(column, row, name, path)
     uneven = np.flatnonzero((sizes != width) & (sizes != 0))
     if uneven.size:
         raise LogError(
-            f"{path}: column '{name}' holds {sizes[uneven[0]]} values in row {row + uneven[0] + 1} and {width} before; "
-            "expected as many in every row"
+            f"{path}: column '{name}' contains {sizes[uneven[0]]} values in row {row + uneven[0] + 1}, {width} before; "
+            "expected the same number in every row"
         )
     values = np.full((len(column), width), np.nan)
     values[sizes > 0] = flat.reshape(-1, width)
     return values
 
 
-def _cells(column: pa.Array, row: int, name: str, path: str) -> tuple[NDArray[np.int64], Array]:
-    """Return how many values each cell has, 0 for an empty one, and all of them in a row."""
+def _split_cells(column: pa.Array, row: int, name: str, path: str) -> tuple[NDArray[np.int64], Array]:
+    """Count the values of each cell, 0 for an empty one, and concatenate all values."""
     if pa.types.is_string(column.type):
         texts = [numbers_in(text, row + k, name, path) for k, text in enumerate(column.to_pylist(), 1)]
         return np.array([len(text) for text in texts], dtype=np.int64), np.concatenate([np.zeros(0), *texts])
@@ -220,7 +220,7 @@ def _cells(column: pa.Array, row: int, name: str, path: str) -> tuple[NDArray[np
 
 
 def numbers_in(text: str | None, row: int, name: str, path: str) -> Array:
-    """Read the numbers of a cell like `[1.0, 2.0]`, with commas or blanks between them."""
+    """Parse the numbers of a cell like `[1.0, 2.0]`, separated by commas or blanks."""
     if not text or not text.strip():
         return np.zeros(0)
     inner = text.strip()
@@ -230,7 +230,7 @@ def numbers_in(text: str | None, row: int, name: str, path: str) -> Array:
         return np.array(inner[1:-1].replace(",", " ").split(), dtype=np.float64)
     except ValueError as error:
         raise LogError(
-            f"{path}: column '{name}' holds '{inner[:40]}' in row {row}; expected a list of numbers like [1.0, 2.0]"
+            f"{path}: column '{name}' contains '{inner[:40]}' in row {row}; expected a list of numbers like [1.0, 2.0]"
         ) from error
 
 
@@ -238,21 +238,21 @@ def _is_stamp(kind: pa.DataType) -> bool:
     return bool(pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
 
 
-def _stamps(column: pa.Array, name: str, path: str) -> NDArray[np.generic]:
-    """Return stamps as the file has them: integers stay integers, calendar times become nanoseconds."""
+def _read_stamps(column: pa.Array, name: str, path: str) -> NDArray[np.generic]:
+    """Read stamps without loss: integers stay integers, calendar times become nanoseconds."""
     if _is_stamp(column.type):
         column = column.cast(pa.timestamp("ns") if pa.types.is_timestamp(column.type) else pa.duration("ns"))
         column = column.cast(pa.int64())
     if pa.types.is_integer(column.type) and not column.null_count:
         return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.int64)
-    return _numbers(column, name, path)
+    return _to_float(column, name, path)
 
 
-def _numbers(column: pa.Array, name: str, path: str) -> Array:
-    """Return a column as float64, empty cells as NaN."""
+def _to_float(column: pa.Array, name: str, path: str) -> Array:
+    """Convert a column to float64, with NaN for empty cells."""
     kind = column.type
     if pa.types.is_boolean(kind):
         column = column.cast(pa.int8())
     elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)):
-        raise LogError(f"{path}: column '{name}' holds values of type {kind}; expected numbers")
+        raise LogError(f"{path}: column '{name}' contains values of type {kind}; expected numbers")
     return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)

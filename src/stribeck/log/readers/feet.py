@@ -1,4 +1,4 @@
-"""Which columns of a log belong to which foot."""
+"""Columns of a log for each foot."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 def foot_columns(
     labels: dict[str, tuple[str, ...]], source: Recording, table: LogTable, robot: Robot | None, notes: list[str]
 ) -> tuple[tuple[str, ...], dict[str, list[int]]]:
-    """Return the feet that every foot channel of the log covers, and their columns."""
+    """Find the feet that all foot channels of the log cover, and their columns."""
     places: dict[str, dict[str, int]] = {}
     for name in FOOT_CHANNELS:
         if name in labels:
-            renamed = [_renamed_foot(label, table, tuple(robot.contacts) if robot else ()) for label in labels[name]]
+            renamed = [_rename_foot(label, table, tuple(robot.contacts) if robot else ()) for label in labels[name]]
             places[name] = places_of(renamed, name, source.path)
     if not places:
         return (), {}
@@ -42,17 +42,17 @@ def foot_columns(
         absent = [label for label in wanted if label not in places[name]]
         if absent:
             raise LogError(
-                f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns a foot, or one "
-                "as 'foot_force' where only the vertical force is measured"
+                f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns per foot, or "
+                "'foot_force' if only the vertical force is measured"
             )
         columns[name] = [places[name][label] for label in wanted]
     return feet, columns
 
 
-def _renamed_foot(label: str, table: LogTable, contacts: Sequence[str]) -> str:
-    """Return the contact's name for the log's: of the foot alone, or of a wrench column `<foot>.<axis>`.
+def _rename_foot(label: str, table: LogTable, contacts: Sequence[str]) -> str:
+    """Translate the log's name of a foot, or of a wrench column `<foot>.<axis>`, to the contact's name.
 
-    A topic that no setting names is of the contact whose name it contains, the longest if there are several.
+    A topic without a setting belongs to the contact whose name it contains, the longest if there are several.
     """
     foot, dot, axis = label.rpartition(".")
     if axis not in WRENCH:
@@ -64,17 +64,17 @@ def _renamed_foot(label: str, table: LogTable, contacts: Sequence[str]) -> str:
 
 
 def widened(names: Sequence[str], width: int) -> tuple[str, ...]:
-    """Return names of columns: the names themselves, or six of each where `width` is that of a wrench."""
+    """Expand names to column names: the names themselves, or six per name if `width` is the width of a wrench."""
     return tuple(names) if width == 1 else tuple(f"{name}.{axis}" for name in names for axis in WRENCH)
 
 
 def places_of(names: Sequence[str], channel: str, path: str) -> dict[str, int]:
-    """Return which column has which name, refused where two have the same."""
+    """Map names to their columns; refuse duplicate names."""
     places = {name: place for place, name in enumerate(names)}
     if len(places) < len(names):
         twice = sorted({name for name in names if list(names).count(name) > 1})
         raise LogError(
-            f"{path}: '{channel}' has more than one column for {listed(twice)}; expected one a name; "
-            f"[log.{channel}] name can choose"
+            f"{path}: '{channel}' has more than one column for {listed(twice)}; expected one per name; "
+            f"choose it by [log.{channel}] name"
         )
     return places

@@ -1,4 +1,4 @@
-"""Folders of tables of one run, side by side: `position.csv`, `torque.csv`, ..., each on its own clock."""
+"""Folders of tables of one run: `position.csv`, `torque.csv`, ..., each with its own clock."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,14 +30,14 @@ SUFFIXES = (".csv", ".parquet")
 USUAL = {name: channel for channel, names in ALIASES.items() for name in names} | dict(
     zip(CHANNELS, CHANNELS, strict=True)
 )
-"""Names that mean a channel."""
+"""Names that identify a channel."""
 KINDS = dict.fromkeys(JOINT_CHANNELS, "joints") | dict.fromkeys(VECTOR_CHANNELS, "imu")
 KINDS |= {"foot_wrench": "wrench", "foot_force": "wrench", "contact": "flag", "temperature": "slow"}
 
 
 @dataclass(frozen=True)
 class _File:
-    """What a file offers: {channel: labels}, their values, and its stamps [ns], if it has any."""
+    """Content of a file: labels by channel, values, and stamps [ns], if it has any."""
 
     name: str
     labels: Mapping[str, tuple[str, ...] | None]
@@ -56,18 +56,18 @@ class _File:
 
 
 def tables_in(path: Path) -> list[Path]:
-    """Return the tables of a folder."""
+    """List the tables of a folder."""
     return sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file())
 
 
 def open_folder(path: Path, table: LogTable) -> Recording:
-    """Open a folder of tables; a column `c` of `position.csv` is what `position.c` is in a table of all.
+    """Open a folder of tables; a column `c` of `position.csv` corresponds to `position.c` in a single table.
 
     Raises
     ------
     LogError
-        If a file is damaged, two offer the same, one has no time and another number of rows than `time.csv`, or what
-        `[log]` names is in none of them.
+        If a file is damaged, two contain the same signal, one has no time and not as many rows as `time.csv`, or none
+        contains a name in `[log]`.
     """
     with foreign(str(path), "a folder of tables"):
         paths = tables_in(path)
@@ -76,8 +76,8 @@ def open_folder(path: Path, table: LogTable) -> Recording:
         asked = getattr(table, channel).name
         if asked is not None and channel != "time" and not any(channel in file.labels for file in files):
             raise LogError(
-                f"{path}: [log.{channel}] name asks for {listed([asked] if isinstance(asked, str) else asked)}; the "
-                f"folder holds {listed([file.name for file in files])}"
+                f"{path}: [log.{channel}] name is {listed([asked] if isinstance(asked, str) else asked)}, but the "
+                f"folder contains only {listed([file.name for file in files])}"
             )
     clock = next((file for file in files if file.stamps is not None and Path(file.name).stem == "time"), None)
     notes = list(dict.fromkeys(note for file in files for note in file.notes))
@@ -86,8 +86,8 @@ def open_folder(path: Path, table: LogTable) -> Recording:
     nameless: dict[str, list[str]] = {}
     for file in files:
         if file.labels and not file.rows:
-            raise LogError(f"{path / file.name}: has names of columns and no rows; expected a row a sample")
-        stamps = file.stamps if file.stamps is not None else _stamps_of(file, clock, files, table, path, notes)
+            raise LogError(f"{path / file.name}: has column names but no rows; expected one row per sample")
+        stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, table, path, notes)
         for kind in dict.fromkeys(KINDS[channel] for channel in file.labels):
             values = {channel: array for channel, array in file.values.items() if KINDS[channel] == kind}
             streams.append(Stream(file.name, "table", kind, (), stamps, values))
@@ -100,8 +100,8 @@ def open_folder(path: Path, table: LogTable) -> Recording:
         names = list(dict.fromkeys(stream.topic for stream, _, _ in parts[channel]))
         if len(names) > 1:
             raise LogError(
-                f"{path}: '{channel}' is in {listed(names)}, and the columns of "
-                f"'{holders[0]}' have no names; expected names of joints, or one file a channel"
+                f"{path}: '{channel}' is in {listed(names)}, but the columns of "
+                f"'{holders[0]}' have no names; expected joint names, or one file per channel"
             )
     kept, slow = fast_enough(streams)
     columns = {
@@ -127,7 +127,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
 
 
 def _read(path: Path, settings: LogTable) -> _File:
-    """Return what a file offers, under names that begin with the file's where they do not say what they are."""
+    """Read a file; names that do not identify a channel get the file's name as a prefix."""
     if path.suffix.lower() == ".parquet":
         table = parquet_table(path)
     else:
@@ -135,7 +135,7 @@ def _read(path: Path, settings: LogTable) -> _File:
         named = not is_data(first)
         table = csv_table(path, first if named else [f"[{k}]" for k in range(len(first))], separator, named)
     asked = {channel: name for channel in CHANNELS if (name := getattr(settings, channel).name) is not None}
-    full = [_full_name(name, path.stem, asked) for name in table.names]
+    full = [_complete_name(name, path.stem, asked) for name in table.names]
     elsewhere = [channel for channel, name in asked.items() if not _offers(name, full)]
     own = settings.model_copy(
         update={name: getattr(settings, name).model_copy(update={"name": None}) for name in elsewhere}
@@ -153,14 +153,14 @@ def _read(path: Path, settings: LogTable) -> _File:
         values={name: np.asarray(array, dtype=np.float64) for name, array in loaded.arrays.items()},
         stamps=None
         if stamps is None
-        else _nanoseconds(stamps.ravel(), source.time_unit or settings.time.unit, str(path)),
+        else _to_nanoseconds(stamps.ravel(), source.time_unit or settings.time.unit, str(path)),
         others=source.others,
         notes=loaded.notes,
     )
 
 
-def _full_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -> str:
-    """Return a column's name, with that of its file before it where it does not say what it is."""
+def _complete_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -> str:
+    """Prefix a column's name with its file's name, unless it identifies a channel."""
     prefixes = [one for own in asked.values() for one in ([own] if isinstance(own, str) else own)]
     if stem == "time" and name.startswith("["):
         return "time"
@@ -173,8 +173,8 @@ def _offers(asked: str | list[str], names: Sequence[str]) -> bool:
     return all(one in names for one in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
 
 
-def _nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> NDArray[np.int64]:
-    """Return stamps in nanoseconds."""
+def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> NDArray[np.int64]:
+    """Convert stamps to nanoseconds."""
     factor = TIME[unit or "s"] * NANO
     known = np.isfinite(stamps.astype(np.float64))
     if not known.all():
@@ -190,25 +190,25 @@ def _nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> ND
     return np.round(stamps.astype(np.float64) * factor).astype(np.int64)
 
 
-def _stamps_of(
+def _find_stamps(
     file: _File, clock: _File | None, files: Sequence[_File], settings: LogTable, path: Path, notes: list[str]
 ) -> NDArray[np.int64]:
-    """Return the stamps of a file that has none: those of the file of times, or from `[log] rate`."""
+    """Find the stamps of a file without any: from the file of times, or from `[log] rate`."""
     if not file.labels:
         return np.zeros(0, dtype=np.int64)
     if clock is not None and clock.stamps is not None:
         if len(clock.stamps) != file.rows:
             raise LogError(
-                f"{path / file.name}: has {file.rows} rows and no time, '{clock.name}' has {len(clock.stamps)}; "
-                "expected as many, or a column of times"
+                f"{path / file.name}: has {file.rows} rows and no time, but '{clock.name}' has {len(clock.stamps)}; "
+                "expected as many rows, or a time column"
             )
         return clock.stamps
     untimed = {other.rows for other in files if other.labels and other.stamps is None}
     if settings.rate is None or len(untimed) > 1 or any(other.stamps is not None for other in files):
         raise LogError(
-            f"{path / file.name}: holds no time; expected a column 'time', a file time.csv with as many rows, or "
-            "[log] rate in Hz where no file has a time and all have as many rows"
+            f"{path / file.name}: contains no time; expected a column 'time', a file time.csv with as many rows, or "
+            "[log] rate in Hz if no file has a time and all have the same number of rows"
         )
-    note = f"The log has no time: stamps made from [log] rate = {settings.rate:g} Hz."
+    note = f"The log has no time; stamps were computed from [log] rate = {settings.rate:g} Hz."
     notes += [note] if note not in notes else []
     return np.round(np.arange(file.rows) * NANO / settings.rate).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Streams of different rates brought to one clock: that of the joint states."""
+"""Resampling of streams with different rates to one clock, the clock of the joint states."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ NANO = 1_000_000_000
 
 @dataclass(frozen=True, eq=False)
 class Stream:
-    """N messages of a topic, or rows of a file, that have the same signals.
+    """N messages of a topic, or rows of a file, with the same signals.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Stream:
     labels
         Joint names of a `joints` stream.
     stamps
-        [ns], shape (N,).
+        Stamps [ns], shape (N,).
     values
         {channel: shape (N, k)}; k is the number of joints, or of the channel's components.
     stamped_by
@@ -59,65 +59,65 @@ class Stream:
 
 
 Part = tuple[Stream, int]
-"""A stream, and the column of it that holds a joint, a foot or a component."""
+"""Stream, and its column for a joint, a foot or a component."""
 
 STAMPS = {
-    "recorder": "has messages without a stamp: the recorder's time is taken.",
-    "tick": "has messages without a stamp, which count milliseconds: they are laid on the recorder's time.",
+    "recorder": "has messages without stamps: the recorder's time is used.",
+    "tick": "has messages without stamps: their millisecond counter is aligned with the recorder's time.",
 }
 
 SLOWEST = 10.0
-"""Rows for each message that a joint's signal may be interpolated to: beyond it, hardly a row was measured."""
+"""Largest number of interpolated rows per message of a joint's signal; beyond it, hardly a row is measured."""
 
 LONGEST = 3.0
-"""Periods of a stream between which it is interpolated, unless `[log] max_gap` allows more: stamps jitter."""
+"""Longest step in periods of a stream that is interpolated, unless `[log] max_gap` allows more; stamps jitter."""
 
 
 def join(
     path: str, streams: Sequence[Stream], others: Sequence[str], table: LogTable, types: Sequence[str]
 ) -> Recording:
-    """Return the source of some streams; they are interpolated when it is known which of them are wanted.
+    """Make the recording of some streams; they are interpolated when the used ones are known.
 
-    `types` are those that hold joints, for the message that there are none.
+    `types` are the message types with joints, for the message that they are missing.
 
     Raises
     ------
     LogError
-        If two topics offer the same thing and `[log] <channel>.name` does not say which to take.
+        If two topics contain the same signal and `[log] <channel>.name` does not choose one.
     """
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
         raise LogError(
-            f"{path}: holds no messages of type {listed(types)}, and expected is a topic of them; found "
+            f"{path}: contains no messages of type {listed(types)}; expected a topic of this type, found "
             f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
         )
     streams, notes = fast_enough(streams)
     parts: dict[str, dict[str, Part]] = {}
-    if commands := {topic for channel in COMMAND for topic in _topics(getattr(table, channel).name)}:
-        joints = [_of_command(stream) if stream.topic in commands else stream for stream in joints]
-    if table.external_torque.name:  # the effort of a topic of its own, which gives nothing else then
+    if commands := {topic for channel in COMMAND for topic in _collect_topics(getattr(table, channel).name)}:
+        joints = [_rename_command(stream) if stream.topic in commands else stream for stream in joints]
+    if table.external_torque.name:  # the effort of a separate topic, which is used for nothing else
         efforts = [stream for stream in joints if "torque" in stream.values]
-        outside = _asked(efforts, "external_torque", None, table, path)
+        outside = _select_streams(efforts, "external_torque", None, table, path)
         joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
     for channel in JOINT_CHANNELS:
         lead = table.desired_position if channel in COMMAND else table.position
-        chosen = _asked(joints, channel, lead.name, table, path)
-        parts[channel] = _by_label([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
+        chosen = _select_streams(joints, channel, lead.name, table, path)
+        parts[channel] = _find_parts([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
     imus = [stream for stream in streams if stream.kind == "imu"]
     for channel, axes in VECTOR_CHANNELS.items():
-        chosen = _asked(imus, channel, table.base_orientation.name, table, path)
-        parts[channel] = _by_label([(s, axes) for s in chosen if channel in s.values], channel, path, notes)
+        chosen = _select_streams(imus, channel, table.base_orientation.name, table, path)
+        parts[channel] = _find_parts([(s, axes) for s in chosen if channel in s.values], channel, path, notes)
     for channel, kind, axes in (("foot_wrench", "wrench", WRENCH), ("contact", "flag", ("",))):
-        chosen = _asked([s for s in streams if s.kind == kind], channel, None, table, path)
+        chosen = _select_streams([s for s in streams if s.kind == kind], channel, None, table, path)
         named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
-        parts[channel] = _by_label(named, channel, path, notes)
-    forces = _asked([s for s in streams if s.kind == "force"], "foot_force", None, table, path)
+        parts[channel] = _find_parts(named, channel, path, notes)
+    forces = _select_streams([s for s in streams if s.kind == "force"], "foot_force", None, table, path)
     scaled = table.foot_force.name is not None or table.foot_force.scale != 1.0
-    parts["foot_force"] = _by_label([(s, s.labels) for s in forces], "foot_force", path, notes) if scaled else {}
+    parts["foot_force"] = _find_parts([(s, s.labels) for s in forces], "foot_force", path, notes) if scaled else {}
     if forces and not scaled:
         notes.append(
-            f"The foot forces of '{forces[0].topic}' are counts of sensors without a calibration and not used; with "
-            "[log.foot_force] scale, in N a count, they are."
+            f"The foot forces of '{forces[0].topic}' are uncalibrated sensor counts and are not used; to use them, set "
+            "[log.foot_force] scale in N per count."
         )
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
@@ -136,37 +136,37 @@ def join(
     )
 
 
-def _asked(
+def _select_streams(
     streams: list[Stream], channel: str, leader: str | list[str] | None, table: LogTable, path: str
 ) -> list[Stream]:
-    """Return the streams of the topics that `[log]` names for a channel or for the channel that leads its message."""
+    """Select the streams of the topics that `[log]` names for a channel, or for the main channel of its message."""
     asked = getattr(table, channel).name or leader
     if asked is None:
         return streams
-    topics = _topics(asked)
+    topics = _collect_topics(asked)
     missing = sorted(topics - {stream.topic for stream in streams})
     if missing:
         raise LogError(
-            f"{path}: [log.{channel}] name asks for topic {listed(missing)}; the log has "
-            f"{listed([stream.topic for stream in streams])} of the type that holds it"
+            f"{path}: [log.{channel}] name lists topic {listed(missing)}; topics of this type are "
+            f"{listed([stream.topic for stream in streams])}"
         )
     return [stream for stream in streams if stream.topic in topics]
 
 
-def _of_command(stream: Stream) -> Stream:
-    """Return a stream of desired joint states under the names of these channels."""
+def _rename_command(stream: Stream) -> Stream:
+    """Rename the channels of a stream of desired joint states."""
     return replace(stream, values={name: stream.values[of] for name, of in COMMAND.items() if of in stream.values})
 
 
-def _topics(name: str | list[str] | None) -> set[str]:
-    """Return the topics that a setting names."""
+def _collect_topics(name: str | list[str] | None) -> set[str]:
+    """Collect the topics that a setting names."""
     return {name} if isinstance(name, str) else set(name or ())
 
 
-def _by_label(
+def _find_parts(
     streams: Sequence[tuple[Stream, tuple[str, ...]]], channel: str, path: str, notes: list[str]
 ) -> dict[str, Part]:
-    """Return where each label is found; a label of two topics is taken from the usual one or refused."""
+    """Find the stream and column of each label; of two topics, use the usual one or refuse the label."""
     offers: dict[str, list[Part]] = {}
     for stream, labels in streams:
         for column, label in enumerate(labels):
@@ -178,7 +178,7 @@ def _by_label(
         usual = [topic for topic in topics if _is_usual(topic)]
         if len(topics) > 1 and len(usual) != 1:
             raise LogError(
-                f"{path}: topics {listed(topics)} all hold {channel} of '{label}'; say which to take as "
+                f"{path}: topics {listed(topics)} all contain {channel} of '{label}'; choose one by "
                 f'[log.{channel}] name = "{topics[0]}"'
             )
         of_topic = [part for part in found if part[0].topic == (usual or topics)[0]]
@@ -187,50 +187,50 @@ def _by_label(
         if left:
             lost.setdefault((parts[label][0].topic, left), []).append(label)
     notes += [
-        f"{left} messages of '{topic}' list other joints or signals than most: their {channel} of {listed(labels)} is "
-        "left out."
+        f"{left} messages of '{topic}' have other joints or signals than most: their {channel} of {listed(labels)} is "
+        "ignored."
         for (topic, left), labels in lost.items()
     ]
     return parts
 
 
 def _is_usual(topic: str) -> bool:
-    """Return whether a topic is the one to take of several: Unitree's robots send `lf/lowstate` too, at a low rate."""
+    """Return whether a topic is preferred; Unitree's robots send `lf/lowstate` too, at a low rate."""
     parts = topic.split("/")
     return parts[-1] == "joint_states" or (parts[-1] == "lowstate" and "lf" not in parts)
 
 
-def _rate(stream: Stream) -> float:
-    """Return the rate of a stream's messages [Hz]; 0 for a single one."""
+def _compute_rate(stream: Stream) -> float:
+    """Compute the message rate of a stream [Hz]; 0 for a single message."""
     steps = np.diff(np.sort(stream.stamps))
     period = float(np.median(steps)) / NANO if steps.size else np.inf
     return 1 / period if period > 0 else np.inf
 
 
 def fast_enough(streams: Sequence[Stream]) -> tuple[list[Stream], list[str]]:
-    """Return the streams that can follow a robot's motion, and notes on the others."""
+    """Select the streams that are fast enough for a robot's motion, and note the others."""
     notes = [
-        f"'{stream.topic}' is left out: {_rate(stream):.4g} Hz cannot follow a robot's motion, at least {RATES[0]:g} "
-        "Hz can."
+        f"'{stream.topic}' is ignored: {_compute_rate(stream):.4g} Hz is too slow for robot motion; expected at least "
+        f"{RATES[0]:g} Hz."
         for stream in streams
-        if _too_slow(stream)
+        if _is_too_slow(stream)
     ]
-    return [stream for stream in streams if not _too_slow(stream)], notes
+    return [stream for stream in streams if not _is_too_slow(stream)], notes
 
 
-def _too_slow(stream: Stream) -> bool:
-    """Return whether what this stream measures, beside the joints, moves faster than it is sent; flags are held."""
-    return stream.kind in ("imu", "wrench", "force") and _rate(stream) < RATES[0]
+def _is_too_slow(stream: Stream) -> bool:
+    """Return whether a stream is slower than the motion it measures. Flags are held, so their rate does not matter."""
+    return stream.kind in ("imu", "wrench", "force") and _compute_rate(stream) < RATES[0]
 
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
-    rate, of_clock = _rate(stream), _rate(clock)
+    rate, of_clock = _compute_rate(stream), _compute_rate(clock)
     slowest = max(of_clock / SLOWEST, RATES[0])
     if stream.kind == "joints" and rate < slowest:
         raise LogError(
-            f"{path}: '{stream.topic}' sends {listed(list(stream.values))} of {listed(stream.labels)} at {rate:.4g} "
-            f"Hz, and '{clock.topic}' sends at {of_clock:.4g} Hz; expected at least {slowest:.4g} Hz, since values "
-            "between messages are made up"
+            f"{path}: '{stream.topic}' has {listed(list(stream.values))} of {listed(stream.labels)} at {rate:.4g} "
+            f"Hz, but '{clock.topic}' has {of_clock:.4g} Hz; expected at least {slowest:.4g} Hz, because values "
+            "between messages are interpolated"
         )
 
 
@@ -241,7 +241,7 @@ def load_on_one_clock(
     found: Sequence[str],
     wanted: Mapping[str, Sequence[int]],
 ) -> Loaded:
-    """Interpolate the wanted columns to the clock of the joint states, over the time that all of them cover."""
+    """Resample columns to the clock of the joint states, over the common time of all streams."""
     used = {
         name: [parts[name][i] if i >= 0 else None for i in columns]
         for name, columns in wanted.items()
@@ -251,15 +251,18 @@ def load_on_one_clock(
     streams = list({id(part[0]): part[0] for columns in used.values() for part in columns if part}.values())
     clock = max(streams, key=lambda stream: (positions[id(stream)], len(stream.stamps)))
     first = max(int(stream.stamps.min()) for stream in streams)
-    last = min(int(stream.stamps.max()) for stream in streams if stream.kind != "flag")  # a flag holds until the next
+    last = min(int(stream.stamps.max()) for stream in streams if stream.kind != "flag")  # a flag lasts until the next
     rows = np.flatnonzero((clock.stamps >= first) & (clock.stamps <= last))
     if len(rows) < 2:
         topics = listed([stream.topic for stream in streams])
-        raise LogError(f"{path}: topics {topics} have no time in common; expected streams of one recording")
+        raise LogError(f"{path}: topics {topics} do not overlap in time; expected streams of one recording")
     stamps = clock.stamps[rows[0] : rows[-1] + 1]
-    notes = [*found, *[f"The clock is that of '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
+    notes = [
+        *found,
+        *[f"The clock is '{clock.topic}'."][: len({s.topic for s in streams}) - 1],
+    ]
     if len(stamps) < len(clock.stamps):
-        notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the time that all topics cover are left out.")
+        notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the common time of all topics are ignored.")
     stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
     notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
     held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
@@ -272,7 +275,7 @@ def load_on_one_clock(
         else:
             if id(stream) not in held:
                 _refuse_slow(stream, clock, path)
-            on_clock[id(stream)], how = _on_clock(stream, stamps, clock.stamps[0], table, held=id(stream) in held)
+            on_clock[id(stream)], how = _resample(stream, stamps, clock.stamps[0], table, held=id(stream) in held)
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
@@ -283,10 +286,10 @@ def load_on_one_clock(
     return Loaded(arrays, tuple(notes))
 
 
-def _on_clock(
+def _resample(
     stream: Stream, stamps: NDArray[np.int64], zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
-    """Return a stream's channels at the clock's stamps, NaN where it pauses, and what was done.
+    """Resample a stream's channels to the clock's stamps, NaN in pauses, and describe the resampling.
 
     Flags and commands are `held` until the next one.
     """
@@ -304,6 +307,6 @@ def _on_clock(
         else:
             result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
             result[name][pauses] = np.nan
-    how = "held at its last value" if held else "interpolated"
+    how = "the last value is held" if held else "interpolated"
     rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
-    return result, f"'{stream.topic}' is {how}{rate} to that clock."
+    return result, f"'{stream.topic}' is resampled{rate} ({how})."

@@ -1,4 +1,4 @@
-"""LeRobot datasets (version 2 and 3): a folder of Parquet files with lists, and of JSON that names their places."""
+"""LeRobot datasets (version 2 and 3): a folder of Parquet files with lists, and a JSON file with names of entries."""
 
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ FEATURES = {
     "observation.torque": "torque",
     "observation.temperature": "temperature",
 }
-"""Features and their channels."""
+"""Feature -> channel."""
 ENDINGS = {
     "pos": "position",
     "vel": "velocity",
@@ -39,43 +39,43 @@ ENDINGS = {
     "temp": "temperature",
     "temperature": "temperature",
 }
-"""What the name of a place in the state may end with, as `elbow.pos` does, and its channel."""
+"""Ending of a name in the state, such as `elbow.pos` -> channel."""
 UNITS = (
-    "A LeRobot dataset does not say its units: positions are taken as radians; of an arm that records degrees set "
-    '[log.position] unit = "deg", of one that records shares of its calibrated ranges scale and offset.'
+    "LeRobot datasets do not state units, so positions are assumed to be in radians. For an arm that records degrees, "
+    'set [log.position] unit = "deg"; for one that records normalized positions, set its scale and offset.'
 )
 
 
 def open_lerobot(path: Path, table: LogTable) -> Recording:
-    """Open a dataset: `observation.state` and what other features are of joints; its episodes follow each other.
+    """Open a dataset: `observation.state` and other features of joints, with all episodes concatenated.
 
     Raises
     ------
     LogError
         If its files do not fit together.
     """
-    features = _features(path)
+    features = _read_features(path)
     files = [file for file in sorted(path.glob("data/**/*.parquet")) if file.is_file()]
     if not files:
-        raise LogError(f"{path}: holds no data/chunk-000/*.parquet; expected the dataset's data beside its meta folder")
+        raise LogError(f"{path}: contains no data/chunk-000/*.parquet; expected the data next to the meta folder")
     tables = [parquet_table(file) for file in files]
     if not any(one.rows for one in tables):
-        raise LogError(f"{path}: its {len(files)} Parquet files hold no rows; expected an episode at least")
+        raise LogError(f"{path}: its {len(files)} Parquet files contain no rows; expected at least one episode")
     for other in tables[1:]:
         if other.names != tables[0].names:
             raise LogError(
-                f"{other.path}: has columns {listed(other.names)}; expected those of {files[0].name}, "
+                f"{other.path}: has columns {listed(other.names)}; expected the same as in {files[0].name}: "
                 f"{listed(tables[0].names)}"
             )
     for one in tables:
         check_size(one.path, 8 * one.rows * len(one.names))
-    time, episodes = _time(tables, table)
-    with foreign(str(path / INFO), "LeRobot's info.json"):  # which may be nested without end
-        names = _named(tables[0].names, features)
+    time, episodes = _concatenate_time(tables, table)
+    with foreign(str(path / INFO), "LeRobot's info.json"):  # it may be nested without end
+        names = _rename_columns(tables[0].names, features)
     stored = dict(zip(names, tables[0].names, strict=True))
     twice = [name for name in stored if names.count(name) > 1]
     if twice:
-        raise LogError(f"{path / INFO}: names more than one place {listed(twice)}; expected one a joint and channel")
+        raise LogError(f"{path / INFO}: contains {listed(twice)} twice; expected one entry per joint and channel")
     places = {name: tables[0].places[column] for name, column in stored.items()}
     whole = Table(
         path=str(path),
@@ -88,7 +88,7 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
         on_disk=False,
     )
     source = source_of_columns(whole, table)
-    notes = [f"{episodes} episodes follow each other, with a pause between them."][: max(0, episodes - 1)]
+    notes = [f"{episodes} episodes were concatenated, with a pause between them."][: max(0, episodes - 1)]
     if table.position.unit is None:
         notes.append(UNITS)
     return replace(
@@ -96,37 +96,37 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
         load=partial(_load, source, notes),
         others=tuple(name for name in source.others if name not in STAMPS),
         expected={
-            "position": f"numbers in '{STATE}', under names '<joint>.pos' or the joints' own",
-            "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', which it has if the "
+            "position": f"numbers in '{STATE}', named '<joint>.pos' or like the joints",
+            "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', present if the "
             "arm's driver reports efforts",
         },
     )
 
 
-def _features(path: Path) -> Mapping[str, Any]:
-    """Return what the dataset says of its features."""
+def _read_features(path: Path) -> Mapping[str, Any]:
+    """Read the features from the dataset's info.json."""
     where = path / INFO
     with foreign(str(where), "LeRobot's info.json"):
         info = json.loads(where.read_text(encoding="utf-8"))
     features = info.get("features") if isinstance(info, dict) else None
     if not isinstance(features, dict) or not all(isinstance(one, dict) for one in features.values()):
-        raise LogError(f"{where}: holds no table 'features'; expected that of a LeRobot dataset of version 2 or 3")
+        raise LogError(f"{where}: contains no table 'features'; expected a LeRobot dataset of version 2 or 3")
     if STATE not in features:
         raise LogError(f"{where}: has features {listed(list(features))}; expected '{STATE}' among them")
     return features
 
 
-def _named(columns: Sequence[str], features: Mapping[str, Any]) -> list[str]:
-    """Return the columns' names as those of tables: `<channel>.<joint>`, or `<feature>.<joint>` for other features."""
+def _rename_columns(columns: Sequence[str], features: Mapping[str, Any]) -> list[str]:
+    """Rename columns as in tables: `<channel>.<joint>`, or `<feature>.<joint>` for other features."""
     names = []
-    of_state = _names_of(features[STATE])
+    of_state = _list_names(features[STATE])
     for column in columns:
         feature, _, place = column.removesuffix("]").rpartition("[")
         if not feature or not place.isdecimal():
             names.append(column)
             continue
         width = sum(other.startswith(f"{feature}[") for other in columns)
-        own = next((known for known in (_names_of(features.get(feature, {})), of_state) if len(known) == width), ())
+        own = next((known for known in (_list_names(features.get(feature, {})), of_state) if len(known) == width), ())
         name = own[int(place)] if own else ""
         stem, dot, ending = name.rpartition(".")
         channel = FEATURES.get(feature, feature)
@@ -136,8 +136,8 @@ def _named(columns: Sequence[str], features: Mapping[str, Any]) -> list[str]:
     return names
 
 
-def _names_of(feature: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of a feature's places, which may be a list, lists in a list, or lists in a table."""
+def _list_names(feature: Mapping[str, Any]) -> tuple[str, ...]:
+    """Collect the names of a feature's entries from a list, lists in a list, or lists in a table."""
 
     def flat(value: object) -> Iterator[str]:
         if isinstance(value, str):
@@ -149,8 +149,8 @@ def _names_of(feature: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(flat(feature.get("names")))
 
 
-def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
-    """Return time [s] of all rows, with a pause between episodes, and how many episodes there are."""
+def _concatenate_time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
+    """Compute time [s] of all rows, with a pause between episodes, and count the episodes."""
     wanted = ["timestamp", "episode_index"]
     if not set(wanted) <= set(tables[0].names):
         return None, 1
@@ -160,7 +160,7 @@ def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
             np.concatenate([np.asarray(batch[name], dtype=np.float64) for batch in batches]) for name in wanted
         )
     first = np.flatnonzero(np.diff(episode, prepend=np.nan) != 0)
-    pause = max(1.0, 2 * (table.max_gap or 0.0))  # [s], as the stamps of all episodes begin at zero
+    pause = max(1.0, 2 * (table.max_gap or 0.0))  # [s], because the stamps of each episode start at zero
     ends = np.concatenate([stamps[first[1:] - 1], stamps[-1:]]) - stamps[first] + pause
     shift = np.concatenate([[0.0], np.cumsum(ends)[:-1]]) - stamps[first] + stamps[first[0]]
     return stamps + np.repeat(shift, np.diff(first, append=len(stamps))), len(first)
@@ -169,7 +169,7 @@ def _time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
 def _read(
     tables: Sequence[Table], time: Array | None, columns: list[str], free: Collection[str]
 ) -> Iterator[pa.RecordBatch]:
-    """Read columns of all files one after the other, and the time that was made for them."""
+    """Read columns of all files one after the other, with the computed time."""
     stored = [name for name in columns if name != "time" or time is None]
     row = 0
     for table in tables:

@@ -1,4 +1,4 @@
-"""The `[log]` tables: from a log's own units, signs, orders and delays to the contract's."""
+"""Application of the `[log]` tables: units, signs, orders and delays."""
 
 from collections.abc import Sequence
 
@@ -36,22 +36,22 @@ UNITS: dict[str, dict[str, float]] = {
     "foot_wrench": EFFORT,
     "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
-"""Units that each channel may be logged in, as factors to SI."""
+"""Units of each channel in a log, with factors to SI."""
 
 
 def check_table(table: LogTable, where: str) -> None:
-    """Refuse settings of `[log]` that mean nothing for their channel.
+    """Refuse settings of `[log]` that are not valid for their channel.
 
     Raises
     ------
     SettingsError
-        Naming the file, the key, and what would be valid.
+        Names the file, the key, and the valid choices.
     """
     for name in CHANNELS:
         settings: ChannelTable = getattr(table, name)
         if settings.unit is not None and settings.unit not in UNITS[name]:
             raise SettingsError(
-                f"{where}: [log.{name}] unit is '{settings.unit}'; valid are {listed(list(UNITS[name]), 10)}"
+                f"{where}: [log.{name}] unit is '{settings.unit}'; expected {listed(list(UNITS[name]), 10)}"
             )
         if settings.unwrap and name != "position":
             raise SettingsError(f"{where}: [log.{name}] unwrap is set; only position can be unwrapped")
@@ -62,14 +62,14 @@ def check_table(table: LogTable, where: str) -> None:
 
 
 def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | None) -> tuple[Array, list[str]]:
-    """Return time [s], shape (T,), from stamps in the log's unit; long counts start anew from their first stamp."""
+    """Convert stamps in the log's unit to time [s], shape (T,); large stamps are counted from the first one."""
     factor = TIME[unit or settings.unit or "s"] * float(np.asarray(settings.scale))
     offset = float(np.asarray(settings.offset))
     values = stamps.reshape(-1)
     if not values.size:
         return np.zeros(0), []
     first = values[0] if values.dtype.kind in "iu" else np.float64(next(iter(values[np.isfinite(values)]), 0.0))
-    if abs(float(first) * factor) < 1e8:  # [s]; later stamps count from 1970, which costs float64 its microseconds
+    if abs(float(first) * factor) < 1e8:  # [s]; stamps since 1970 would lose microseconds in float64
         time = values.astype(np.float64, copy=False)
         return (time if factor == 1 and offset == 0 else time * factor + offset), []
     exact = np.int64 if values.dtype.kind in "iu" else np.float64
@@ -81,20 +81,20 @@ def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | Non
 def convert(
     channel: str, values: Array, labels: Sequence[str], columns: Sequence[int], settings: ChannelTable, where: str
 ) -> None:
-    """Bring a loaded channel to SI units, signs and orders, in place.
+    """Convert a loaded channel to SI units, signs and orders, in place.
 
     Parameters
     ----------
     values
-        Shape (T, k).
+        Loaded values, shape (T, k).
     labels
-        The log's names of all columns of this channel, which settings refer to.
+        The log's names of all columns of this channel, used by settings.
     columns
-        Which of them `values` are, k numbers.
+        Column numbers of `values`, shape (k,).
     """
     unit = UNITS[channel][settings.unit] if settings.unit else 1.0
-    factor = unit * _per_column(settings.scale, 1.0, channel, "scale", labels, where)[list(columns)]
-    offset = _per_column(settings.offset, 0.0, channel, "offset", labels, where)[list(columns)]
+    factor = unit * _expand(settings.scale, 1.0, channel, "scale", labels, where)[list(columns)]
+    offset = _expand(settings.offset, 0.0, channel, "offset", labels, where)[list(columns)]
     if np.any(factor != 1):
         values *= factor
     if np.any(offset != 0):
@@ -107,10 +107,10 @@ def convert(
             column[known] = np.unwrap(column[known])
 
 
-def _per_column(
+def _expand(
     setting: PerJoint, default: float, channel: str, key: str, labels: Sequence[str], where: str
 ) -> NDArray[np.float64]:
-    """Return a value a column; one more at the end serves column -1, which the log does not have."""
+    """Expand a setting to one value per column; one more at the end is for column -1, which the log lacks."""
     place = f"{where}: [log.{channel}] {key}"
     if isinstance(setting, dict):
         unknown = [name for name in setting if name not in labels]
@@ -119,20 +119,20 @@ def _per_column(
         return np.array([setting.get(name, default) for name in labels] + [default])
     if isinstance(setting, list):
         if len(setting) != len(labels):
-            raise SettingsError(f"{place} lists {len(setting)} values; the log has {len(labels)} columns there")
+            raise SettingsError(f"{place} lists {len(setting)} values; expected {len(labels)}, one per column")
         return np.array([*setting, default])
     return np.array([setting] * len(labels) + [default])
 
 
 def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str) -> tuple[slice, list[str]]:
-    """Take delays out, in place of the delayed channels: their value at t is what the log holds at t + delay.
+    """Remove delays in place: the value of a delayed channel at t is the log's value at t + delay.
 
-    Values between samples further apart than `longest_step` become NaN, since nothing is known there.
+    Values between samples farther apart than `longest_step` become NaN, because they are unknown.
 
     Returns
     -------
     slice, notes
-        The rows where every delayed channel is known, and what was done.
+        Rows in which all delayed channels are known, and notes.
     """
     delays = {name: getattr(table, name).delay for name in channels}
     delays = {name: delay for name, delay in delays.items() if delay != 0}
@@ -155,6 +155,6 @@ def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str)
     start, stop = clock[0] - min(0.0, *delays.values()), clock[-1] - max(0.0, *delays.values())
     rows = np.flatnonzero(known & (time >= start) & (time <= stop))
     if not rows.size:
-        raise LogError(f"{path}: lasts {clock[-1] - clock[0]:.6g} s, less than the delays {delays} of [log]")
+        raise LogError(f"{path}: is {clock[-1] - clock[0]:.6g} s long, shorter than the delays {delays} of [log]")
     text = ", ".join(f"{name} by {1e3 * delay:g} ms" for name, delay in delays.items())
-    return slice(int(rows[0]), int(rows[-1]) + 1), [f"Delays taken out by interpolation: {text}."]
+    return slice(int(rows[0]), int(rows[-1]) + 1), [f"Delays removed by interpolation: {text}."]

@@ -1,4 +1,4 @@
-"""MATLAB files: `.mat`, of version 7.3 (which is HDF5) and of those before it."""
+"""MATLAB files: `.mat` of version 7.3 (HDF5) and of earlier versions."""
 
 import math
 import zlib
@@ -20,57 +20,57 @@ from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
 
 UNREAD = {"MATLAB_empty", "MATLAB_object_decode"}
-"""Attributes of what is empty in version 7.3, or an object of a class, such as a string or a table."""
+"""Attributes that mark empty variables of version 7.3, or objects of a class, such as strings or tables."""
 
 
 Contents = tuple[dict[str, StoredArray], dict[str, tuple[str, ...]]]
-"""Numbers and texts of a file by their names, structs with dots; shapes are MATLAB's without axes of length one."""
+"""Numbers and texts of a file by name, with dots for structs; shapes are MATLAB's without axes of length one."""
 
 
 def open_matlab(path: Path, table: LogTable) -> Recording:
-    """Open a `.mat` file with variables named as the channels of RobotLog, or one of YARP's robot logger.
+    """Open a `.mat` file with variables named as the channels of RobotLog, or a log of YARP's robot logger.
 
-    `[log] <channel>.name` reaches variables in structs, as `robot.joints.q`. Samples lie along the axis that is as long
-    as `time`. A file of version 7 or before is read into memory whole.
+    `[log] <channel>.name` can refer to variables in structs, such as `robot.joints.q`. Samples are along the axis that
+    has the length of `time`. Files of version 7 or earlier are read into memory completely.
 
     Raises
     ------
     LogError
-        If it is damaged, holds anything but numbers where numbers are wanted, or lacks a variable that `[log]` names.
+        If it is damaged, contains other values than numbers in a used variable, or lacks a variable that `[log]` names.
     """
     with foreign(str(path), "MATLAB"):
         variables, texts = (_read_hdf5 if h5py.is_hdf5(path) else _read_before_7_3)(path)
     if not variables:
-        raise LogError(f"{path}: holds no arrays; expected at least 'position' and 'torque'")
+        raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
     if is_telemetry(variables):
-        whole = {name: partial(_whole, str(path), variable) for name, variable in variables.items()}
+        whole = {name: partial(_read_whole, str(path), variable) for name, variable in variables.items()}
         with foreign(str(path), "a log of YARP"):
             return open_telemetry(str(path), whole, texts, table)
     asked = table.time.name or ("time", *ALIASES["time"])
     time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
     samples = max(variables[time].shape) if time else None
-    arrays = {name: _stored(variable, samples) for name, variable in variables.items()}
+    arrays = {name: _move_samples(variable, samples) for name, variable in variables.items()}
     return source_of_arrays(str(path), "MATLAB", arrays, {name: texts[name] for name in WORDS if name in texts}, table)
 
 
-def _stored(variable: StoredArray, samples: int | None) -> StoredArray:
-    """Return a variable with its samples along the first axis: the one of that length, or else its longest."""
+def _move_samples(variable: StoredArray, samples: int | None) -> StoredArray:
+    """Move the samples of a variable to the first axis, from the axis with their number or else the longest."""
     shape = variable.shape
     axis = shape.index(max(shape)) if samples is None else shape.index(samples) if samples in shape else 0
     moved = (shape[axis], *shape[:axis], *shape[axis + 1 :])
     return StoredArray(moved, variable.dtype, lambda: np.moveaxis(variable.read(), axis, 0))
 
 
-def _whole(path: str, variable: StoredArray) -> NDArray[np.float64]:
+def _read_whole(path: str, variable: StoredArray) -> NDArray[np.float64]:
     if variable.dtype.kind not in "fiub":
-        raise LogError(f"{path}: holds values of type {variable.dtype}; expected numbers")
+        raise LogError(f"{path}: contains values of type {variable.dtype}; expected numbers")
     check_size(path, 8 * math.prod(variable.shape))
     return np.asarray(variable.read(), dtype=np.float64)
 
 
 def _read_before_7_3(path: Path) -> Contents:
-    """Read a file of version 4 to 7 whole; those that unpack to far more than they are would fill the memory."""
-    check_size(str(path), _unpacked(path))
+    """Read a file of version 4 to 7 completely; refuse files that would unpack to fill the memory."""
+    check_size(str(path), _measure(path))
     found: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
     variables: dict[str, StoredArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
@@ -81,7 +81,7 @@ def _read_before_7_3(path: Path) -> Contents:
                 visit(f"{name}.{key}", part)
         elif isinstance(value, str):
             texts[name] = (value.rstrip(),)
-        elif isinstance(value, (list, np.ndarray)) and _all_text(value):
+        elif isinstance(value, (list, np.ndarray)) and _is_text(value):
             texts[name] = tuple(str(one).rstrip() for one in np.ravel(np.asarray(value, dtype=object)))
         elif isinstance(value, (int, float, complex, np.generic, np.ndarray)):
             array = np.atleast_1d(np.squeeze(np.asarray(value)))
@@ -94,13 +94,13 @@ def _read_before_7_3(path: Path) -> Contents:
     return variables, texts
 
 
-def _all_text(values: list[Any] | NDArray[Any]) -> bool:
+def _is_text(values: list[Any] | NDArray[Any]) -> bool:
     flat = np.ravel(np.asarray(values, dtype=object))
     return bool(flat.size) and all(isinstance(one, str) for one in flat)
 
 
-def _unpacked(path: Path) -> int:
-    """Return how many bytes the variables of a file of version 5 to 7 take when they are unpacked."""
+def _measure(path: Path) -> int:
+    """Compute the unpacked size [bytes] of the variables of a file of version 5 to 7."""
     size, total = path.stat().st_size, 0
     with path.open("rb") as file:
         order = "<" if file.read(128)[126:] == b"IM" else ">"
@@ -133,23 +133,23 @@ def _read_hdf5(path: Path) -> Contents:
             kind = bytes(node.attrs.get("MATLAB_class", b"")).decode(errors="replace")
             if kind == "char" or (kind == "cell" and h5py.check_ref_dtype(node.dtype)):
                 check_size(str(path), node.size * node.dtype.itemsize)
-                lines = [_text(node)] if kind == "char" else [_text(file[one]) for one in np.ravel(node[()])]
+                lines = [_read_text(node)] if kind == "char" else [_read_text(file[one]) for one in np.ravel(node[()])]
                 if all(line is not None for line in lines):
                     texts[dotted] = tuple(line or "" for line in lines)
             elif node.shape is not None and node.dtype.kind != "O":
                 shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
-                variables[dotted] = StoredArray(shape, node.dtype, partial(_dataset, path, name, shape))
+                variables[dotted] = StoredArray(shape, node.dtype, partial(_read_dataset, path, name, shape))
     return variables, texts
 
 
-def _dataset(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Read a dataset, whose axes are MATLAB's in the opposite order."""
+def _read_dataset(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Read a dataset, whose axes are in the opposite order of MATLAB's."""
     with h5py.File(path, "r") as file:
         return np.asarray(file[name]).T.reshape(shape)
 
 
-def _text(node: h5py.Dataset | h5py.Group) -> str | None:
-    """Return a row of characters, None if it is something else."""
+def _read_text(node: h5py.Dataset | h5py.Group) -> str | None:
+    """Read a row of characters; None if the node contains other data."""
     if not isinstance(node, h5py.Dataset) or node.dtype.kind not in "u" or node.dtype.itemsize > 2:
         return None
     if not UNREAD.isdisjoint(node.attrs):

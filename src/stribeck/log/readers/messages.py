@@ -1,4 +1,4 @@
-"""What each type of message says: joints, an IMU, a wrench or a flag."""
+"""Content of each message type: joints, IMU, wrench or flag."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -16,12 +16,12 @@ INTERFACES = {
     "effort": "torque",
     "temperature": "temperature",
 }
-"""Interfaces of ros2_control and their channels; of two that fill the same, the later one is taken."""
+"""Interfaces of ros2_control -> channels; of two for the same channel, the later one is used."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """Part of a message: what it is of, the names of its joints, and its values by channel, none of them empty."""
+    """Part of a message: kind, joint names, and nonempty values by channel."""
 
     kind: str  # "joints", "imu", "wrench", "force" or "flag"
     labels: tuple[str, ...]
@@ -37,30 +37,30 @@ def _joint_state(message: Any, place: str) -> list[Part]:
     if uneven:
         raise LogError(
             f"{place} has {len(names)} joint names and {len(values[uneven[0]])} values of {uneven[0]}; "
-            "expected one value a name, or none"
+            "expected one value per name, or none"
         )
     return [Part("joints", names, values)]
 
 
 def refuse_twice(names: Sequence[str], place: str) -> None:
-    """Refuse a joint that is named twice."""
+    """Refuse duplicate joint names."""
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise LogError(f"{place} names joint '{twice[0]}' twice; expected each once")
 
 
 def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
-    """Return a part for the joints of each set of interfaces; sensors and switches have others."""
+    """Make one part per set of interfaces; joints, sensors and switches have different ones."""
     names, interfaces = tuple(message.joint_names), message.interface_values
     refuse_twice(names, place)
     if len(names) != len(interfaces):
-        raise LogError(f"{place} has {len(names)} joint names and interfaces of {len(interfaces)}; expected as many")
+        raise LogError(f"{place} has {len(names)} joint names, but {len(interfaces)} interfaces; expected as many")
     groups: dict[tuple[str, ...], list[tuple[str, dict[str, float]]]] = {}
     for name, interface in zip(names, interfaces, strict=True):
         if len(interface.interface_names) != len(interface.values):
             raise LogError(
                 f"{place} has {len(interface.interface_names)} interface names and {len(interface.values)} values "
-                f"of joint '{name}'; expected one value a name"
+                f"of joint '{name}'; expected one value per name"
             )
         found = dict(zip(interface.interface_names, interface.values, strict=True))
         values = {channel: found[key] for key, channel in INTERFACES.items() if key in found}
@@ -97,10 +97,9 @@ def _flag(message: Any, _: str) -> list[Part]:
 
 
 def _low_state(message: Any, place: str) -> list[Part]:
-    """Return motors by number, and the IMU; of two temperatures, the housing's, which is nearer to the gear.
+    """Extract motors by number, and the IMU; of two temperatures, the housing's, which is nearer to the gear.
 
-    The motors' acceleration is that of a filter aboard and often zero. The forces on the feet are counts of sensors
-    without a calibration.
+    The motors' accelerations come from a filter on board and are often zero. Foot forces are uncalibrated counts.
     """
     if getattr(message, "mode_pr", 0) != 0:
         raise LogError(
@@ -137,10 +136,10 @@ READ: dict[str, Callable[[Any, str], list[Part]]] = {
     "geometry_msgs/msg/WrenchStamped": _wrench,
     "std_msgs/msg/Bool": _flag,
 }
-"""Message types that are read: from a message, and the words that name it in an error, to its parts."""
+"""Functions that split a message into parts, by type; their arguments are the message and its place for errors."""
 
 JOINT_TYPES = tuple(name.replace("/msg/", "/") for name in list(READ)[:4])
-"""Types that hold joints, as error messages name them."""
+"""Types with joints, as shown in error messages."""
 
 DEFINITIONS = {
     "control_msgs/msg/InterfaceValue": "string[] interface_names\nfloat64[] values\n",
@@ -177,4 +176,4 @@ DEFINITIONS = {
         "MotorState[35] motor_state\nuint8[40] wireless_remote\nuint32[4] reserve\nuint32 crc\n"
     ),
 }
-"""Published definitions of the types that are not of ROS itself, for bags that bring none."""
+"""Published definitions of types outside ROS, for bags without definitions."""

@@ -1,4 +1,4 @@
-"""From a file to a RobotLog."""
+"""Reading of a file into a RobotLog."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def open_bag(path: Path, table: LogTable) -> Recording:
-    """Open a bag; what reads bags is slow to import, and loaded at its first use."""
+    """Open a bag. The reader of bags is imported at its first use, because that is slow."""
     from stribeck.log.readers import bags
 
     return bags.open_bag(path, table)
@@ -48,10 +48,10 @@ FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {
     ".mcap": open_bag,
     ".bag": open_bag,
 }
-"""Readers by suffix; a rosbag2 is a folder with a metadata.yaml, a LeRobot dataset one with a meta/info.json."""
+"""Readers by suffix. A rosbag2 is a folder with a metadata.yaml, a LeRobot dataset a folder with a meta/info.json."""
 
 
-@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` cuts out what comes of it
+@np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` removes such rows
 def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     """Read a log.
 
@@ -61,20 +61,20 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2, of a LeRobot
         dataset or of tables.
     robot
-        Whose joints to read, in whose order, and whose `[log]` settings to follow; without it, the log's own joints.
+        Robot whose joint order and `[log]` settings are applied. If None, all joints of the log are read.
 
     Returns
     -------
     RobotLog
-        In SI units; `notes` says what was done to the data and what was ignored. Time may still be irregular, and
-        values missing (NaN): `stribeck.log.sampling.regularise` sees to that.
+        Log in SI units; its `notes` describe changes to the data and ignored parts. Time may still be irregular, and
+        values missing (NaN), until `stribeck.log.sampling.regularise`.
 
     Raises
     ------
     LogError
-        If the file cannot be read, or lacks joints that the robot has.
+        If the file cannot be read, or lacks joints of the robot.
     SettingsError
-        If `[log]` asks for what makes no sense.
+        If a setting of `[log]` is not valid for its channel.
 
     Examples
     --------
@@ -84,8 +84,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     >>> log.torque.shape
     (12000, 3)
     """
-    path, (table, where) = Path(path), _settings(robot)
-    opener = _opener(path)
+    path, (table, where) = Path(path), _check_settings(robot)
+    opener = _choose_opener(path)
     if table.columns and opener is not open_csv:
         raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
     return _read(opener(path, table), robot, table, where, str(path))
@@ -94,14 +94,14 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
 @np.errstate(over="ignore", invalid="ignore")
 def read_frame(frame: object, robot: Robot | None = None) -> RobotLog:
     """Read a log from a table in memory: `RobotLog.from_frame`."""
-    table, where = _settings(robot)
+    table, where = _check_settings(robot)
     if table.columns:
         raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
     return _read(source_of_columns(table_of_frame(frame), table), robot, table, where, "")
 
 
-def _settings(robot: Robot | None) -> tuple[LogTable, str]:
-    """Return the settings of `[log]`, which were checked, and where they stand."""
+def _check_settings(robot: Robot | None) -> tuple[LogTable, str]:
+    """Check the settings of `[log]`, and return them with the path of their file."""
     table, where = robot.log_table if robot else LogTable(), (robot.path if robot else "") or "robot file"
     check_table(table, where)
     if robot:
@@ -110,13 +110,13 @@ def _settings(robot: Robot | None) -> tuple[LogTable, str]:
 
 
 def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, path: str) -> RobotLog:
-    """Return the log that a source offers, in the robot's order and in SI units."""
+    """Read a recording in the robot's joint order and in SI units."""
     source, motor_notes = name_motors(source, table, robot.joint_names if robot else ())
     selection = select(source, table, robot)
     with errors_about(source.path), foreign(source.path, "a log"):
         loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
-    time, time_notes = _time(source, loaded.arrays, table)
-    channels = _channels(source, selection, loaded.arrays, len(time))
+    time, time_notes = _read_time(source, loaded.arrays, table)
+    channels = _collect_channels(source, selection, loaded.arrays, len(time))
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
@@ -124,11 +124,11 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
     if robot and robot.command_gains:
-        time, channels, command_notes = _command(time, channels, robot, source.path)
+        time, channels, command_notes = _replace_command(time, channels, robot, source.path)
         delay_notes += command_notes
     in_amperes = through_motors(channels["torque"], robot) if robot else ()
-    contact, contact_notes = _flags(channels.pop("contact", None), source.path)
-    torque_source, torque_notes = _torque_source(source, robot)
+    contact, contact_notes = _read_flags(channels.pop("contact", None), source.path)
+    torque_source, torque_notes = _find_torque_source(source, robot)
     shape = (-1, len(selection.foot_names), 6)
     wrench = channels.pop("foot_wrench").reshape(shape) if "foot_wrench" in channels else None
     return RobotLog(
@@ -146,18 +146,18 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
 
 
 def open_log(path: Path, table: LogTable) -> Recording:
-    """Open a log by its suffix: what it offers, before anything is read.
+    """Open a log by its suffix, without reading its samples.
 
     Raises
     ------
     LogError
         If it is missing, damaged or of an unknown format.
     """
-    return _opener(path)(path, table)
+    return _choose_opener(path)(path, table)
 
 
-def _opener(path: Path) -> Callable[[Path, LogTable], Recording]:
-    """Return the reader of a file's format, by its suffix."""
+def _choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
+    """Choose the reader of a file by its suffix."""
     check_name(path)
     with foreign(str(path), "a log"):
         size = path.stat().st_size if path.exists() else None
@@ -165,7 +165,7 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Recording]:
         strange = next((file for file in files if file.exists() and not (file.is_file() or file.is_dir())), None)
     if size is None:
         raise LogError(f"{path}: no such file; expected a log")
-    if strange:  # reading one may take forever
+    if strange:  # reading it may never end
         raise LogError(f"{strange}: is a pipe, a device or a socket; expected a log file, or a rosbag2 folder")
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
@@ -178,7 +178,7 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Recording]:
             return open_folder
         raise LogError(
             f"{path}: is a folder without metadata.yaml, {INFO} or tables; expected a log file, a rosbag2 folder, a "
-            "LeRobot dataset, or a folder with a .csv or .parquet file a channel"
+            "LeRobot dataset, or a folder with one .csv or .parquet file per channel"
         )
     if path.suffix.lower() not in FORMATS:
         raise LogError(
@@ -190,7 +190,7 @@ def _opener(path: Path) -> Callable[[Path, LogTable], Recording]:
 
 
 def _check_whole(path: Path) -> None:
-    """Refuse a file that is empty, cannot be opened, or is nearly all a hole."""
+    """Refuse a file that is empty, cannot be opened, or consists mostly of a hole."""
     with foreign(str(path), "a log"):
         size = path.stat().st_size
         if size == 0:
@@ -198,21 +198,21 @@ def _check_whole(path: Path) -> None:
         path.open("rb").close()
         stored = stored_bytes(path)
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
-        raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a whole file")
+        raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a complete file")
 
 
-def _time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
-    """Return time [s] from the log's stamps, or from `[log] rate`."""
+def _read_time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
+    """Compute time [s] from the log's stamps, or from `[log] rate`."""
     if "time" in loaded:
         if loaded["time"].shape[1] != 1:
             raise LogError(f"{source.path}: 'time' has {loaded['time'].shape[1]} columns; expected one")
         time, notes = seconds(loaded.pop("time"), table.time, source.time_unit)
     elif table.rate is not None:
         time = np.arange(len(loaded["position"])) / table.rate
-        notes = [f"The log has no time: stamps made from [log] rate = {table.rate:g} Hz."]
+        notes = [f"The log has no time; stamps were computed from [log] rate = {table.rate:g} Hz."]
     else:
         raise LogError(
-            f"{source.path}: holds no time; expected 'time', its name as [log.time] name, or [log] rate in Hz "
+            f"{source.path}: contains no time; expected 'time', another name as [log.time] name, or [log] rate in Hz "
             f"(found {listed([*source.channels, *source.others])})"
         )
     if len(time) < 2:
@@ -220,8 +220,8 @@ def _time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Array, li
     return time, notes
 
 
-def _channels(source: Recording, selection: Selection, loaded: Arrays, samples: int) -> dict[str, Array]:
-    """Return the loaded channels, all of one length, and zeros for one that is wanted and not there."""
+def _collect_channels(source: Recording, selection: Selection, loaded: Arrays, samples: int) -> dict[str, Array]:
+    """Check that loaded channels have the same length; a missing channel that is required becomes zero."""
     channels = {}
     for name, columns in selection.columns.items():
         if name == "time":
@@ -233,10 +233,10 @@ def _channels(source: Recording, selection: Selection, loaded: Arrays, samples: 
     return channels
 
 
-def _command(
+def _replace_command(
     time: Array, channels: dict[str, Array], robot: Robot, path: str
 ) -> tuple[Array, dict[str, Array], list[str]]:
-    """Put the commanded torque in the place of the command, `[log.torque] delay` taken out of it."""
+    """Replace a command by the commanded torque, with `[log.torque] delay` removed."""
     torque, note = commanded_torque(channels, robot, path)
     of_torque = {"torque": torque}
     rows, notes = advance(of_torque, time, robot.log_table, path)
@@ -245,11 +245,11 @@ def _command(
 
 
 def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:
-    """Write NaN as temperature where the log has none, and zero as torque where position control makes it idle."""
+    """Fill missing temperatures with NaN, and missing torques of position-controlled joints with zero."""
     if "temperature" in channels:
         channels["temperature"][:, [column < 0 for column in selection.columns["temperature"]]] = np.nan
     for name in MOTION if robot and robot.passive else ():
-        if name in channels:  # of passive joints, which follow the others
+        if name in channels:  # passive joints follow the others
             channels[name][:, [column < 0 for column in selection.columns[name]]] = np.nan
     joints_by_rows: dict[int, list[str]] = {}
     for joint in robot.position_controlled if robot and "torque" in channels else ():
@@ -259,32 +259,32 @@ def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None)
             torque[unknown] = 0.0
             joints_by_rows.setdefault(int(unknown.sum()), []).append(joint)
     return [
-        f"Torque of position-controlled {listed(joints)} is missing in {rows} rows: zero is put there."
+        f"Torque of position-controlled {listed(joints)} is missing in {rows} rows and was set to zero."
         for rows, joints in joints_by_rows.items()
     ]
 
 
-def _flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, list[str]]:
-    """Return contact flags as booleans; a missing flag keeps the value before it."""
+def _read_flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, list[str]]:
+    """Convert contact flags to booleans; a missing flag keeps the previous value."""
     if contact is None:
         return None, []
     unknown = ~np.isfinite(contact)
     notes = []
     if unknown.any():
-        notes.append(f"{unknown.sum()} missing contact flags take the value before them.")
+        notes.append(f"{unknown.sum()} missing contact flags keep the previous value.")
         rows = np.where(unknown, 0, np.arange(len(contact))[:, None])
         contact = np.nan_to_num(np.take_along_axis(contact, np.maximum.accumulate(rows, axis=0), axis=0))
     strange = contact[(contact != 0) & (contact != 1)]
     if strange.size:
         raise LogError(
-            f"{path}: 'contact' holds {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench' or "
+            f"{path}: 'contact' contains {strange[0]:g}; expected flags, 0 or 1 (forces belong in 'foot_wrench' or "
             "'foot_force')"
         )
     return contact > 0.5, notes
 
 
-def _torque_source(source: Recording, robot: Robot | None) -> tuple[TorqueSource, list[str]]:
-    """Return where torques come from: as the robot file says, or else the log."""
+def _find_torque_source(source: Recording, robot: Robot | None) -> tuple[TorqueSource, list[str]]:
+    """Determine the torque source from the robot file, or else from the log."""
     valid: tuple[TorqueSource, ...] = get_args(TorqueSource)
     said = source.torque_source
     if said is not None and said not in valid:
@@ -294,6 +294,6 @@ def _torque_source(source: Recording, robot: Robot | None) -> tuple[TorqueSource
         return of_log, []
     if said is not None and of_log != robot.torque_source:
         return robot.torque_source, [
-            f"The log says its torques are '{of_log}', the robot file '{robot.torque_source}': the robot file holds."
+            f"The log has torque_source '{of_log}', the robot file '{robot.torque_source}'; the robot file is used."
         ]
     return robot.torque_source, []

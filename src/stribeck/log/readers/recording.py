@@ -1,11 +1,11 @@
-"""What every reader gives: the channels that a file offers, and a way to load some of their columns.
+"""Output of every reader: channels that a file contains, and a function that loads some of their columns.
 
 To add a format:
 
 1. Write `readers/<format>.py` with a function `open_<format>(path, table) -> Recording`.
-2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` says where else to look for one.
-   Units, signs, order, delays and joint selection are not the reader's business: `mapping` and `selection` do them.
-3. Call foreign libraries inside `foreign`, so that whatever they raise becomes a LogError naming the file.
+2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` overrides the name in the file. Units,
+   signs, order, delays and joint selection are handled by `mapping` and `selection`.
+3. Call foreign libraries inside `foreign`, so that any exception becomes a LogError that names the file.
 4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/log/readers/formats.py`, and damage to
    `tests/damaged.py`.
 
@@ -28,7 +28,7 @@ from stribeck.settings import LogTable
 QUATERNION = ("x", "y", "z", "w")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
-"""Channels of a command, and what each of them is of."""
+"""Channels of a command -> the commanded channel."""
 JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
 VECTOR_CHANNELS = {
     "base_orientation": QUATERNION,
@@ -43,7 +43,7 @@ Arrays = dict[str, NDArray[np.generic]]
 
 @dataclass(frozen=True)
 class Loaded:
-    """Loaded columns by channel, each of shape (T, columns), and what was done to them."""
+    """Loaded columns by channel, shape (T, columns) each, and notes on changes."""
 
     arrays: Arrays
     notes: tuple[str, ...] = ()
@@ -51,7 +51,7 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Channel:
-    """Columns that a file offers for a channel: how many, and the log's own names of them, if it names them."""
+    """Columns of a channel in a file: their number, and their names in the log if it has names."""
 
     columns: int
     labels: tuple[str, ...] | None = None
@@ -59,30 +59,31 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """An opened log.
+    """Opened log.
 
     Attributes
     ----------
     path
-        The file, for messages.
+        Path of the file, for messages.
     channels
-        What it offers, by the names of RobotLog; `foot_wrench` has six columns a foot.
+        Channels in the file, by the names of RobotLog; `foot_wrench` has six columns per foot.
     load
-        Reads columns: {channel: column numbers} to arrays of shape (T, columns), in the log's own units; float64, but
-        for `time`, which keeps integers as they are (nanoseconds since 1970 do not fit float64). A column number of -1
-        gives zeros.
+        Function that loads columns: {channel: column numbers} to arrays of shape (T, columns), in the log's units.
+        Arrays are float64, except that an integer `time` stays integer (nanoseconds since 1970 do not fit float64). A
+        column number of -1 gives zeros.
     others
-        Names that the file holds beside them.
+        Names of other content in the file.
     wide
-        Those of `others` that are of several columns each.
+        Names in `others` with several columns each.
     time_unit
-        Unit of `time` where the file itself says so; settings do not change it.
+        Unit of `time` if the file defines it; settings do not change it.
     torque_source
-        Where the torque comes from, where the file itself says so.
+        Source of the torque if the file defines it.
     motor_orders
-        {robot: its joints by number}, where the file numbers its joints `motor_0`, `motor_1`, ... and is one of these.
+        {robot: its joints by number} if the file numbers its joints `motor_0`, `motor_1`, ... and belongs to one of
+        these.
     expected
-        {channel: where this format would have it}, for the message that it is not there.
+        {channel: its place in this format}, for messages about missing channels.
     """
 
     path: str
@@ -103,14 +104,15 @@ ALIASES = {
     "acceleration": ("qdd", "ddq", "qddot", "accelerations", "joint_acceleration", "joint_accelerations"),
     "torque": ("tau", "effort", "efforts", "torques", "joint_torque", "joint_torques", "joint_effort", "joint_efforts"),
 }
-"""Channel -> its other names. Quaternions and IMUs have none: a name does not tell their order and frame."""
+"""Channel -> its other names. Quaternions and IMU signals have none, because names do not define their order and frame.
+"""
 
 
 def find_aliases(table: LogTable, offers: Mapping[str, int]) -> dict[str, str]:
-    """Return under which other name a log holds a channel: {channel: name}.
+    """Find the alternative names of channels in a log: {channel: name}.
 
-    A name counts where it is the only one of its channel, and neither the channel's own name nor a setting says where
-    the channel is. A channel that no fit needs counts only next to as many columns of positions.
+    A name counts if it is the only alternative, and neither the channel's standard name nor a setting locates the
+    channel. Optional channels must also have as many columns as the position.
 
     Parameters
     ----------
@@ -129,21 +131,21 @@ def find_aliases(table: LogTable, offers: Mapping[str, int]) -> dict[str, str]:
 
 
 def alias_note(found: Mapping[str, str]) -> list[str]:
-    """Return the sentence that says which names were taken for what."""
+    """Note the alternative names that are used."""
     pairs = ", ".join(f"'{name}' as {channel}" for channel, name in found.items())
-    return [f"Read by their usual names: {pairs}."] if found else []
+    return [f"Alternative names in the log: {pairs}."] if found else []
 
 
 @contextmanager
 def foreign(path: str, what: str) -> Iterator[None]:
-    """Turn whatever a foreign library raises on a damaged file into a LogError of one line."""
+    """Turn any exception of a foreign library on a damaged file into a LogError of one line."""
     try:
         yield
     except StribeckError:
         raise
     except MemoryError as error:
         raise LogError(too_large(path)) from error
-    except Exception as error:  # parsers of foreign bytes raise anything, from KeyError to zlib.error
+    except Exception as error:  # parsers raise anything on damaged bytes, from KeyError to zlib.error
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:
             raise LogError(too_large(path)) from error
         unreadable = (errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ESTALE, errno.ENOTCONN)
@@ -157,11 +159,11 @@ def foreign(path: str, what: str) -> Iterator[None]:
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:
-    """Return names for a message: quoted, and not more than `most` of them."""
+    """Quote names for a message, at most `most` of them."""
     shown = ", ".join(f"'{_one_line(name)[:80]}'" for name in names[:most])
     return (shown + (f" and {len(names) - most} more" if len(names) > most else "")) or "nothing"
 
 
 def _one_line(text: str) -> str:
-    """Return text from a file as one printable line."""
+    """Convert text from a file to one printable line."""
     return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split()))

@@ -1,4 +1,4 @@
-"""Tables with a column per signal: `.csv` and `.parquet` files, and frames of pandas, polars and the like in memory."""
+"""Tables with one column per signal: `.csv` and `.parquet` files, and frames of pandas, polars and others in memory."""
 
 import csv
 import re
@@ -18,7 +18,7 @@ from stribeck.log.storage import BLOCK_ROWS
 from stribeck.settings import LogTable
 
 CSV_BLOCK = 1 << 23  # bytes parsed at once
-HEAD = 64  # rows in which the first list of a column is looked for
+HEAD = 64  # rows searched for the first list of a column
 
 
 def open_parquet(path: Path, table: LogTable) -> Recording:
@@ -27,7 +27,7 @@ def open_parquet(path: Path, table: LogTable) -> Recording:
     Raises
     ------
     LogError
-        If it is damaged, lacks a column that `[log]` names, or holds anything but numbers in a column that is used.
+        If it is damaged, lacks a column that `[log]` names, or contains other values than numbers in a used column.
     """
     return source_of_columns(parquet_table(path), table)
 
@@ -35,35 +35,35 @@ def open_parquet(path: Path, table: LogTable) -> Recording:
 def open_csv(path: Path, table: LogTable) -> Recording:
     """Open a CSV file whose first line, or `[log] columns`, names the columns.
 
-    Commas, semicolons or tabs separate them, or else single spaces.
+    They are separated by commas, semicolons, tabs or single spaces.
 
     Raises
     ------
     LogError
-        As `open_parquet`, or if nothing names the columns, or both do.
+        As `open_parquet`, or if neither or both name the columns.
     """
     first, separator = first_line(path)
     if is_data(first) and not table.columns:
         raise LogError(
-            f"{path}: the first line holds numbers ({listed(first, 3)}); expected a line of column names, or the names "
+            f"{path}: the first line contains numbers ({listed(first, 3)}); expected a line of column names, or names "
             "of all columns in order as [log] columns"
         )
     if table.columns and not any(map(_is_number, first)):
         raise LogError(
-            f"{path}: the first line names the columns ({listed(first, 3)}), and so does [log] columns; expected one "
-            "of them: [log] columns is for files without a line of names"
+            f"{path}: the first line names the columns ({listed(first, 3)}); remove [log] columns, which is for "
+            "files without a header line"
         )
     if table.columns and len(first) != len(table.columns):
         raise LogError(
-            f"{path}: the first line has {len(first)} values, and [log] columns has {len(table.columns)} names; "
-            "expected a name for each, in order"
+            f"{path}: the first line has {len(first)} values, but [log] columns has {len(table.columns)} names; "
+            "expected one name per value, in order"
         )
     return source_of_columns(csv_table(path, table.columns or first, separator, not table.columns), table)
 
 
 def parquet_table(path: Path) -> Table:
-    """Return the table of a Parquet file."""
-    # Without prefetching and with small buffers, a file that is one row group does not enter memory whole.
+    """Open the table of a Parquet file."""
+    # Without prefetching and with small buffers, a file with a single row group is not read into memory at once.
     opened = partial(
         pyarrow.parquet.ParquetFile, path, pre_buffer=False, buffer_size=1 << 18, page_checksum_verification=True
     )
@@ -76,12 +76,12 @@ def parquet_table(path: Path) -> Table:
         schema, rows = file.schema_arrow, file.metadata.num_rows
         lists = [one.name for one in schema if is_list(one.type)]
         head = next(file.iter_batches(HEAD, columns=lists), None) if lists else None
-    names, places, widths = spread(schema.names, _sizes(head) if head else {})
+    names, places, widths = spread(schema.names, _measure_lists(head) if head else {})
     return Table(str(path), names, places, rows, read, lambda name: schema.field(name).type, widths)
 
 
-def _sizes(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
-    """Return the sizes of the lists in some rows."""
+def _measure_lists(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
+    """Compute the sizes of the lists in some rows."""
     return {
         name: [len(one or ()) for one in column.to_pylist()]
         for name, column in zip(head.schema.names, head.columns, strict=True)
@@ -89,7 +89,7 @@ def _sizes(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
 
 
 def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Table:
-    """Return the table of a CSV file; its first line is of names, if it is `named`."""
+    """Open the table of a CSV file; `named` is whether its first line contains names."""
     with foreign(str(path), "CSV"), path.open("rb") as file:
         rows = sum(block.count(b"\n") for block in iter(partial(file.read, CSV_BLOCK), b"")) + 1
     with foreign(str(path), "CSV"), path.open(encoding="utf-8-sig", errors="replace", newline="") as text:
@@ -97,9 +97,9 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
         head = list(islice((cells for cells in islice(records, int(named), None) if cells), HEAD))
     first = head[0] if head else []
     lists = {name: k for k, (name, cell) in enumerate(zip(names, first, strict=False)) if cell.strip().startswith("[")}
-    number = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")  # as German and French programs write it
+    number = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")  # decimal comma of German and French programs
     comma = separator != "," and any(map(number.fullmatch, first))
-    # Errors name their row only without threads, which gain nothing.
+    # Errors name their row only without threads, which are no faster here.
     reading = pyarrow.csv.ReadOptions(column_names=names, skip_rows=int(named), block_size=CSV_BLOCK, use_threads=False)
     parsing = pyarrow.csv.ParseOptions(delimiter=separator, newlines_in_values=bool(lists))
 
@@ -129,7 +129,7 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
 
 
 def first_line(path: Path) -> tuple[list[str], str]:
-    """Return the cells of a CSV file's first line, and what separates them."""
+    """Split the first line of a CSV file, and detect its separator."""
     with foreign(str(path), "CSV"), path.open("rb") as file:
         line, second = (file.readline(1 << 20).decode("utf-8-sig").strip() for _ in range(2))
         line = line.removeprefix("#").lstrip()
@@ -140,12 +140,12 @@ def first_line(path: Path) -> tuple[list[str], str]:
         cells = csv.reader([line], delimiter=separator, skipinitialspace=True)
         names = [name.strip() for name in next(cells, [])]
     if not names:
-        raise LogError(f"{path}: is empty; expected a line of column names, then one line a sample")
+        raise LogError(f"{path}: is empty; expected a line of column names, then one line per sample")
     return names, separator
 
 
 def is_data(cells: list[str]) -> bool:
-    """Return whether a line holds values and no names."""
+    """Return whether a line contains values instead of names."""
     return any(map(_is_number, cells)) and all(not cell or _is_number(cell) for cell in cells)
 
 
@@ -158,12 +158,12 @@ def _is_number(cell: str) -> bool:
 
 
 def table_of_frame(frame: object) -> Table:
-    """Return the table of a frame; an index that has a name is a column too.
+    """Open the table of a frame; a named index is a column too.
 
     Raises
     ------
     LogError
-        If it is no frame, or has columns that Arrow cannot hold.
+        If it is no frame, or has columns that Arrow cannot represent.
     """
     if not hasattr(frame, "__arrow_c_stream__"):
         raise LogError(
@@ -173,7 +173,7 @@ def table_of_frame(frame: object) -> Table:
     with foreign("frame", "a table"):
         data = pa.table(frame)
         lists = [one.name for one in data.schema if is_list(one.type)]
-        names, places, widths = spread(data.column_names, _sizes(data.select(lists).slice(0, HEAD)))
+        names, places, widths = spread(data.column_names, _measure_lists(data.select(lists).slice(0, HEAD)))
 
     def read(columns: list[str], _: Collection[str]) -> Iterator[pa.RecordBatch]:
         with foreign("frame", "a table"):

@@ -21,7 +21,7 @@ JOINTS = {
     "joints_state.torques": "torque",
     "motors_state.temperatures": "temperature",
 }
-"""Signals of all joints and their channels; those of the motors' own encoders are before the gears."""
+"""Joint signals -> channels. Signals of motor encoders are measured before the gears."""
 SENSORS = {
     "orientations": ("imu", "base_orientation", 3),
     "gyros": ("imu", "angular_velocity", 3),
@@ -29,7 +29,7 @@ SENSORS = {
     "cartesian_wrenches": ("wrench", "foot_wrench", 6),
     "FTs": ("wrench", "foot_wrench", 6),
 }
-"""Groups of sensors: what they are, their channel and how many numbers they give."""
+"""Groups of sensors -> kind, channel and number of values."""
 
 
 Arrays = Mapping[str, Callable[[], NDArray[np.float64]]]
@@ -37,16 +37,16 @@ Texts = Mapping[str, tuple[str, ...]]
 
 
 def is_telemetry(names: Iterable[str]) -> bool:
-    """Return whether a file with these variables is of YARP's loggers."""
+    """Return whether a file with these variables comes from YARP's loggers."""
     return any(name.endswith(POSITIONS) for name in names)
 
 
 def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> Recording:
-    """Return the source of a log: joints, and the sensors that `[log]` names.
+    """Make the recording of a log: joints, and the sensors that `[log]` names.
 
     A signal is a struct of `data`, features x 1 x samples, `timestamps` [s] and, since version 0.4, `elements_names`;
-    the robot's `description_list` names the joints else. The file does not say where a sensor sits nor which way it
-    turns, so that none is taken unasked, but for the Cartesian wrench whose name contains a contact's.
+    in earlier versions, the robot's `description_list` names the joints. The file does not define a sensor's place and
+    orientation, so `[log]` must name it, except for a Cartesian wrench whose name contains a contact's name.
 
     Raises
     ------
@@ -55,13 +55,13 @@ def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> 
     """
     root = next(name for name in arrays if name.endswith(POSITIONS)).removesuffix(POSITIONS)
     signals = [name.removeprefix(f"{root}.").removesuffix(".data") for name in arrays if name.endswith(".data")]
-    streams = _joint_streams(path, root, [name for name in JOINTS if name in signals], arrays, texts, table)
+    streams = _make_joint_streams(path, root, [name for name in JOINTS if name in signals], arrays, texts, table)
     others = []
     for name in signals:
         group, _, sensor = name.partition(".")
-        if group in SENSORS and sensor and (group == "cartesian_wrenches" or _asked(f"/{group}/{sensor}", table)):
+        if group in SENSORS and sensor and (group == "cartesian_wrenches" or _is_named(f"/{group}/{sensor}", table)):
             kind, channel, width = SENSORS[group]
-            stamps, values = _signal(path, f"{root}.{name}", arrays, width)
+            stamps, values = _read_signal(path, f"{root}.{name}", arrays, width)
             if channel == "base_orientation":
                 values = Rotation.from_euler("xyz", values).as_quat()  # roll, pitch and yaw [rad] about fixed axes
             streams.append(Stream(f"/{group}/{sensor}", group, kind, (), stamps, {channel: values}))
@@ -70,16 +70,16 @@ def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> 
     return join(path, streams, others, table, ())
 
 
-def _asked(topic: str, table: LogTable) -> bool:
+def _is_named(topic: str, table: LogTable) -> bool:
     """Return whether `[log]` names a sensor, for any channel or as a foot."""
     names = [getattr(table, channel).name for channel in (*VECTOR_CHANNELS, "foot_wrench")]
     return topic in table.foot_names or any(topic == one or (isinstance(one, list) and topic in one) for one in names)
 
 
-def _joint_streams(
+def _make_joint_streams(
     path: str, root: str, signals: Iterable[str], arrays: Arrays, texts: Texts, table: LogTable
 ) -> list[Stream]:
-    """Return a stream of each set of signals that share their stamps and joints."""
+    """Make one stream per set of signals with the same stamps and joints."""
     degrees = _is_in_degrees(path, root, arrays, texts, table)
     groups: dict[tuple[bytes, tuple[str, ...]], dict[str, Array]] = {}
     for signal in signals:
@@ -91,7 +91,7 @@ def _joint_streams(
                 f"'{root}.description_list'"
             )
         refuse_twice(labels, f"{path}: '{name}'")
-        stamps, values = _signal(path, name, arrays, len(labels))
+        stamps, values = _read_signal(path, name, arrays, len(labels))
         if degrees and signal.startswith("joints_state") and JOINTS[signal] != "torque":
             values = np.deg2rad(values)
         groups.setdefault((stamps.tobytes(), labels), {})[JOINTS[signal]] = values
@@ -102,22 +102,22 @@ def _joint_streams(
 
 
 def _is_in_degrees(path: str, root: str, arrays: Arrays, texts: Texts, table: LogTable) -> bool:
-    """Return whether positions are in degrees, as the dumper's units say, which it says of radians as well."""
+    """Return whether positions are in degrees; the unit "deg" in the file can mean radians too."""
     unit = texts.get(f"{root}.joints_state.positions.units_of_measure", ("rad",))[0]
     if unit != "deg" or table.position.unit:
         return False
-    if np.nanmax(np.abs(arrays[root + POSITIONS]()), initial=0.0) > 4 * np.pi:  # [rad], further than any joint turns
+    if np.nanmax(np.abs(arrays[root + POSITIONS]()), initial=0.0) > 4 * np.pi:  # [rad], farther than any joint turns
         return True
     raise LogError(
-        f"{path}: '{root}.joints_state.positions' is said to be in deg and small enough for radians, of which the "
-        "telemetry dumper says the same; expected [log.position] unit, and those of velocity and acceleration"
+        f"{path}: '{root}.joints_state.positions' has the unit deg, but could be in radians, for which the "
+        "telemetry dumper writes deg too; set the units of [log.position], [log.velocity] and [log.acceleration]"
     )
 
 
-def _signal(path: str, name: str, arrays: Arrays, width: int) -> tuple[NDArray[np.int64], Array]:
-    """Return stamps [ns], shape (T,), and values, shape (T, width)."""
+def _read_signal(path: str, name: str, arrays: Arrays, width: int) -> tuple[NDArray[np.int64], Array]:
+    """Read stamps [ns], shape (T,), and values, shape (T, width)."""
     if f"{name}.timestamps" not in arrays:
-        raise LogError(f"{path}: '{name}' has no 'timestamps'; expected one a sample")
+        raise LogError(f"{path}: '{name}' has no 'timestamps'; expected one per sample")
     data, seconds = arrays[f"{name}.data"](), arrays[f"{name}.timestamps"]().reshape(-1)
     samples = len(seconds)
     if data.size != samples * width:
@@ -127,6 +127,6 @@ def _signal(path: str, name: str, arrays: Arrays, width: int) -> tuple[NDArray[n
         )
     strange = ~(np.abs(seconds) < 9e9)  # in the year 2255, nanoseconds no longer fit 64 bits
     if strange.any():
-        raise LogError(f"{path}: '{name}.timestamps' holds {seconds[strange][0]:g}; expected seconds")
+        raise LogError(f"{path}: '{name}.timestamps' contains {seconds[strange][0]:g}; expected seconds")
     values = data.reshape(width, samples).T if data.shape[-1:] == (samples,) else data.reshape(samples, width)
     return np.round(seconds * NANO).astype(np.int64), np.ascontiguousarray(values)
