@@ -24,7 +24,7 @@ def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Findi
     Raises
     ------
     LogError, SettingsError
-        If the log lacks a channel that the settings ask for, or the settings do not suit it.
+        If the log lacks a channel that the settings require, or the settings do not suit it.
     """
     evidence = gather(prepared, robot, settings)
     return findings(evidence, delays(evidence))
@@ -53,7 +53,7 @@ def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Setti
 
 
 def model_findings(robot: Robot) -> list[Finding]:
-    """Report unusual properties of the robot's model, whatever the log."""
+    """Report unusual properties of the robot's model, independent of the log."""
     return [Finding.of("robot-model", text=text) for text in robot.warnings]
 
 
@@ -84,7 +84,7 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
 
 
 def check_samples(evidence: Evidence) -> list[Finding]:
-    """Report unused parts of a log: lost samples, and what follows a fall."""
+    """Report unused parts of a log: lost samples, and samples after a fall."""
     sampling, time = evidence.prepared.sampling, evidence.prepared.log.time
     found = []
     if sampling.lost > 0.2:

@@ -54,7 +54,7 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
         setting = "foot_names" if support.source == "flags" else "foot_names or foot_order"
         return [Finding.of("contacts-swapped", pairs=pairs, setting=setting)]
     others = np.column_stack([np.delete(lift, k, axis=1).min(axis=1) for k in range(len(feet))])
-    ground = np.where(standing, height, np.inf).min(axis=1, keepdims=True)  # a foot that swings may reach below it
+    ground = np.where(standing, height, np.inf).min(axis=1, keepdims=True)  # a swinging foot may be below it
     above = np.where(standing, height - ground, 0.0)
     parts = [
         f"{foot} is logged as standing, but is above another standing foot"
@@ -123,9 +123,9 @@ AXES = [
 
 
 def _axes_off(turns: _Turns) -> Array | None:
-    """Find the axes that explain a rotation far better than the given ones; None if there are none.
+    """Find the axes that explain a rotation far better than the given ones; None if the given ones are fine.
 
-    They must explain half of it, and leave less than 35 % of what the given axes leave.
+    They must explain half of the rotation, and leave less than 35 % of the residual of the given axes.
     """
     slowest = min(_rms(turns.measured), _rms(turns.expected)) if len(turns.measured) >= FEWEST else 0.0
     if slowest < 0.02:  # rad/s
@@ -187,7 +187,7 @@ def _pairs(evidence: Evidence, foot: NDArray[np.int64]) -> tuple[NDArray[np.int6
 
 
 def _standing_sole(evidence: Evidence) -> NDArray[np.int64] | None:
-    """Find the number of a sole that stands in each bin, -1 where none does, shape (B,); None if there are none."""
+    """Find the number of a standing sole in each bin, -1 without one, shape (B,); None if no sole ever stands."""
     contacts = evidence.robot.contacts
     soles = [k for k, contact in enumerate(contacts.values()) if contact.kind == "surface"]
     names = list(contacts)
@@ -209,7 +209,7 @@ def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> F
 
 
 def _inertial(evidence: Evidence) -> list[Finding]:
-    """Compare gyroscope and accelerometer with the base orientation, which has the same frame."""
+    """Compare gyroscope and accelerometer with the base orientation, assuming the same frame."""
     log, rows = evidence.prepared.log, evidence.rows
     first, last, step = _pairs(evidence, np.zeros(len(rows), dtype=np.int64))
     if len(first) < FEWEST:

@@ -116,9 +116,9 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
 
 
 def _flickers(position: Array, parts: list[slice]) -> bool:
-    """Whether a position has noise at almost every sample outside some parts, which therefore are no rest.
+    """Whether a position has noise at almost every sample outside some parts, which are then no periods of rest.
 
-    A last digit that changes now and then while a joint rests is no such noise.
+    A last digit that changes occasionally at rest is not such noise.
     """
     steps = np.diff(position)
     rest = np.ones(len(steps), dtype=bool)
@@ -156,9 +156,9 @@ def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...],
 
 
 def clipped(torque: Array, position: Array, least: float, most: float) -> float:
-    """Compute the share of the samples at an extreme, if far more lie exactly there than close to it; else 0.
+    """Compute the share of the samples at an extreme, if far more are exactly there than close to it; otherwise 0.
 
-    It must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
+    The extreme must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
     """
     share = 0.0
     for sign, top in ((1.0, most), (-1.0, -least)):
@@ -190,7 +190,7 @@ def held_for(values: NDArray[np.float64]) -> int:
     typical = int(np.median(lengths))
     if typical < 2 or np.mean(np.abs(lengths - typical) <= max(1, typical // 10)) < HELD:
         return 0
-    # Steps of a coarse encoder at constant speed are of one size; those of held values are of all sizes.
+    # Steps of a coarse encoder have one size; steps between held values have any size.
     sizes = np.abs(steps[changes])
     if len(np.unique(np.round(sizes / sizes.max(), 6))) < 0.3 * len(sizes) or np.mean(lengths >= 2) < HELD:
         return 0

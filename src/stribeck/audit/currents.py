@@ -32,7 +32,7 @@ MODELS = 20
 
 @dataclass(frozen=True)
 class Gain:
-    """Torque per ampere and half of its 95 % interval [N m/A]; why it is unknown, or an empty text."""
+    """Torque per ampere and half of its 95 % interval [N m/A]; `why` it is unknown, or an empty text."""
 
     value: float
     half_width: float
@@ -79,7 +79,7 @@ def torques_of_currents(
 
 
 def _drawn(robot: Robot, priors: Priors, seed: int) -> Robot:
-    """Draw the masses and centers of mass of a robot's bodies from their priors."""
+    """Draw masses and centers of mass of a robot's bodies from their priors."""
     generator = np.random.default_rng(seed)
     model = pin.Model(robot.tree.model)
     for body in range(1, model.njoints):
@@ -94,7 +94,7 @@ def _gain(logs: Sequence[tuple[Evidence, Array]], k: int) -> Gain:
     """Estimate the torque per ampere of torque-controlled joint k from all logs together.
 
     Each log comes with static torques of the model and of the drawn models, shape (1 + MODELS, B, k). Samples slower
-    than 2 % of the top speed are left out, because friction is undetermined at rest.
+    than 2 % of the top speed are ignored, because friction is undetermined at rest.
     """
     parts, gravities, currents, runs = [], [], [], []
     for number, (evidence, models) in enumerate(logs):

@@ -1,4 +1,4 @@
-"""Delay of the torques relative to the motion, as several joints agree on it."""
+"""Delay of the torques relative to the motion, if several joints agree on it."""
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -14,7 +14,7 @@ LEAST = 1.5
 
 
 def delays(evidence: Evidence) -> dict[str, float]:
-    """Estimate the delay of each joint's torque [s]; joints whose model explains too little have none."""
+    """Estimate the delay of each joint's torque [s]; joints with a too poor fit of the model have none."""
     found = {name: _delay(evidence, k) for k, name in enumerate(evidence.joints)}
     return {name: delay for name, delay in found.items() if delay is not None}
 
@@ -30,7 +30,7 @@ def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
         return []
     middle = float(np.median(values))
     agreeing = int(np.sum(np.abs(values - middle) < max(0.35 * abs(middle), 0.5 * period)))
-    error = 1.25 * 1.48 * float(np.median(np.abs(values - middle))) / np.sqrt(len(values))  # of a median
+    error = 1.25 * 1.48 * float(np.median(np.abs(values - middle))) / np.sqrt(len(values))  # standard error of a median
     needed = (0.6 if len(values) >= 8 else 0.75) * len(values)
     if abs(middle) < max(LEAST * period, 4.0 * error) or agreeing < max(2.0, needed):
         return []
@@ -39,11 +39,11 @@ def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
 
 
 def _delay(evidence: Evidence, k: int) -> float | None:
-    """Estimate the delay of a joint's torque [s], None if the model explains too little of the torque.
+    """Estimate the delay of a joint's torque [s]; None if the model explains too little of the torque.
 
-    For every shift the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant,
-    so that friction is not taken for a delay. A parabola through the best shift and its neighbors gives the fraction
-    of a sample. A delay that explains less than 10 % of the rest is rejected: errors of the model look alike.
+    For every shift, the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant,
+    so that friction does not look like a delay. A parabola through the best shift and its neighbors gives the fraction
+    of a sample. A delay that explains less than 10 % of the residual is rejected, because model errors look similar.
     """
     if not evidence.moves(k):
         return None

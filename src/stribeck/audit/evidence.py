@@ -15,7 +15,7 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
 MOST_SAMPLES = 30_000
-"""Samples that are examined [1]; of a longer log, `PARTS` evenly spaced parts."""
+"""Number of examined samples [1]; a longer log is sampled in `PARTS` evenly spaced parts."""
 PARTS = 8
 
 
@@ -23,7 +23,7 @@ PARTS = 8
 class Run:
     """Uninterrupted samples in one contact mode: model's torque and velocity, shape (t, k), and the measured torque.
 
-    The measured torque has all rows of the log, shape (t stride, k); the others one of `Evidence.stride` rows.
+    The measured torque has all rows of the log, shape (t stride, k); the others every `Evidence.stride`-th row.
     """
 
     torque: Array
@@ -94,13 +94,13 @@ class Evidence:
 def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     """Compute the evidence for all checks from at most `MOST_SAMPLES` samples.
 
-    The checks compare means over bins of 40 ms: encoder noise, which large inertias multiply, averages out. After a
-    filter over 50 ms, the model's torque needs only 8 samples per bin.
+    The checks compare means over bins of 40 ms, because encoder noise, which large inertias multiply, averages out. The
+    model's torque needs only 8 samples per bin, after a filter over 50 ms.
 
     Raises
     ------
     LogError, SettingsError
-        If the log lacks a channel that the settings ask for, or the settings do not suit it.
+        If the log lacks a channel that the settings require, or the settings do not suit it.
     """
     period, log = prepared.sampling.period, prepared.log
     plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True}
@@ -150,7 +150,7 @@ def _means(values: Array, count: int, size: int) -> Array:
 
 
 def _parts(prepared: PreparedLog, margin: int) -> PreparedLog:
-    """Cut the segments of a long log to the parts that are examined."""
+    """Cut the segments of a long log to the examined parts."""
     rows = len(prepared.log.time)
     if rows <= MOST_SAMPLES:
         return prepared

@@ -1,4 +1,4 @@
-"""What a log holds, before anything is identified: channels, sampling, contact modes, ranges, delays and signs."""
+"""Inspection of a log before identification: channels, sampling, contact modes, ranges, delays and signs."""
 
 import json
 from dataclasses import asdict, dataclass, field
@@ -23,18 +23,18 @@ from stribeck.settings import Settings
 
 @dataclass(frozen=True, kw_only=True)
 class JointInspection:
-    """One joint's ranges, and how its torque compares with the model's.
+    """Ranges of one joint, and a comparison of its torque with the model's.
 
     Attributes
     ----------
     position_range, velocity_range, torque_range
-        Smallest and largest [rad], [rad/s], [N m].
+        Smallest and largest value [rad], [rad/s], [N m].
     correlation
-        Of measured torque and inverse dynamics; None for a joint whose model torque is not known or constant.
+        Correlation of measured torque and inverse dynamics; None if the model's torque is unknown or constant.
     delay
-        By which the torque comes later than the motion asks for [s]; None where the model explains too little of it.
+        Delay of the torque relative to the motion [s]; None if the model explains too little of the torque.
     sign
-        "opposite" where the audit says so, "agrees" where the torque correlates with the model.
+        "opposite" if the audit reports it, "agrees" if the torque correlates with the model.
     """
 
     position_range: tuple[float, float]
@@ -47,22 +47,22 @@ class JointInspection:
 
 @dataclass(frozen=True, kw_only=True)
 class Inspection:
-    """What `stribeck inspect` shows.
+    """Result of `stribeck inspect`.
 
     Attributes
     ----------
     channels
-        Name and shape of what the log holds.
+        Name and shape of each channel of the log.
     phases
-        Start [s], end [s], contact mode, whether it is used.
+        Start [s], end [s], contact mode, and whether the phase is used.
     gaps
-        Last stamp before and first after [s].
+        Last stamp before and first stamp after each gap [s].
     findings
-        What a user should act on, a sentence each: what makes every number wrong comes first.
+        Problems that a user should act on, one sentence each; fatal errors come first.
     audit
-        The same in parts: check, evidence, cure, joints.
+        The same as `findings`, structured: check, evidence, remedy, joints.
     torque_source
-        Where the torques come from.
+        Source of the torques.
     """
 
     robot: str
@@ -90,16 +90,16 @@ class Inspection:
 
 
 def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings: Settings | None = None) -> Inspection:
-    """Say what a log holds: channels, sampling, support phases, ranges, delays and signs of the torques.
+    """Inspect a log: channels, sampling, support phases, ranges, delays and signs of the torques.
 
     Parameters
     ----------
     log
-        A log of T samples, or its path.
+        Log of T samples, or its path.
     robot
-        The robot, or the path of its robot file.
+        Robot, or the path of its robot file.
     settings
-        The robot file's if None.
+        Settings; default: the robot file's `[identify]`.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def _inspect(
         samples=len(log.time),
         duration=float(log.time[-1] - log.time[0]),
         rate=float(sampling.rate),
-        jitter=round(float(sampling.jitter), 9),  # stamps are floats: less than a nanosecond is none
+        jitter=round(float(sampling.jitter), 9),  # below 1 ns is rounding
         duplicates=int(sampling.duplicates),
         gaps=[(float(a), float(b)) for a, b in sampling.gaps],
         missing=dict(sampling.missing),

@@ -1,4 +1,4 @@
-"""Direction of gravity and speed of the clock, as the torques of all joints together indicate them."""
+"""Direction of gravity and speed of the clock, estimated from the torques of all joints together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,16 +19,16 @@ from stribeck.robot.kinematics import direction_in_root
 from stribeck.robot.rooting import BASE_FRAME
 
 SURE = 5.0
-"""Standard errors by which an inertial part differs from its expected value [1]."""
+"""Deviation of an inertial part from its expected value that counts as significant [standard errors]."""
 BINS_FOR_CLOCK = 125
-"""Fewest bins for a clock [1]; the inertial parts of fewer motions are confused with errors of the model."""
+"""Minimum number of bins for the clock check [1]; with fewer, model errors dominate the inertial torque."""
 TURNED = np.deg2rad(45.0)
 """Smallest angle between the given and the estimated gravity that is reported [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Pooled:
-    """`torque = gravity terms . gravity + inertial * inertial terms + friction`, one fit to all joints.
+    """Fit of all joints: `torque = gravity terms . gravity + inertial * inertial terms + friction`.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class _Pooled:
     inertial, inertial_error
         Factor of the terms of velocities and accelerations [1], and its standard error.
     share
-        Share of the torques left by friction that the fit explains [1].
+        Share of the torques without friction that the fit explains [1].
     left
         Weighted residual squares, relative to a fit with the given gravity direction and a free gain per joint [1].
     dissipation
@@ -96,7 +96,7 @@ def _clock_finding(evidence: Evidence, scale: float, how: str) -> Finding:
 
 
 def _velocity_clock(evidence: Evidence) -> list[Finding]:
-    """Compare the log's own velocity with the slope of its position."""
+    """Compare the log's velocity with the slope of its position."""
     log = evidence.prepared.log
     if log.velocity is None:
         return []
@@ -194,7 +194,7 @@ def gravity_torques(evidence: Evidence, robot: Robot, directions: Array) -> Arra
     Returns
     -------
     torque
-        [N m], shape (B, k, D).
+        Torques [N m], shape (B, k, D).
     """
     log = evidence.prepared.log
     position = log.position[evidence.rows]

@@ -63,7 +63,7 @@ def _degrees(evidence: Evidence) -> list[Finding]:
 
 
 def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
-    """Report joints that leave their range, or reach its end, where a stop would take part of the torque."""
+    """Report joints that leave their range, or reach its end, where a stop would carry part of the torque."""
     robot = evidence.robot
     low, high = robot.position_limits
     lowest, highest = evidence.position_range

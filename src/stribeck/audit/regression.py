@@ -10,19 +10,19 @@ from stribeck.audit.evidence import Evidence
 from stribeck.base.typing import Array
 
 FEWEST = 20
-"""Bins [1] that a regression needs."""
+"""Minimum number of bins for a regression [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """`torque = gain * model + friction + error` of one joint.
+    """Fit of one joint: `torque = gain * model + friction + error`.
 
     Attributes
     ----------
     gain, error
         Gain of the torque relative to the model [1], and its standard error.
     share
-        Share of the variance left by friction that the model explains [1].
+        Share of the variance without friction that the model explains [1].
     swing, leverage
         Standard deviation of the model's torque that friction could not cause [N m], and its share of the whole [1].
     dissipation
@@ -70,12 +70,12 @@ def without(shapes: Array, *values: Array) -> list[Array]:
 
 
 def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | None = None) -> Fit | None:
-    """Fit a joint's torque to its model; None if there is too little of either.
+    """Fit a joint's torque to its model; None if there is too little data.
 
     Parameters
     ----------
     model, torque
-        In place of the evidence's for this joint, shape (B,).
+        Override the evidence's for this joint, shape (B,).
     """
     model = evidence.model[:, k] if model is None else model
     torque = evidence.torque[:, k] if torque is None else torque

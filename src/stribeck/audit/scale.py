@@ -19,13 +19,13 @@ from stribeck.robot import Robot
 BINS_FOR_GAIN = 75
 """Fewest bins for a gain [1]; errors of the model dominate shorter motions."""
 SURE = 4.0
-"""Standard errors by which a gain is wrong [1]."""
+"""Deviation of a gain from one that counts as significant [standard errors]."""
 NEAR = 1.6
-"""Gains within this factor of one [1] are caused by wrong inertias."""
+"""Factor [1] up to which gains can be explained by wrong inertias."""
 FAR = 5.0
-"""Factor from which most joints' gains make every number wrong [1]; limits and weights have smaller errors."""
+"""Factor [1] of most joints' gains that makes the log unusable; effort limits and weights have smaller errors."""
 MOST = 0.6
-"""Share of the joints with evidence [1] from which a cause concerns all joints."""
+"""Share of the joints with evidence [1] above which a cause concerns all joints."""
 UNITS = {1000.0: "N mm or mN m", 1e-3: "kN m", 1 / 9.81: "kgf m", 8.85: "in lbf", 0.7376: "ft lbf"}
 """Factor relative to N m -> unit."""
 
@@ -48,7 +48,7 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     the model's has another cause.
     """
     off = {k: found for k, found in fits.items() if _off(found) and _surely(found)}
-    few = min(2, len(evidence.joints))  # a cause of all joints needs two, unless the robot has a single one
+    few = min(2, len(evidence.joints))  # a common cause requires two joints, unless the robot has one
     if len(off) >= max(few, MOST * len(fits)):
         return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
     bounded = _out_of_bounds(evidence, [k for k in joints if k not in off])
@@ -57,7 +57,7 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     levels = _levels(evidence, joints)
     if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
-    off = {k: found for k, found in off.items() if evidence.moves(k)}  # the gear of a joint at rest holds any torque
+    off = {k: found for k, found in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
     gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
@@ -76,13 +76,13 @@ def _plus_minus(found: Fit) -> str:
 
 
 def _surely(found: Fit) -> bool:
-    """Whether the gain is wrong as well if all of the error is the model's (regression the other way round)."""
+    """Whether the gain is wrong even if all of the error is in the model (reverse regression)."""
     other = abs(found.gain) / found.share
     return not 1 / NEAR < other < NEAR and (other > 1) == (abs(found.gain) > 1)
 
 
 def _levels(evidence: Evidence, joints: list[int]) -> dict[int, float]:
-    """Divide the RMS of the torque by the model's, for the joints that carry most and whose torque is not zero."""
+    """Divide the RMS of the torque by the model's, for the joints with the largest loads and nonzero torque."""
     model = np.array([_rms(evidence.model[:, k]) for k in joints])
     if len(model) == 0 or not model.max() > 0:
         return {}
@@ -117,7 +117,7 @@ def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
 
 
 def _unit(factor: float) -> float | None:
-    """Find the unit, a key of `UNITS`, that makes torques larger by a factor; None if none does."""
+    """Find the unit in `UNITS` that makes torques larger by a factor; None if none does."""
     nearest = min(UNITS, key=lambda ratio: abs(np.log(factor / ratio)))
     return nearest if abs(np.log(factor / nearest)) < 0.15 else None
 
@@ -125,7 +125,7 @@ def _unit(factor: float) -> float | None:
 def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
     """Report torques that contradict the robot's weight or the model's effort limits.
 
-    They bound the scale of joints whose model torque is too small a part of the torque for a gain.
+    These limit the scale of joints whose model torque is too small a share of the torque for a gain.
     """
     carried = _weight_carried(evidence)
     if carried is not None and not 1 / FAR < carried < FAR:
@@ -144,9 +144,9 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
 
 
 def _over_limits(evidence: Evidence) -> dict[int, float]:
-    """Divide the torque that each joint reaches by its effort limit.
+    """Divide the largest torque of each joint by its effort limit.
 
-    Limits below the torque that the model requires for the motion are ignored.
+    Limits below the torque that the motion requires are ignored.
     """
     limits = evidence.robot.effort_limits[evidence.robot.torque_controlled]
     if len(evidence.rows) < FEWEST:
@@ -215,7 +215,7 @@ def _gravity(evidence: Evidence, bins: NDArray[np.int64], feet_of: list[list[str
 
 
 def check_external(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
-    """Report external torques with a wrong sign or size; joints that are left out have been reported.
+    """Report external torques with a wrong sign or size; joints that are omitted have been reported.
 
     The measured torque minus friction and inverse dynamics is the opposite of the external torque, if friction resists;
     otherwise the measured torque is wrong.
@@ -246,7 +246,7 @@ def check_external(evidence: Evidence, left_out: Collection[str] = ()) -> list[F
 def scale_line(robot: Robot, factors: Mapping[str, float], channel: str = "torque") -> str:
     """Write the setting that multiplies a channel by a factor per joint, in addition to the present scale.
 
-    It is one number if all joints with a torque get the same one, and otherwise a value per joint name of the log.
+    It is one number if all joints with a torque have the same factor, otherwise one value per joint name of the log.
     """
     present = getattr(robot.log_table, channel).scale
     joints = [robot.joint_names[column] for column in robot.torque_controlled]

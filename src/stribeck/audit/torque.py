@@ -1,4 +1,4 @@
-"""Torques against the model's: swapped joints, torques without a sign, signs, and torques that it cannot explain."""
+"""Comparison of torques with the model: swapped joints, unsigned torques, signs, and unexplained torques."""
 
 from collections.abc import Collection
 
@@ -12,11 +12,11 @@ from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
 
 LEAST_BINS = 24
-"""Fewest bins for any comparison with the model [1]."""
+"""Minimum number of bins for any comparison with the model [1]."""
 
 
 def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
-    """Report swapped joints, wrong signs and wrong scales; joints that are left out have been reported."""
+    """Report swapped joints, wrong signs and wrong scales; joints that are omitted have been reported."""
     if len(evidence.rows) < LEAST_BINS:
         return []
     joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
@@ -62,13 +62,14 @@ def _opposite(found: Fit) -> bool:
 def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
     """Report torques that model and friction explain far better with the other sign.
 
-    The better sign must leave less than 40 % of the variance, and less than 20 % of what the other leaves.
+    The better sign must leave less than 40 % of the variance, and less than 20 % of the variance left by the other
+    sign.
     """
     left = {k: (unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)) for k in joints}
     agreeing = {k for k, (same, other) in left.items() if same < min(0.4, 0.2 * other)}
     opposite = {k for k, (same, other) in left.items() if other < min(0.4, 0.2 * same)}
     if len(evidence.rows) < BINS_FOR_GAIN:
-        opposite = {k for k in opposite if k in fits}  # friction alone may look like its opposite for a short time
+        opposite = {k for k in opposite if k in fits}  # friction may look like its opposite for a short time
     opposite |= {k for k, found in fits.items() if _opposite(found)} - agreeing
     if not opposite:
         return []
