@@ -105,6 +105,6 @@ def test_parts_of_a_log_are_what_lies_between() -> None:
     np.testing.assert_array_equal(log.between(1.0, 2.0).time, time[10:21])
     np.testing.assert_array_equal(log.between(stop=1.0).time, time[:11])
     np.testing.assert_array_equal(log.between(start=4.0).position[:, 0], time[40:])
-    assert log.between(1.0, 2.0).notes == ("Of the log's 4.9 s, those from 1 s to 2 s are used.",)
+    assert log.between(1.0, 2.0).notes == ("Only 1 s to 2 s of the log's 4.9 s are used.",)
     with pytest.raises(LogError, match=r"log: has 1 samples from 4\.9 s to 9 s"):
         log.between(4.9, 9.0)

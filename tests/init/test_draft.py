@@ -234,7 +234,7 @@ def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
     robot, text = drafted("package:go2", path, tmp_path)
     assert set(robot.contacts) == {"FL", "FR", "RL", "RR"}
     words = " ".join(text.replace("#", " ").split())
-    assert f"TODO: the log cannot be used so: {path}: " in words
+    assert f"TODO: the log cannot be used with these settings: {path}: " in words
     assert "expected a channel base_orientation" in words
 
 
@@ -377,8 +377,8 @@ def test_the_command_asks_what_it_cannot_know(
 @pytest.mark.parametrize(
     ("arrays", "words"),
     [
-        ({"speed": np.zeros((99, 6))}, "nothing that is called like joint positions"),
-        ({"q": np.ones((99, 6)), "time": np.arange(99)}, "nothing that is called like joint torques"),
+        ({"speed": np.zeros((99, 6))}, "no name suggests joint positions"),
+        ({"q": np.ones((99, 6)), "time": np.arange(99)}, "no name suggests joint torques"),
         (None, "no such file"),
     ],
 )

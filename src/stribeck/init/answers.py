@@ -1,4 +1,4 @@
-"""Draft a first robot file: one function for each question that a model or a log answers, in the order of asking."""
+"""Draft of a first robot file: one function per question that a model or a log answers."""
 
 import os
 from collections.abc import Sequence
@@ -26,16 +26,16 @@ from stribeck.settings import LogTable
 
 
 def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
-    """Draft the robot file of a model and, if there is one, its log.
+    """Draft the robot file of a model and, if given, its log.
 
     Parameters
     ----------
     model
-        A model file, or `package:NAME`.
+        Path of a model file, or `package:NAME`.
     log
-        A log of the robot.
+        Path of a log of the robot.
     output
-        Where the robot file will lie, to which the model's path is relative.
+        Path of the robot file; the path of the model is relative to it.
 
     Raises
     ------
@@ -57,81 +57,81 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
             draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
         else:
             _answer_from_log(draft, log)
-        draft.robot()  # refused now what `identify` would refuse
+        draft.robot()  # refuse now what `identify` would refuse
     return draft
 
 
 def _answer_from_log(draft: Draft, log: Path) -> None:
-    """Write what a log says, question by question: names, units, roles, contacts, and by dynamics order and signs."""
-    source, torque_source = _channels(draft, log)
-    _time(draft, source)
-    unsure = _joints(draft, source)
-    _base(draft, source)
-    _torque_source(draft, source, torque_source)
+    """Answer questions from a log: names, units, roles, contacts, and order and signs by dynamics."""
+    source, torque_source = _find_channels(draft, log)
+    _find_time_unit(draft, source)
+    unsure = _match_joints(draft, source)
+    _decide_base(draft, source)
+    _write_torque_source(draft, source, torque_source)
     robot = draft.robot()
     read = read_log(log, robot)
     step = float(np.median(np.diff(read.time)))
     if not step > 0 or not np.isfinite(read.position).any(axis=0).all():
-        prepare(read, robot, robot.settings)  # whose error says what is wrong
-    _without_torque(draft, read)
+        prepare(read, robot, robot.settings)  # raises an error that describes the problem
+    _write_idle_joints(draft, read)
     if order := orientation_order(read):
-        draft.set("log.base_orientation", "order", order, "so the base is upright.")
+        draft.set("log.base_orientation", "order", order, "with this order the base is upright.")
     for channel, unit, why in position_and_velocity_units(read, robot):
         draft.set(f"log.{channel}", "unit", unit, why)
     answer_by_dynamics(draft, log, unsure)
     draft.document = {key: value for key, value in draft.document.items() if value}
 
 
-def _channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
-    """Find which arrays or columns contain what."""
+def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
+    """Find the arrays or columns of each channel."""
     table = draft.table("log")
     named, torque_source = find_columns(open_log(log, LogTable()))
     for channel, found in named.items():
-        draft.note(f"log.{channel}", f"the log holds {channel.replace('_', ' ')} under this name.")
+        draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
     for channel in ("position", "torque"):
         if channel not in source.channels:
             commands = ", or desired positions with [robot] kp and kd" if channel == "torque" else ""
             raise LogError(
-                f"{log}: holds nothing that is called like joint {channel}s; expected '{channel}', or another name "
-                f"that [log.{channel}] name says{commands} (found {listed([*source.channels, *source.others])})"
+                f"{log}: no name suggests joint {channel}s; expected '{channel}', or another name "
+                f"as [log.{channel}] name{commands} (found {listed([*source.channels, *source.others])})"
             )
     return source, torque_source
 
 
-def _time(draft: Draft, source: Recording) -> None:
+def _find_time_unit(draft: Draft, source: Recording) -> None:
     """Find the unit of time."""
     if "time" not in source.channels:
         draft.table("log")["rate"] = 1000.0  # [Hz], a guess
-        draft.ask("log.rate", "the log holds no time; how many samples are there in a second?")
+        draft.ask("log.rate", "the log has no time; what is its sampling rate [Hz]?")
     elif source.time_unit is None:
         unit = time_unit(np.asarray(source.load({"time": [0]}).arrays["time"], dtype=float).reshape(-1))
         if unit != "s":
-            draft.set("log.time", "unit", unit, "by the length of its steps.")
+            draft.set("log.time", "unit", unit, "found from the length of its steps.")
 
 
-def _joints(draft: Draft, source: Recording) -> list[str]:
-    """Match columns with joints, and lock the others; return the joints that are not known by name."""
+def _match_joints(draft: Draft, source: Recording) -> list[str]:
+    """Match columns with joints, and lock the other joints; return the joints that were not matched by name."""
     facts, robot = draft.facts, draft.document["robot"]
     position, torque = source.channels["position"], source.channels["torque"]
-    names, unsure = _unnamed(draft, position.columns) if position.labels is None else _named(draft, source)
+    names, unsure = _assign_in_order(draft, position.columns) if position.labels is None else _match(draft, source)
     ranges = {joint: facts.range[joint] for joint in facts.joints if joint not in names}
     if ranges:
         robot["locked"] = {
             joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
         }
-        draft.ask("robot.locked", "the log leaves these joints out; where are they held [rad or m]?")
+        draft.ask("robot.locked", "the log lacks these joints; at which positions are they locked [rad or m]?")
     if torque.labels is not None and position.labels is not None:
         table = draft.table("log").get("joint_names", {})
         measured = {table.get(label, label) for label in torque.labels}
         if idle := [joint for joint in names if joint not in measured]:
-            draft.set("robot", "position_controlled", idle, "the log has no torque of these.")
+            draft.set("robot", "position_controlled", idle, "the log has no torque for these joints.")
     return unsure
 
 
-def _named(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
-    """Match the log's joint names; return the model's joints that the log has, and the unsure ones."""
+def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
+    """Match the log's joint names; return the model's joints in the log, and the unsure ones."""
     joints = draft.facts.joints
     renamed: dict[str, str] = {}
     names, unsure = list[str](), list[str]()
@@ -141,7 +141,7 @@ def _named(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
         pairs = match(labels, joints)
         counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
         if counted and labels[0] not in pairs and _as_many(joints, labels):
-            pairs = {}  # the model's numbers begin with one, and the log's with zero
+            pairs = {}  # the model counts from one, the log from zero
         left = [label for label in labels if label not in pairs]
         rest = _as_many([joint for joint in joints if joint not in pairs.values()], left)
         by_order = dict(zip(left, rest, strict=True)) if rest else {}
@@ -153,40 +153,40 @@ def _named(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
         names = [joint for joint in joints if joint in pairs.values()]
         if not names:
             raise LogError(
-                f"{source.path}: has the joints {listed(labels)}, which are none of the model's {listed(joints)}; "
-                "expected a log of this robot, or its joint_names"
+                f"{source.path}: none of the joints {listed(labels)} is in the model, which has {listed(joints)}; "
+                "expected a log of this robot, or [log] joint_names"
             )
         if left and not rest and len(names) < len(joints):
             draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
     if renamed:
-        draft.set("log", "joint_names", renamed, "matched by likeness: see whether they are right.")
+        draft.set("log", "joint_names", renamed, "matched by similar names; check them.")
     if unsure:
-        draft.ask("log.joint_names", f"their names say nothing; is this the order of {', '.join(unsure)}?")
+        draft.ask("log.joint_names", f"not matched by name; is this the order of {', '.join(unsure)}?")
     return names, unsure
 
 
 def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:
-    """Return the joints without hands, or all of them, if they are as many as the labels."""
+    """Return the joints without hands, or all of them, if their number equals the number of labels."""
     return next((some for some in (_without_hands(joints), joints) if len(some) == len(labels)), ())
 
 
 def _without_hands(joints: Sequence[str]) -> Sequence[str]:
-    """Leave out the joints of parts that logs often omit."""
+    """Remove the joints of parts that logs often omit."""
     hands = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
     return [joint for joint in joints if not hands & set(words(joint))]
 
 
-def _unnamed(draft: Draft, columns: int) -> tuple[list[str], list[str]]:
-    """Take columns without names in the model's order, hands left out first."""
+def _assign_in_order(draft: Draft, columns: int) -> tuple[list[str], list[str]]:
+    """Assign unnamed columns in the model's order, first without hands."""
     every, arms = draft.facts.joints, _without_hands(draft.facts.joints)
     joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
     order = joints + [f"unknown_{k}" for k in range(columns - len(joints))]
     draft.table("log")["joint_order"] = order
-    draft.ask("log.joint_order", "the log does not name its columns; is this their order?")
+    draft.ask("log.joint_order", "the log has no column names; is this their order?")
     return joints, joints
 
 
-def _base(draft: Draft, source: Recording) -> None:
+def _decide_base(draft: Draft, source: Recording) -> None:
     """Decide whether the base moves, and on which feet it stands."""
     facts, robot = draft.facts, draft.document["robot"]
     seen = [name for name in ("base_orientation", "contact", "foot_wrench") if name in source.channels]
@@ -206,29 +206,29 @@ def _base(draft: Draft, source: Recording) -> None:
             labels = labels or feet
             if given is None and source.channels[name].columns == width * len(facts.feet):
                 draft.table("log")["foot_order"] = [foot.name for foot in facts.feet]
-                draft.ask("log.foot_order", "the log does not name its feet; is this their order?")
+                draft.ask("log.foot_order", "the log has no foot names; is this their order?")
     write_contacts(draft, labels)
     if "base_orientation" in seen:
         draft.note(
-            "robot.base", "the log's base orientation is taken as that of the model's root link ([robot] base_frame)."
+            "robot.base", "the log's base orientation is assumed to refer to the root link; if not, set base_frame."
         )
 
 
-def _torque_source(draft: Draft, source: Recording, by_name: TorqueSource | None) -> None:
-    """Write where the torques come from."""
+def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource | None) -> None:
+    """Write the source of the torques."""
     if by_name == "motor_current":
         draft.ask("log.torque", f"are the motors' currents in {draft.document['log']['torque']['unit']}?")
     if source.torque_source:
-        draft.set("robot", "torque_source", source.torque_source, "as the log says.")
+        draft.set("robot", "torque_source", source.torque_source, "stated in the log.")
     elif by_name:
-        draft.set("robot", "torque_source", by_name, "by the name of the log's torques.")
+        draft.set("robot", "torque_source", by_name, "found from the name of the log's torques.")
     else:
         ask_for_torque_source(draft)
 
 
-def _without_torque(draft: Draft, log: RobotLog) -> None:
-    """Write which joints have no torque at any time."""
+def _write_idle_joints(draft: Draft, log: RobotLog) -> None:
+    """Write the joints whose torque is always zero."""
     given = draft.document["robot"].get("position_controlled", [])
     zero = ~np.any(np.nan_to_num(log.torque), axis=0)
     if idle := [name for name, none in zip(log.joint_names, zero.tolist(), strict=True) if none and name not in given]:
-        draft.set("robot", "position_controlled", [*given, *idle], "their torque is zero throughout the log.")
+        draft.set("robot", "position_controlled", [*given, *idle], "their torque is always zero in the log.")

@@ -1,4 +1,4 @@
-"""Answers that the model's dynamics give: what the audit finds, and the order and signs of a log's columns."""
+"""Settings found with the model's dynamics: the audit's findings, and order and signs of a log's columns."""
 
 import re
 import tomllib
@@ -20,32 +20,32 @@ from stribeck.robot import Robot
 
 
 def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
-    """Take the settings that the audit names, and the order and signs that the model explains best."""
+    """Apply the settings suggested by the audit, and the order and signs that fit the model best."""
     searched = False
     left: list[Finding] = []
-    for _ in range(4):  # rounds; each one may uncover what the next one finds
+    for _ in range(4):  # rounds; a correction may reveal further problems
         robot = draft.robot()
         if not len(robot.torque_controlled):
-            draft.ask("robot.position_controlled", "the log holds no torque: is it in another file?")
+            draft.ask("robot.position_controlled", "the log has no torque; is it in another file?")
             return
         try:
             read = read_log(log, robot)
             base_unknown = read.base_orientation is None and read.contact is None and read.foot_wrench is None
             if robot.base == "floating" and (not robot.contacts or base_unknown):
-                draft.ask("log", "units, order and signs could not be looked at without contacts; are they right?")
+                draft.ask("log", "units, order and signs could not be checked without contacts; are they right?")
                 return
             (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
             with errors_about(str(log)):
                 evidence = gather(prepared, robot, robot.settings)
         except (LogError, SettingsError) as error:
-            draft.ask("robot", f"the log cannot be used so: {error}.")
+            draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
         left = findings(evidence, delays(evidence))
-        taken = [_take_setting(draft, finding) for finding in left]
+        taken = [_apply_setting(draft, finding) for finding in left]
         if any(taken):
             continue
         if searched or any(finding.check == "torque-unsigned" for finding in left):
-            break  # a torque without a sign says nothing of signs
+            break  # a torque without a sign does not show signs
         searched = True
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
@@ -54,10 +54,10 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         draft.ask("robot", f"{finding}.")
 
 
-def _take_setting(draft: Draft, finding: Finding) -> bool:
-    """Take the setting that a finding of the audit names; return whether there was one that is not there yet.
+def _apply_setting(draft: Draft, finding: Finding) -> bool:
+    """Apply the setting that a finding suggests; return whether it is new.
 
-    Signs and order are found by what fits instead, and a gear or a zero is asked for.
+    Signs and order are found by another search, and the user is asked about gears and zeros.
     """
     if finding.check in ("torque-sign", "joints-swapped", "torque-gain", "position-limits"):
         return False
@@ -66,10 +66,10 @@ def _take_setting(draft: Draft, finding: Finding) -> bool:
         return False
     try:
         ((key, value),) = tomllib.loads(found[1]).items()
-    except tomllib.TOMLDecodeError:  # a joint's name may have any sign
+    except tomllib.TOMLDecodeError:  # joint names may have any character
         return False
     if finding.check == "torque-scale" and isinstance(value, dict):
-        return False  # factors of each joint's own may be gears, or a wrong order: it is asked
+        return False  # different factors per joint may be gears or a wrong order: ask
     table = draft.table(found[2])
     new = {**table.get(key, {}), **value} if isinstance(value, dict) else value
     if table.get(key) == new:
@@ -79,12 +79,12 @@ def _take_setting(draft: Draft, finding: Finding) -> bool:
 
 
 def _write_columns(draft: Draft, robot: Robot, columns: Columns, log: RobotLog) -> bool:
-    """Write the order and the signs that were found; return whether they differ from those that are there."""
+    """Write the order and signs found; return whether they changed."""
     table = draft.table("log")
     changed = columns.order != as_given(len(robot.joint_names)).order
     if changed:
         moved = {robot.joint_names[column]: name for column, name in zip(columns.order, robot.joint_names, strict=True)}
-        why = "in this order the model explains the torques far better than in its own."
+        why = "in this order the model explains the torques far better than in the log's order."
         if "joint_order" in table:
             draft.set("log", "joint_order", [moved.get(name, name) for name in table["joint_order"]], why)
         else:
@@ -96,20 +96,20 @@ def _write_columns(draft: Draft, robot: Robot, columns: Columns, log: RobotLog) 
     for channel, signs in channels.items():
         if np.any(signs != 1):
             changed = True
-            why = "with these signs the model explains the log, and not with others."
-            draft.set(f"log.{channel}", "scale", _scale(robot, table, channel, signs.tolist()), why)
+            why = "only these signs agree with the model."
+            draft.set(f"log.{channel}", "scale", _multiply_scale(robot, table, channel, signs.tolist()), why)
     return changed
 
 
-def _scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
-    """Return the scale of a channel times signs: one number, or by the log's names."""
+def _multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
+    """Multiply the scale of a channel by signs: one number, or by the log's names."""
     present, asked = table.get(channel, {}).get("scale", 1.0), table.get(channel, {}).get("name")
     if not isinstance(present, dict) and set(signs) == {-1.0}:
         return -float(present)
     logged = {
         joint: label
         for label, joint in table.get("joint_names", {}).items()
-        if not isinstance(asked, list) or label in asked  # of the channel's own columns
+        if not isinstance(asked, list) or label in asked  # columns of this channel
     }
     scales = {
         joint: sign * (present.get(joint, 1.0) if isinstance(present, dict) else float(present))

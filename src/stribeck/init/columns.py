@@ -1,4 +1,4 @@
-"""Channels of a log that have other names than those read without a setting, and other units."""
+"""Channels of a log with other names and units than the standard ones."""
 
 import re
 from typing import Any
@@ -20,73 +20,73 @@ WORDS: dict[str, set[str]] = {
     "base_orientation": {"orientation", "quat", "quaternion", "attitude"},
     "contact": {"contact", "contacts"},
 }
-"""Words of names that a channel may have."""
+"""Words in the names of each channel."""
 CURRENTS = {"current", "currents", "amps", "ampere", "amperes"}
-"""Words of motor currents, which are taken for torques that were not measured."""
+"""Words for motor currents, which replace torques that were not measured."""
 UNITS: dict[str, dict[str, str]] = {
     "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
     "torque": {"mnm": "mNm", "nm": "Nm"},
     "velocity": {"rpm": "rpm"},
     "current": {"ma": "mA", "a": "A"},
 }
-"""Words that are units, and their names in a robot file."""
+"""Words that are units -> their names in a robot file."""
 TIMES = {"s", "sec", "ms", "us", "ns"}
-"""Units of time, which its steps tell."""
+"""Units of time, which are detected from the steps."""
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
 MEASURED |= {"ist"}
-"""Words of what was measured, which is taken before others of its kind."""
+"""Words for measured signals, which are preferred."""
 OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
-"""Words of what was not."""
+"""Words for signals that were not measured."""
 COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
 COMMANDS |= {"soll", "d"}
-"""Words of what was asked for: a torque of them is taken where there is no other, nor a current."""
+"""Words for commands: a commanded torque is used if there is no other torque and no current."""
 
 
 def words(name: str) -> list[str]:
-    """Return the words of a name in small letters, without its numbers."""
+    """Split a name into lower-case words, without numbers."""
     return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
 
 
 def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
-    """Return `[log.<channel>]` of channels that a log holds under other names, and what its torques are, if names say.
+    """Find `[log.<channel>]` for channels with other names, and the source of the torque if names suggest it.
 
-    Of several that a channel may be, the one with the fewest words that say otherwise is taken.
+    Of several candidates for a channel, the one with the fewest contradicting words is used.
     """
     groups: dict[tuple[str, ...], list[str]] = {}
     for name in source.others:
         groups.setdefault(tuple(words(name)), []).append(name)
     found: dict[str, dict[str, Any]] = {}
     for channel, kinds in WORDS.items():
-        names = _labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
-        if channel not in source.channels and (names := names or _called(groups, channel, kinds)):
-            found[channel] = {"name": names if len(names) > 1 else names[0]} | _unit(channel, names[0])
+        names = _find_labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
+        if channel not in source.channels and (names := names or _find_candidates(groups, channel, kinds)):
+            found[channel] = {"name": names if len(names) > 1 else names[0]} | _find_unit(channel, names[0])
     commanded = "torque" in found and bool(COMMANDS & set(words(str(found["torque"]["name"]))))
     if "torque" not in source.channels and (commanded or "torque" not in found):
-        names = _called(groups, "current", CURRENTS) or _labelled(source, "current", CURRENTS)
+        names = _find_candidates(groups, "current", CURRENTS) or _find_labelled(source, "current", CURRENTS)
         if names:
-            unit = _unit("current", names[0]) or {"unit": "A"}
+            unit = _find_unit("current", names[0]) or {"unit": "A"}
             found["torque"] = {"name": names if len(names) > 1 else names[0]} | unit
             return found, "motor_current"
     return found, "command" if commanded else None
 
 
-def _unit(channel: str, name: str) -> dict[str, str]:
-    """Return the unit that a name says, if it is one of the channel's."""
+def _find_unit(channel: str, name: str) -> dict[str, str]:
+    """Find a unit of the channel in a name."""
     own = {*words(name), *re.findall("[a-z]+", name.lower())}
     if channel == "velocity" and own & set(UNITS["position"]):
         return {"unit": "deg/s"} if "rad" not in own else {}
     return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), {})
 
 
-def _called(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
-    """Return the columns whose names are the channel's but for numbers and for words that say nothing else."""
+def _find_candidates(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
+    """Find the columns whose names suggest the channel best, apart from numbers and words without meaning."""
     ranks = {key: _rank(key, kinds, channel) for key in groups}
     ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
     return groups[ranked[0][1]] if ranked else []
 
 
 def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int] | None:
-    """Return how far the words of a name are from a channel's, None if they are of something else."""
+    """Rank how closely the words of a name match a channel; None if they suggest another signal."""
     own = kinds & set(key)
     wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
     idle = {"robot", "log", "data"} | TIMES | {unit for units in UNITS.values() for unit in units}
@@ -97,8 +97,8 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
     return len(COMMANDS & set(key)), -len(MEASURED & set(key))
 
 
-def _labelled(source: Recording, channel: str, kinds: set[str]) -> list[str]:
-    """Return the columns of a channel whose names hold the joint's: `knee_pos`, `q_knee`, `knee [deg]`."""
+def _find_labelled(source: Recording, channel: str, kinds: set[str]) -> list[str]:
+    """Find the columns of a channel with joint names in their names: `knee_pos`, `q_knee`, `knee [deg]`."""
     single = [name for name in source.others if name not in source.wide and not name.endswith((".csv", ".parquet"))]
     of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
     for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
@@ -111,7 +111,7 @@ def _labelled(source: Recording, channel: str, kinds: set[str]) -> list[str]:
 
 
 def time_unit(stamps: Array) -> str:
-    """Return the largest unit of time in which stamps are those of a robot's log; seconds if none is."""
+    """Find the largest unit of time in which the stamps have a plausible rate; seconds if there is none."""
     steps = np.diff(stamps[np.isfinite(stamps)])
     steps = steps[steps > 0]
     step = float(np.median(steps)) if len(steps) else 1.0
@@ -120,7 +120,7 @@ def time_unit(stamps: Array) -> str:
 
 
 def orientation_order(log: RobotLog) -> str:
-    """Return "wxyz" if the base is upright only with the quaternions' scalar first, else an empty string."""
+    """Return "wxyz" if the base is upright only with the scalar of the quaternion first, else an empty string."""
     if log.base_orientation is None:
         return ""
     x, y, z = log.base_orientation.T[:3]
@@ -129,7 +129,7 @@ def orientation_order(log: RobotLog) -> str:
 
 
 def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, str, str]]:
-    """Return channel, unit and evidence where positions or velocities are not in radians."""
+    """Find channel, unit and evidence if positions or velocities are not in radians."""
     low, high = robot.position_limits
     lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
     turning = ~np.array(robot.prismatic)
@@ -140,7 +140,7 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
     degrees = wide.sum() >= max(1, 0.5 * limited.sum()) and bool(np.all(fits[limited]))
     # Without limits, joints faster than 60 rad/s are in degrees.
     degrees |= not limited.any() and np.count_nonzero(turning & (speed > 60.0)) >= max(1, 0.5 * turning.sum())
-    why = "the positions are outside of the model's limits as radians, and within them as degrees."
+    why = "the positions are outside the model's limits in radians, and inside in degrees."
     position, velocity = "deg" if degrees else "rad", "deg/s" if degrees else "rad/s"
     if log.velocity is not None:
         slopes = np.array([position_slope(log, joint) for joint in range(len(log.joint_names))])
@@ -154,6 +154,6 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
         for ratio, units in units_by_slope.items():
             if abs(abs(middle) / ratio - 1) < AGREEMENT:
                 position, velocity = units
-                why = f"the positions change {middle:.4g} times as fast as the velocities say."
+                why = f"the positions change {middle:.4g} times as fast as the velocities."
     found = [("position", position, why)] if position != "rad" else []
     return found + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])

@@ -1,4 +1,4 @@
-"""A robot file while it is written: its tables, comments and questions, and the entries that a model gives."""
+"""Draft of a robot file: tables, comments and questions, and entries that the model determines."""
 
 import textwrap
 import tomllib
@@ -16,25 +16,25 @@ from stribeck.robot import Robot, from_robot_file
 from stribeck.settings import RobotFile
 
 WIDTH = 108
-"""Longest comment, and list in one line, in letters [1]."""
+"""Largest length of a comment, and of a list on one line, in characters [1]."""
 
 
 @dataclass
 class Draft:
-    """A robot file while it is written.
+    """Draft of a robot file.
 
     Attributes
     ----------
     facts
-        The model's joints and feet.
+        Joints and feet of the model.
     output
-        Where the robot file will lie.
+        Path of the robot file.
     document
-        Its tables.
+        Tables of the robot file.
     notes
         Comments by dotted key.
     questions
-        What neither model nor log contain, a sentence each.
+        Questions that neither model nor log answer, one sentence each.
     """
 
     facts: ModelFacts
@@ -44,7 +44,7 @@ class Draft:
     questions: list[str] = field(default_factory=list)
 
     def table(self, place: str) -> dict[str, Any]:
-        """Return a table by its dotted key; it is made if there is none."""
+        """Return a table by its dotted key; create it if necessary."""
         table = self.document
         for part in place.split("."):
             table = table.setdefault(part, {})
@@ -56,27 +56,27 @@ class Draft:
         self.note(f"{place}.{key}", why)
 
     def note(self, key: str, text: str) -> None:
-        """Put a comment above a key, or below the head of a table."""
+        """Add a comment above a key, or below the header of a table."""
         self.notes.setdefault(key, []).append(text)
 
     def ask(self, key: str, text: str) -> None:
-        """Put a question where a comment would stand."""
+        """Add a question as a comment."""
         self.questions.append(text)
         self.note(key, f"TODO: {text}")
 
     @property
     def text(self) -> str:
-        """The robot file."""
+        """Text of the robot file."""
         file = tomlkit.document()
         heading = ["Written by `stribeck init`; every key is explained in docs/robot-file.md."]
         if self.questions:
-            heading.append(f"What neither the model nor the log say is marked TODO ({len(self.questions)} of them).")
+            heading.append(f"Questions that model and log leave open are marked TODO ({len(self.questions)} of them).")
         for line in heading:
             file.add(tomlkit.comment(line))
         for name, table in self.document.items():
             if table or name in self.notes:
                 file.add(tomlkit.nl())
-                file.add(name, _table(table, name, self.notes))
+                file.add(name, _build_table(table, name, self.notes))
         return tomlkit.dumps(file)
 
     def robot(self) -> Robot:
@@ -84,7 +84,7 @@ class Draft:
         return from_robot_file(RobotFile.model_validate(tomllib.loads(self.text)), self.output)
 
 
-def _table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]) -> Table:
+def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]) -> Table:
     """Build a table of a robot file, plain keys before tables, with its comments."""
     table = tomlkit.table()
 
@@ -97,7 +97,7 @@ def _table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]
     for key, value in sorted(values.items(), key=lambda item: isinstance(item[1], dict)):
         inside = f"{place}.{key}"
         if isinstance(value, dict):
-            table.add(key, _table(value, inside, notes))
+            table.add(key, _build_table(value, inside, notes))
             continue
         comment(inside)
         item = tomlkit.item(value)
@@ -112,13 +112,13 @@ def ask_for_torque_source(draft: Draft) -> None:
     draft.document["robot"]["torque_source"] = "link_side_sensor"
     draft.ask(
         "robot.torque_source",
-        'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), worked out '
-        'from the current ("motor_current"), or what a controller asked for ("command")?',
+        'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), computed '
+        'from the current ("motor_current"), or commanded by a controller ("command")?',
     )
 
 
 def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
-    """Write the feet, by the log's names if it has some."""
+    """Write the feet, with the log's names if available."""
     facts = draft.facts
     if draft.document["robot"]["base"] == "fixed":
         return

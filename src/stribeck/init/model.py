@@ -1,4 +1,4 @@
-"""What a model says of its robot: whether the base moves, and which frames are feet."""
+"""Facts about a robot from its model: whether the base moves, and which frames are feet."""
 
 import re
 from collections.abc import Sequence
@@ -16,23 +16,25 @@ from stribeck.robot.rooting import position_range
 from stribeck.robot.xml_file import read_xml
 
 FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "toe": 2.0, "ankle": 1.0}
-"""Words of a frame that is a foot: the larger number is the one that stands."""
+"""Words in names of foot frames, with a score: larger for frames more likely to touch the ground."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFacts:
-    """A model's joints and feet.
+    """Joints and feet of a model.
 
     Attributes
     ----------
     joints
-        Names, in the model's order.
+        Joint names, in the model's order.
     range
-        Lowest and highest position of each [rad] or [m].
-    base
-        Whether it moves, and by what evidence.
+        Lowest and highest position of each joint [rad] or [m].
+    base, evidence
+        Whether the base moves, and the reason.
     feet
-        Contacts by the names that they get; `tilted` are those whose z axis is not up with all joints at zero.
+        Contacts with their suggested names.
+    tilted
+        Names of contacts whose z axis does not point up with all joints at zero.
     """
 
     joints: tuple[str, ...]
@@ -44,7 +46,7 @@ class ModelFacts:
 
 
 def read_model(path: Path) -> ModelFacts:
-    """Return what a model file says of its robot.
+    """Find joints and feet in a model file.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def read_model(path: Path) -> ModelFacts:
     """
     kind, root = kind_of(path), read_xml(path).root
     model, _ = load_model(path, "floating")
-    feet, tilted = _feet(model, {link.get("name", "") for link in root.iter("link") if _is_ball(link)})
+    feet, tilted = _find_feet(model, {link.get("name", "") for link in root.iter("link") if _is_ball(link)})
     limits = {name: position_range(model, model.getJointId(name)) for name in joint_names(model)}
     free = kind == "mjcf" and any(
         joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
@@ -73,12 +75,12 @@ def read_model(path: Path) -> ModelFacts:
 
 
 def _is_ball(link: Element) -> bool:
-    """Return whether a link of a URDF touches others by one sphere; four of them are the corners of a sole."""
+    """Return whether a URDF link has a single collision sphere; four spheres are the corners of a sole."""
     return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
 
 
-def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple[str, ...]]:
-    """Return the frame that stands of each leg, named by the leg's side."""
+def _find_feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple[str, ...]]:
+    """Find the contact frame of each leg, named after the leg's side."""
     beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
@@ -99,7 +101,7 @@ def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple
     for (joint, frame), name in zip(frames.items(), names, strict=True):
         others = {above for other in frames if other != joint for above in model.supports[other]}
         leg = set(model.supports[joint]) - others - {0, 1}
-        # A leg of five joints or more can lay a sole flat on the ground.
+        # A leg with at least five joints can place a sole flat on the ground.
         point = len(leg) < 5 or str(frame.name) in balls
         contacts.append(Contact(name, str(frame.name), "point" if point else "surface"))
         if not point and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
@@ -108,7 +110,7 @@ def _feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple
 
 
 def short_names(frames: Sequence[str]) -> list[str]:
-    """Return what each frame's name has beside words that all of them have, or the names themselves."""
+    """Shorten frame names by the words that they all share, if the result is unique."""
     parts = [[part for part in re.split(r"[^A-Za-z0-9]+", frame) if part] for frame in frames]
     common = set.intersection(*(set(part) for part in parts)) if len(parts) > 1 else set()
     short = ["_".join(part for part in each if part not in common) for each in parts]

@@ -1,4 +1,4 @@
-"""Which joint or foot of a log is which of the model, by their names."""
+"""Matching of joints and feet in a log with the model, by name."""
 
 import re
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 EMPTY = {"joint", "j", "jnt", "link", "motor", "mot", "act", "actuator", "op", "pos", "position", "q", "tau", "torque"}
 EMPTY |= {"encoder", "encoders", "effort", "moment", "current", "actual", "meas", "ist", "deg", "rad", "nm", "ma"}
-"""Words that say nothing of which joint it is."""
+"""Words that do not help to identify a joint."""
 MEANINGS = {
     **dict.fromkeys(("l", "left"), ("left",)),
     **dict.fromkeys(("r", "right"), ("right",)),
@@ -23,18 +23,18 @@ MEANINGS = {
     **dict.fromkeys(("hfe", "thigh"), ("hip", "pitch")),
     **dict.fromkeys(("kfe", "calf", "shank"), ("knee",)),
 }
-"""What words of joints and legs mean."""
+"""Meanings of words for joints and legs."""
 
 
 def words(name: str) -> list[str]:
-    """Return the words and numbers of a name, sides and legs by what they mean."""
+    """Split a name into words and numbers, with sides and legs normalized."""
     found = [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name)]
     meant = [word for part in found for word in MEANINGS.get(part, (part,))]
     return [word for word in meant if word not in EMPTY] or meant
 
 
 def likeness(one: str, other: str) -> float:
-    """Return how much two names are of the same thing, from 0 to 1; never if they are of two sides or numbers."""
+    """Compute the similarity of two names, from 0 to 1; 0 if their sides or numbers differ."""
     a, b = words(one), words(other)
     numbers = [{int(word) for word in each if word.isdigit()} for each in (a, b)]
     if any(set(a) & side != set(b) & side for side in ({"left", "right"}, {"front", "rear"})) or (
@@ -46,7 +46,7 @@ def likeness(one: str, other: str) -> float:
 
 
 def match(of_log: Sequence[str], of_model: Sequence[str]) -> dict[str, str]:
-    """Find the model's name for each name of a log that is the same, or clearly alike; others are left out."""
+    """Match each name of a log with the same or a clearly similar name of the model; others are omitted."""
     pairs = {name: name for name in of_log if name in of_model}
     log = [name for name in of_log if name not in pairs]
     model = [name for name in of_model if name not in pairs]
