@@ -36,15 +36,15 @@ def features_of(**lists):
     return found
 
 
-def dataset(folder, version="v3.0", change=lambda _: None, **lists):
-    """Write a dataset of two episodes; `lists` are features as `features_of` has them, `.` written as `__`."""
+def dataset(folder, version="v3.0", change=lambda _: None, fps=FPS, episodes=EPISODES, **lists):
+    """Write a dataset of some episodes; `lists` are features as `features_of` has them, `.` written as `__`."""
     lists = lists or {"observation__state": (np.stack(list(STATE.values()), 1), list(STATE))}
     path = folder / "dataset"
     (path / "meta").mkdir(parents=True)
-    info = {"codebase_version": version, "fps": FPS, "robot_type": "so101_follower", "features": features_of(**lists)}
+    info = {"codebase_version": version, "fps": fps, "robot_type": "so101_follower", "features": features_of(**lists)}
     info["features"]["observation.images.top"] = {"dtype": "video", "shape": [480, 640, 3], "names": ["h", "w", "c"]}
     (path / "meta/info.json").write_text(json.dumps(info))
-    for number, rows in enumerate(EPISODES):
+    for number, rows in enumerate(episodes):
         samples = rows.stop - rows.start
         columns = {
             name.replace("__", "."): pa.FixedSizeListArray.from_arrays(
@@ -54,7 +54,7 @@ def dataset(folder, version="v3.0", change=lambda _: None, **lists):
             else pa.array(array[rows].astype(np.float32).tolist(), pa.list_(pa.float32()))
             for name, (array, _) in lists.items()
         }
-        columns["timestamp"] = pa.array((np.arange(samples) / FPS).astype(np.float32))
+        columns["timestamp"] = pa.array((np.arange(samples) / fps).astype(np.float32))
         columns["frame_index"] = pa.array(np.arange(samples))
         columns["episode_index"] = pa.array(np.full(samples, number))
         change(columns)
