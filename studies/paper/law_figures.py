@@ -45,8 +45,8 @@ def coulomb_viscous(figure: Figure) -> None:
     axes = figure.subplots()
     draw_law(axes, "coulomb-viscous", "Coulomb and viscous")
     draw_law(axes, "coulomb-viscous", "with an offset of 0.3 N m", "C1-", offset=0.3)
-    draw_law(axes, "coulomb-viscous", "Coulomb alone (3.1)", "C2--", viscous=0.0)
-    draw_law(axes, "coulomb-viscous", "viscous alone (3.2)", "C3:", coulomb=0.0)
+    draw_law(axes, "coulomb-viscous", "only Coulomb", "C2--", viscous=0.0)
+    draw_law(axes, "coulomb-viscous", "only viscous", "C3:", coulomb=0.0)
     _finish(figure, axes)
 
 
@@ -55,7 +55,7 @@ def stribeck(figure: Figure) -> None:
     draw_law(axes, "stribeck", f"slope a = {SLOPE:g} s/rad")
     draw_law(axes, "stribeck", "a = 10 s/rad", "C1--", slope=10.0)
     draw_law(axes, "stribeck", "a = 200 s/rad", "C2--", slope=200.0)
-    draw_law(axes, "coulomb-viscous", "Coulomb and viscous alone", "C5:")
+    draw_law(axes, "coulomb-viscous", "only Coulomb and viscous", "C5:")
     _finish(figure, axes)
 
 
@@ -64,7 +64,7 @@ def stribeck_exponent(figure: Figure) -> None:
     for style, exponent in {"C0-": 2.0, "C1--": 0.5, "C2--": 1.0, "C3--": 6.0}.items():
         label = f"exponent delta = {exponent:g}"
         draw_law(axes, "stribeck-exponent", label, style, exponent=exponent, stribeck_gain=1.0)
-    draw_law(axes, "coulomb-viscous", "Coulomb and viscous alone", "C5:")
+    draw_law(axes, "coulomb-viscous", "only Coulomb and viscous", "C5:")
     axes.set(xlim=(-0.05, 1.05), ylim=(0.9, 2.1))
     _finish(figure, axes)
 
@@ -72,7 +72,7 @@ def stribeck_exponent(figure: Figure) -> None:
 def asymmetric(figure: Figure) -> None:
     axes = figure.subplots()
     draw_law(axes, "asymmetric", "Fc- = 1.3 Fc+,  Fv- = 2 Fv+", viscous_negative=0.4, coulomb_negative=1.3)
-    draw_law(axes, "coulomb-viscous", "both directions alike", "C5:")
+    draw_law(axes, "coulomb-viscous", "equal in both directions", "C5:")
     _finish(figure, axes)
 
 
@@ -91,18 +91,18 @@ def overview(figure: Figure) -> None:
     grid = figure.subplots(2, 3, sharex=True, sharey=True)
     coulomb, viscous, static, weakening, smooth, dynamic = grid.flat
     draw_law(coulomb, "coulomb-viscous", viscous=0.0)
-    coulomb.set_title("Coulomb (3.1)")
+    coulomb.set_title("Coulomb")
     draw_law(viscous, "coulomb-viscous", coulomb=0.0)
-    viscous.set_title("viscous (3.2)")
+    viscous.set_title("viscous")
     draw_law(static, "coulomb-viscous", viscous=0.0)
     static.plot([0.0, 0.0], [-STATIC, STATIC], "C1", marker="_", markersize=6)
     static.set_title("Coulomb with static")
     draw_law(weakening, "stribeck-exponent", viscous=0.0)
-    weakening.set_title("Stribeck (3.3)")
+    weakening.set_title("Stribeck")
     draw_law(smooth, "stribeck")
-    smooth.set_title("continuous (3.5)")
+    smooth.set_title("continuous Stribeck")
     dynamic.plot(*turns(amplitude=1.0, rate=1.0, count=2.0)[1:])
-    dynamic.set_title("LuGre, a turn a second")
+    dynamic.set_title("LuGre at 1 Hz")
     figure.supxlabel(VELOCITY, fontsize=9)
     figure.supylabel(TORQUE, fontsize=9)
 
@@ -113,7 +113,7 @@ def lugre_loops(figure: Figure) -> None:
     for turn in (0.04, 0.006):  # [rad]
         position, _, torque = turns(amplitude=np.pi * turn, rate=1.0, count=3.0)
         left.plot(1e3 * position, torque)
-    left.set(xlabel="position [mrad]", ylabel=TORQUE, title="to and fro by 40 and by 6 mrad")
+    left.set(xlabel="position [mrad]", ylabel=TORQUE, title="back and forth by 40 and 6 mrad")
     for rate in (0.2, 2.0):
         _, velocity, torque = turns(amplitude=0.5, rate=rate, count=1.5)
         settled = slice(len(torque) // 3, None)
@@ -123,7 +123,7 @@ def lugre_loops(figure: Figure) -> None:
     y = curve("stribeck-exponent", x)
     middle = len(x) // 2
     right.plot(np.insert(x, middle, 0), np.insert(y, middle, np.nan), color=figures.ink(), ls=":", label="steady")
-    right.set(xlabel=VELOCITY, title="the same law over velocity")
+    right.set(xlabel=VELOCITY, title="the same law versus velocity")
     right.legend()
 
 
