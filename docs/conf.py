@@ -8,8 +8,6 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
-import matplotlib
-
 from stribeck import __version__
 
 project = "stribeck"
@@ -94,7 +92,7 @@ maximum_signature_line_length = 90
 
 html_theme = "furo"
 html_title = "stribeck"
-html_static_path = ["assets/site.css", str(Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSerif.ttf")]
+html_static_path = ["assets/site.css", "assets/SiteMath.woff", "assets/SiteMath-OFL.txt"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False

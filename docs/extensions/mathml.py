@@ -7,15 +7,21 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 
 
+def mathml(node: Any, display: bool) -> str:
+    """Translate an equation; bars over several symbols get a sign that stretches."""
+    text: str = tex2mathml(node.astext(), as_block=display)
+    return text.replace('<mo accent="true">_</mo>', '<mo stretchy="true">‾</mo>')
+
+
 def inline(translator: Any, node: nodes.math) -> None:
     """Write an inline equation."""
-    translator.body.append(tex2mathml(node.astext(), as_block=False))
+    translator.body.append(mathml(node, display=False))
     raise nodes.SkipNode
 
 
 def display(translator: Any, node: nodes.math_block) -> None:
     """Write a display equation in a box that scrolls on narrow screens."""
-    translator.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    translator.body.append(f'<div class="math">{mathml(node, display=True)}</div>')
     raise nodes.SkipNode
 
 
