@@ -1,5 +1,6 @@
 """Write docs/cli.md from the commands: `python docs/extensions/cli.py`."""
 
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ shell; `stribeck --version` prints the version.
 | 0 | done |
 | 2 | wrong input or settings, explained in one sentence |
 | 3 | no friction could be identified |
-| 130 | interrupted; nothing was written |
+| 130 | interrupted |
 """
 
 
@@ -82,7 +83,9 @@ def _kind(parameter: Any) -> str:
 
 
 def _text(help_text: str | None) -> str:
-    return " ".join((help_text or "").split()).replace("|", r"\|")
+    """Format a help text for a cell; options are code, because Sphinx joins two hyphens to a dash."""
+    text = " ".join((help_text or "").split()).replace("|", r"\|")
+    return re.sub(r"(--[a-z][\w-]*(?: [\w.]+=[\w.]+)?)", r"`\1`", text)
 
 
 def _table(heading: str, rows: list[str]) -> str:
