@@ -244,7 +244,7 @@ def _read_stamps(column: pa.Array, name: str, path: str) -> NDArray[np.generic]:
         column = column.cast(pa.timestamp("ns") if pa.types.is_timestamp(column.type) else pa.duration("ns"))
         column = column.cast(pa.int64())
     if pa.types.is_integer(column.type) and not column.null_count:
-        return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.int64)
+        return np.asarray(_to_array(column), dtype=np.int64)
     return _to_float(column, name, path)
 
 
@@ -255,4 +255,11 @@ def _to_float(column: pa.Array, name: str, path: str) -> Array:
         column = column.cast(pa.int8())
     elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)):
         raise LogError(f"{path}: column '{name}' contains values of type {kind}; expected numbers")
-    return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+    return np.asarray(_to_array(column), dtype=np.float64)
+
+
+def _to_array(column: pa.Array) -> NDArray[np.generic]:
+    """Convert numbers to an array; `to_numpy` imports pandas, which takes longer than reading most logs."""
+    if column.null_count or pa.types.is_null(column.type):
+        return np.asarray(column.to_numpy(zero_copy_only=False))
+    return np.from_dlpack(column)
