@@ -56,14 +56,17 @@ class Unseen:
     usable
         Samples of the friction torque in these parts, shape (N, n), for a method that holds samples out.
     robot, logs
-        Robot and logs without the errors that the fit has found, the logs cut to these parts, for a method that holds
-        parts of logs out.
+        Robot with the corrections of the fit, and logs cut to these parts, for a method that holds parts of logs out.
+    correct
+        Correction of one of the logs, given with its number; None if the fit does not correct logs. It is applied log
+        by log, so that memory holds one corrected copy.
     """
 
     fits: Mapping[str, JointFit]
     usable: NDArray[np.bool_] | None = None
     robot: Robot | None = None
     logs: Sequence[PreparedLog] = ()
+    correct: Callable[[RobotLog, int], RobotLog] | None = None
 
     def samples(self, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot) -> list[FrictionSamples]:
         """Return samples of these parts by robot and logs as given and, where the fit corrects them, as it does.
@@ -74,17 +77,23 @@ class Unseen:
         if self.usable is not None:
             return [replace(friction.samples, usable=friction.samples.usable & self.usable)]
         given = [replace(part, support=cut.support) for part, cut in zip(prepared, self.logs, strict=True)]
-        versions = [(given, robot)]
+        found = [joined_samples(given, robot, settings)]
         if self.robot is not None and self.robot is not robot:
-            versions.append((list(self.logs), self.robot))
-        found = [joined_samples(logs, machine, settings) for logs, machine in versions]
+            found.append(joined_samples(self.logs, self.robot, settings, self.correct))
         return [samples for samples in found if samples] if all(found) else []
 
 
-def joined_samples(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> FrictionSamples | None:
-    """Compute the friction torque of parts of logs; None if no part is longer than the filter."""
+def joined_samples(
+    logs: Sequence[PreparedLog],
+    robot: Robot,
+    settings: Settings,
+    correct: Callable[[RobotLog, int], RobotLog] | None = None,
+) -> FrictionSamples | None:
+    """Compute the friction torque of parts of logs, corrected if asked; None if no part is longer than the filter."""
+    used = ((k, part) for k, part in enumerate(logs) if part.support.phases)
+    corrected = (replace(part, log=correct(part.log, k)) if correct else part for k, part in used)
     try:
-        return join_logs([thinned_samples(log, len(logs), robot, settings) for log in logs if log.support.phases])
+        return join_logs([thinned_samples(part, len(logs), robot, settings) for part in corrected])
     except LogError:
         return None
 

@@ -292,11 +292,8 @@ def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> U
     fit = replace(found.fit, fit=found.fit.trained)
     robot = corrected_robot(robot, fit.fit.model.corrections, fit.corrections)
     before = replace(found, fit=fit, robot=robot)
-    logs = [
-        replace(part, log=before.corrected(part.log, k), support=cut(part.support, rows))
-        for k, (part, rows) in enumerate(zip(prepared, found.held_out, strict=True))
-    ]
-    return Unseen(fits=before.fits, robot=robot, logs=logs)
+    logs = [replace(part, support=cut(part.support, rows)) for part, rows in zip(prepared, found.held_out, strict=True)]
+    return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.corrected)
 
 
 def usual_corrections(robot: Robot) -> str:
