@@ -44,8 +44,11 @@ def test_the_whitened_covariance_is_the_identity(windows: int, projected: bool) 
     equations = some_equations(windows, projected)
     dense = covariance(equations, TRUTH)
     factor = np.eye(len(dense))
-    make_whitener(equations, TRUTH).whiten(factor)
+    whitener = make_whitener(equations, TRUTH)
+    whitener.whiten(factor)
     np.testing.assert_allclose(factor @ dense @ factor.T, np.eye(len(dense)), atol=1e-9)
+    whitener.whiten_back(factor)
+    np.testing.assert_allclose(factor @ dense, np.eye(len(dense)), atol=1e-9)
     np.testing.assert_allclose(TRUTH.marginal(equations).ravel(), np.diag(dense))
 
 

@@ -55,10 +55,9 @@ class Groups:
         """Number of equations that count."""
         return int(self.of_windows(self.part.used).sum() * self.part.residual.shape[1])
 
-    def product(self, components: VarianceComponents) -> Array:
-        """Return the sum of products of the whitened design, shape (D + 1, D + 1)."""
-        white = (self.whitener(components) @ self.design).reshape(-1, self.design.shape[2])
-        return np.asarray(white.T @ white)
+    def whitened(self, components: VarianceComponents) -> Array:
+        """Return the whitened design, shape (g, b, D + 1)."""
+        return self.whitener(components) @ self.design
 
     def whitener(self, components: VarianceComponents) -> Array:
         """Return L^-1 of each group, with L L^T its covariance, shape (g, b, b)."""

@@ -45,9 +45,9 @@ class Prediction:
         size = np.abs(rows[:, -1] - own @ self.values).reshape(variance.shape)
         if not (size > OUTLIER * np.sqrt(variance)).any():
             return part
-        far = np.flatnonzero((size > SHOULDER * np.sqrt(variance)).any(axis=1))
-        near = own.reshape(*variance.shape, -1)[far].reshape(-1, len(self.values))
-        variance[far] += np.sum((near @ self.covariance) * near, axis=1).reshape(-1, variance.shape[1])
+        far = size > SHOULDER * np.sqrt(variance)  # the others are not, with a larger variance
+        near = own[far.ravel()]
+        variance[far] += np.sum((near @ self.covariance) * near, axis=1)
         outlying = outlying_windows(size / np.sqrt(variance), OUTLIER)
         if not outlying.any():
             return part

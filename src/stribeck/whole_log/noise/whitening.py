@@ -47,6 +47,23 @@ class Whitener:
             for part in halves[::-1]:  # the later half needs the earlier one as it was
                 here[part] = np.matmul(inverse[part, : part.stop], here[: part.stop], out=product[part])
 
+    def whiten_back(self, rows: Array) -> None:
+        """Multiply whitened rows, shape (K m, c), by the transposed whitener in place: Sigma^-1 times the rows."""
+        size = self.inverse.shape[1]
+        half = -(-size // self.rows // 2) * self.rows  # whole windows
+        product = np.empty((size, rows.shape[1]))
+        after = rows[:0]
+        for k in reversed(range(len(self.inverse))):
+            here = rows[k * size : (k + 1) * size]
+            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            for part in halves if len(after) else ():  # block k + 1 is missing for the last one
+                late = slice(0, min(part.stop, len(after)))
+                here[part] -= np.matmul(self.coupling[k + 1][late, part].T, after[late], out=product[part])
+            inverse = self.inverse[k, : len(here), : len(here)].T
+            for part in halves:  # the earlier half needs the later one as it was
+                here[part] = np.matmul(inverse[part, part.start :], here[part.start :], out=product[part])
+            after = here
+
 
 def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
     """Return the whitener of a segment, given the variance components."""

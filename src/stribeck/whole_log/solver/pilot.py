@@ -186,18 +186,31 @@ def predict(
 
     Friction has a prior of mean zero and of this `precision`, shape (n q,); bodies are linear at the model.
     """
-    products = [each.product(components) for each in groups]
-    product, count = np.sum(products, axis=0), sum(each.count for each in groups)
+    count = sum(each.count for each in groups)
     f, slopes = len(precision), model.slopes(np.zeros(model.layout.size))
-    turned = _in_coordinates(product, slopes, f)
-    right = turned[:-1, -1] + np.append(np.zeros(f), model.precision @ model.prior_mean)
-    covariance = inverse_of(turned[:-1, :-1] + block_diag(np.diag(precision), model.precision))
+    information, right = _normal_equations([each.whitened(components) for each in groups], model, precision)
+    covariance = inverse_of(information)
     values = covariance @ right
-    known = np.sum(turned[:-1, :-1] * covariance)
+    known = len(values) - np.sum(np.diag(covariance)[:f] * precision) - np.sum(model.precision * covariance[f:, f:])
     covariance[f:] = slopes.pushed(covariance[f:])
     covariance[:, f:] = slopes.pushed(covariance[:, f:].T).T
     values[f:] = slopes.pushed(values[f:, None])[:, 0]
     return Prediction(values, covariance, components), count / max(count - known, 1.0)
+
+
+def _normal_equations(whitened: Sequence[Array], model: ModelCorrections, precision: Array) -> tuple[Array, Array]:
+    """Return information and right side of friction's coefficients and the corrections' coordinates, with the prior."""
+    rows = np.concatenate([each.reshape(-1, each.shape[-1]) for each in whitened])
+    product = _in_coordinates(rows.T @ rows, model.slopes(np.zeros(model.layout.size)), len(precision))
+    pull = np.append(np.zeros(len(precision)), model.precision @ model.prior_mean)
+    return product[:-1, :-1] + block_diag(np.diag(precision), model.precision), product[:-1, -1] + pull
+
+
+def _fitted(whitened: Sequence[Array], model: ModelCorrections, precision: Array) -> Array:
+    """Return the values of the linear fit to some whitened groups, then -1 for the left side, shape (D + 1,)."""
+    values = solve(*_normal_equations(whitened, model, precision), assume_a="pos")
+    values[len(precision) :] = model.slopes(np.zeros(model.layout.size)).pushed(values[len(precision) :, None])[:, 0]
+    return np.append(values, -1.0)
 
 
 def _in_coordinates(product: Array, slopes: Slopes, friction: int) -> Array:
@@ -220,7 +233,7 @@ def _alternate(
     outliers = any(each.part.set_aside is not None for each in groups)
     for number in range(1, rounds + 1):
         prediction, freedom = predict(groups, components, model, precision)
-        left = [(each, each.design[:, :, -1] - each.design[:, :, :-1] @ prediction.values) for each in groups]
+        left = _residuals(groups, np.append(prediction.values, -1.0))
         if number == ROUNDS or outliers:
             groups = without_outliers(left, components)
             left = [(each, residual) for each, (_, residual) in zip(groups, left, strict=True)]
@@ -251,16 +264,12 @@ def _consistent(
     """
     counts = np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
-    prior, f = block_diag(np.diag(precision), model.precision), len(precision)
-    slopes = model.slopes(np.zeros(model.layout.size))
-    pull = np.append(np.zeros(f), model.precision @ model.prior_mean)
-    products = np.stack([_in_coordinates(each.product(components), slopes, f) for each in groups])
+    whitened = [each.whitened(components) for each in groups]
 
     def sizes(own: NDArray[np.int64]) -> Array:
         """Return each segment's chi^2 an equation by the fit to some of them."""
-        product = products[own].sum(axis=0)
-        values = np.append(solve(product[:-1, :-1] + prior, product[:-1, -1] + pull, assume_a="pos"), -1.0)
-        return np.asarray(np.einsum("i,kij,j->k", values, products, values, optimize=True) / np.maximum(counts, 1))
+        values = _fitted([whitened[k] for k in own], model, precision)
+        return np.array([np.sum((each @ values) ** 2) for each in whitened]) / np.maximum(counts, 1)
 
     def half(size: Array) -> NDArray[np.int64]:
         """Return the half of each contact mode's segments that is explained best."""
@@ -298,20 +307,25 @@ def _undisturbed(
 
     A group of windows whose chi^2 is above the median weighs less by that ratio (Holland and Welsch 1977).
     """
-    weighted = groups
+    whitened = [each.whitened(components) for each in groups]
+    weighted = whitened
+    used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
     for number in range(2 * ROUNDS):
-        prediction, _ = predict(weighted, components, model, precision)
-        left = [(each, each.design[:, :, -1] - each.design[:, :, :-1] @ prediction.values) for each in groups]
-        sizes = [np.mean((each.whitener(components) @ own[:, :, None]) ** 2, axis=(1, 2)) for each, own in left]
-        used = [each.of_windows(each.part.used).any(axis=1) for each in groups]
-        usual = np.median(np.concatenate(sizes)[np.concatenate(used)])
+        values = _fitted(weighted, model, precision)
+        sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
+        usual = np.median(np.concatenate(sizes)[used])
         if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
             return groups
         weighted = [
-            replace(each, design=each.design / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None])
-            for each, size in zip(groups, sizes, strict=True)
+            each / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
+            for each, size in zip(whitened, sizes, strict=True)
         ]
-    return without_outliers(left, components)
+    return without_outliers(_residuals(groups, values), components)
+
+
+def _residuals(groups: list[Groups], values: Array) -> list[tuple[Groups, Array]]:
+    """Return the groups with what values, shape (D + 1,), the last being -1, leave of their equations, shape (g, b)."""
+    return [(each, -each.design @ values) for each in groups]
 
 
 def _groups(

@@ -12,7 +12,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.noise.outliers import Prediction
-from stribeck.whole_log.noise.whitening import make_whitener
+from stribeck.whole_log.noise.whitening import Whitener, make_whitener
 from stribeck.whole_log.uncertainty.random_effects import random_effect_columns
 from stribeck.whole_log.weak_equations import WeakEquations
 
@@ -167,11 +167,10 @@ def _of(
     sampled = sampled and part.gait >= 0
     own = columns.by_joint(part)
     behind = [random_effect_columns(part)] if sampled else []
-    white = columns.design(part, own, *behind, part.residual.reshape(-1, 1))
+    design = columns.design(part, own, *behind, part.residual.reshape(-1, 1))
     load = columns.terms.load(part, own[:, :, : columns.basis.functions.shape[1]])
-    part = prediction.set_aside(part, white)
-    make_whitener(part, prediction.components).whiten(white)
-    product = white.T @ white  # NumPy knows it to be symmetric
+    part = prediction.set_aside(part, design)
+    product = _weighed(part, own, design, make_whitener(part, prediction.components))
     count = int(part.used.sum()) * part.residual.shape[1]
     if not prediction.explains(product, count):
         part, count, product = replace(part, set_aside=np.ones(len(part.time), dtype=bool)), 0, 0 * product
@@ -188,3 +187,25 @@ def _of(
         effects={part.gait: effects} if sampled else {},
     )
     return statistics, part
+
+
+def _weighed(part: WeakEquations, own: Array, design: Array, whitener: Whitener) -> Array:
+    """Compute X^T Sigma^-1 X of a design X, which is overwritten.
+
+    Friction of a joint acts through its `own` columns, shape (K, n, q). These multiply Sigma^-1 X joint by joint, which
+    takes a fraction of the operations of all columns with each other.
+    """
+    windows, joints, per_joint = own.shape
+    friction = joints * per_joint
+    product = np.empty((design.shape[1],) * 2)
+    whitener.whiten(design)
+    rest = design[:, friction:]
+    product[friction:, friction:] = rest.T @ rest  # NumPy knows it to be symmetric
+    whitener.whiten_back(design)
+    on_joints = design.reshape(windows, -1, design.shape[1])
+    if part.projection is not None:
+        on_joints = part.projection.transpose(0, 2, 1) @ on_joints
+    for joint in range(joints):
+        product[joint * per_joint : (joint + 1) * per_joint] = own[:, joint].T @ on_joints[:, joint]
+    product[friction:, :friction] = product[:friction, friction:].T
+    return product
