@@ -17,7 +17,15 @@ from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.result import TermVerdict, Validation
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import FOLDS, MOST_EQUATIONS, MOST_SEGMENTS, PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.constants import (
+    ENOUGH,
+    FOLDS,
+    LEAST_SEGMENTS,
+    MOST_EQUATIONS,
+    MOST_SEGMENTS,
+    PILOT_SEGMENTS,
+    ROUNDS,
+)
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.fit_checks.misfits import Misfit, find_misfits
@@ -35,7 +43,15 @@ from stribeck.whole_log.solver.empirical_bayes import (
     solve_with_empirical_bayes,
     with_other_starts,
 )
-from stribeck.whole_log.solver.pilot import LINEAR, Pilot, fit_pilot, pilot_places, secant_step, with_terms
+from stribeck.whole_log.solver.pilot import (
+    LINEAR,
+    Pilot,
+    fit_pilot,
+    friction_error,
+    pilot_places,
+    secant_step,
+    with_terms,
+)
 from stribeck.whole_log.solver.statistics import Statistics, accumulate, total
 from stribeck.whole_log.terms.term_selection import Choice, make_trials, overdispersion, select_terms
 from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
@@ -269,7 +285,9 @@ def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Call
     """Return the statistics of a log: of some segments, in `FOLDS`, and of what is held out."""
     held_out = pilot_places(late.feet)[: len(late) // 4]
     equations = np.mean([each.part.residual.size for each in pilot.groups])  # of a segment
-    most = min(MOST_SEGMENTS, max(FOLDS, int(MOST_EQUATIONS / equations)))
+    needed = (friction_error(pilot, columns) / ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / equations
+    enough = max(LEAST_SEGMENTS, int(min(MOST_SEGMENTS, float(needed))))
+    most = min(MOST_SEGMENTS, enough, max(FOLDS, int(MOST_EQUATIONS / equations)))
     training = _spread([k for k in range(len(late)) if k not in held_out], most)
     count = min(FOLDS, len(training))
     sampled = min(count, 2 * max(1, round(15 * count / len(training))))  # about 30 segments; left and right alternate

@@ -179,6 +179,18 @@ def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
     return replace(pilot, groups=groups, prediction=prediction, precision=precision)
 
 
+def friction_error(pilot: Pilot, columns: Columns) -> float:
+    """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
+    parts = [each.part for each in pilot.groups]
+    own = np.concatenate([columns.by_joint(part) for part in parts])
+    joints, q = own.shape[1:]
+    covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
+    each = covariance[range(joints), :, range(joints)]
+    variance = np.einsum("kja,jab,kjb->j", own, each, own, optimize=True)
+    torque = (np.concatenate([part.torque for part in parts]) ** 2).sum(axis=0)
+    return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
+
+
 def predict(
     groups: list[Groups], components: VarianceComponents, model: ModelCorrections, precision: Array
 ) -> tuple[Prediction, float]:
@@ -269,7 +281,8 @@ def _consistent(
     def sizes(own: NDArray[np.int64]) -> Array:
         """Return each segment's chi^2 an equation by the fit to some of them."""
         values = _fitted([whitened[k] for k in own], model, precision)
-        return np.array([np.sum((each @ values) ** 2) for each in whitened]) / np.maximum(counts, 1)
+        squares = [np.sum((each @ values) ** 2) for each in whitened]
+        return np.asarray(squares / np.maximum(counts, 1))
 
     def half(size: Array) -> NDArray[np.int64]:
         """Return the half of each contact mode's segments that is explained best."""
