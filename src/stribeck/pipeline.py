@@ -105,6 +105,8 @@ def identify(
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)
+        del friction_torque  # and the corrected logs: composing the result corrects the held-out parts once more
+        fitted = replace(fitted, logs=())
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
         return replace(
             result,
