@@ -85,7 +85,7 @@ def _kind(parameter: Any) -> str:
 def _text(help_text: str | None) -> str:
     """Format a help text for a cell; options are code, because Sphinx joins two hyphens to a dash."""
     text = " ".join((help_text or "").split()).replace("|", r"\|")
-    return re.sub(r"(--[a-z][\w-]*(?: [\w.]+=[\w.]+)?)", r"`\1`", text)
+    return re.sub(r"(--[a-z][\w-]*(?: [\w.]+=\w+)?)", r"`\1`", text)
 
 
 def _table(heading: str, rows: list[str]) -> str:
