@@ -8,8 +8,9 @@ from sphinx.application import Sphinx
 
 
 def mathml(node: Any, display: bool) -> str:
-    """Translate an equation; bars over several symbols get a sign that stretches."""
+    """Translate an equation; bars over several symbols stretch, and norm bars with an exponent stay level."""
     text: str = tex2mathml(node.astext(), as_block=display)
+    text = text.replace(">‖</mo>", ' stretchy="false">‖</mo>')
     return text.replace('<mo accent="true">_</mo>', '<mo stretchy="true">‾</mo>')
 
 
